@@ -1,0 +1,32 @@
+// Structure -> plan, and plan <-> bytes.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/model/structure.hpp"
+#include "core/step/plan.hpp"
+
+namespace freeflex {
+
+/// Everything the step, the bus and the tools need, from a scene and its structure. nullopt on an error.
+std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure, Faults& faults);
+
+/// Same plan at another rate [Hz]: recomputes the propagator and the ticks of histories.
+/// \pre rate finite, > 0
+void set_rate(Plan& plan, double rate);
+
+/// The plan as bytes: magic, version, length, XXH3 checksum, little-endian content. Bit-exact round trip.
+std::vector<std::byte> plan_to_bytes(const Plan& plan);
+
+/// Reads plan_to_bytes output. On failure returns nullopt and says why in error (bad magic, version,
+/// truncated, trailing bytes, checksum, inconsistent sizes). Never trusts a count.
+std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::string& error);
+
+/// XXH3-64 of plan_to_bytes content: two plans with one fingerprint give one set of bits.
+std::uint64_t plan_fingerprint(const Plan& plan);
+
+}  // namespace freeflex

@@ -1,0 +1,181 @@
+// What a person describes: point masses, elastic links, loads, initial state, publication.
+// Plain values; no file, no clock. The reader (service/io) fills it, build_structure checks its physics.
+#pragma once
+
+#include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <array>
+#include <cstdint>
+#include <string>
+#include <utility>
+#include <variant>
+#include <vector>
+
+namespace freeflex {
+
+/// Where a person wrote an item; source indexes Scene::sources, line and column count from 1 (0: unknown).
+struct Origin {
+  int source = -1;
+  int line = 0;
+  int column = 0;
+};
+
+/// One thing wrong with a person's input. Errors prevent a plan; warnings are said and kept going.
+struct Fault {
+  enum class Severity { kError, kWarning };
+  Severity severity = Severity::kError;
+  Origin origin;
+  std::string message;  // what was found, what is allowed, how to fix it
+};
+using Faults = std::vector<Fault>;
+
+/// True when at least one fault is an error.
+bool has_error(const Faults& faults);
+
+/// A point mass (Alekseev 1970, section 1).
+struct PointMass {
+  std::string name;
+  double mass = 0.0;                                    // [kg] > 0
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [m] rest position, scene axes
+  Origin origin;
+};
+
+/// Axial spring between two points.
+struct Spring {
+  double stiffness = 0.0;  // [N/m] > 0
+};
+
+/// Bar: axial stiffness EA / L, L the rest length.
+struct Bar {
+  double EA = 0.0;  // [N] > 0
+};
+
+/// Euler-Bernoulli beam in space, rigidly joined to every other beam at its two points.
+/// Local x runs from the first point to the second; local z = x cross y_axis, normalised.
+struct Beam {
+  double EA = 0.0;    // [N] > 0
+  double GJ = 0.0;    // [N m^2] torsion, > 0
+  double EI_y = 0.0;  // [N m^2] bending about local y (deflection along z), > 0
+  double EI_z = 0.0;  // [N m^2] bending about local z (deflection along y), > 0
+  Eigen::Vector3d y_axis = Eigen::Vector3d::Zero();  // [-] local y direction, scene axes; zero: chosen
+};
+
+/// A stiffness matrix from elsewhere over named points, row 3*k+axis for points[k].
+struct MatrixLink {
+  std::vector<int> points;                 // indices into Scene::points
+  Eigen::SparseMatrix<double> stiffness;  // [N/m] (3K x 3K), symmetric, full storage
+};
+
+/// One massless elastic link. Later kinds of link are new alternatives of the variant.
+struct Link {
+  std::string name;
+  std::array<int, 2> points{-1, -1};  // indices into Scene::points; unused by MatrixLink
+  std::variant<Spring, Bar, Beam, MatrixLink> kind;
+  Origin origin;
+};
+
+/// A named set of points that takes wrenches and has a pose.
+struct Group {
+  std::string name;
+  std::vector<int> points;
+  Origin origin;
+};
+
+/// Dissipation that shares the modes: zeta_l given per mode, plus Rayleigh D = alpha M + beta K.
+struct Damping {
+  double modal_ratio = 0.0;                           // [-] every elastic mode
+  std::vector<std::pair<int, double>> mode_ratios;   // (elastic mode from 1, ratio) overrides modal_ratio
+  double alpha = 0.0;                                 // [1/s]
+  double beta = 0.0;                                  // [s]
+  Origin origin;
+};
+
+enum class Axes : std::int32_t { kWorld = 0, kBody = 1 };
+
+struct PointLoad {
+  int point = -1;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();  // [N]
+};
+struct WrenchLoad {
+  int group = -1;
+  Eigen::Vector3d force = Eigen::Vector3d::Zero();   // [N] at the group's centre of mass
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // [N m] about the group's centre of mass
+};
+
+/// Amplitude over the time since the epoch began, dimensionless; multiplies the load's forces.
+struct ConstantHistory {};
+struct PulseHistory {
+  double start = 0.0;     // [s] rounded to a tick
+  double duration = 0.0;  // [s] > 0, rounded to a tick
+};
+struct SineHistory {
+  double frequency = 0.0;  // [Hz] > 0
+  double phase = 0.0;      // [rad]
+};
+struct TableHistory {                  // linear between rows, first and last values held outside
+  std::vector<double> times;           // [s] strictly increasing
+  std::vector<double> values;          // [-]
+};
+using History = std::variant<ConstantHistory, PulseHistory, SineHistory, TableHistory>;
+
+/// A force history built into the scene.
+struct Load {
+  std::string name;
+  Axes axes = Axes::kWorld;
+  std::vector<PointLoad> forces;
+  std::vector<WrenchLoad> wrenches;
+  History history;
+  Origin origin;
+};
+
+/// Initial state. The scene's axes stand at position/attitude in the world at the start.
+struct Initial {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();            // [m] of the scene's origin, world axes
+  Eigen::Vector4d attitude{1.0, 0.0, 0.0, 0.0};                  // [-] quaternion w x y z, scene to world
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();            // [m/s] of the centre of mass, world axes
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();    // [rad/s] body axes
+  struct PointElastic {
+    int point = -1;
+    Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // [m] V_i, body axes
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      // [m/s] Vdot_i, body axes
+  };
+  std::vector<PointElastic> points;  // projected on the elastic modes; a rigid part is a warning
+  struct ModeElastic {
+    int mode = 0;  // elastic mode from 1
+    double q = 0.0;      // [m]
+    double q_dot = 0.0;  // [m/s]
+  };
+  std::vector<ModeElastic> modes;  // added to what points give
+  Origin origin;
+};
+
+/// What goes out and how often. A rate of 0 switches a channel off.
+struct Publication {
+  double state_rate = 50.0;   // [Hz]
+  double points_rate = 50.0;  // [Hz]
+  double loads_rate = 50.0;   // [Hz]
+  double status_rate = 10.0;  // [Hz]
+  std::vector<int> points;    // indices into Scene::points
+  std::vector<int> links;     // indices into Scene::links: springs, bars, beams
+  std::vector<int> groups;    // indices into Scene::groups
+};
+
+struct Scene {
+  std::string name;
+  std::vector<std::string> sources;  // file names, as the person wrote them
+  std::uint64_t hash = 0;            // XXH3 over the bytes of every source in order
+  double rate = 1000.0;              // [Hz] ticks per second; period = 1 / rate
+  std::vector<PointMass> points;
+  std::vector<Link> links;
+  std::vector<Group> groups;
+  std::vector<Load> loads;
+  Damping damping;
+  Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2] uniform, world axes
+  Initial initial;
+  Publication publication;
+  std::vector<int> pushable;        // points that commands may name, indices into points
+  double force_limit = 0.0;         // [N] largest |force| a command may put on a point or wrench; 0: none
+  double torque_limit = 0.0;        // [N m] same for torques; 0: none
+};
+
+}  // namespace freeflex

@@ -1,0 +1,53 @@
+// Scene -> structure: mass properties, links in factor form, rigid freedoms, mechanisms, elastic modes.
+#pragma once
+
+#include <Eigen/Core>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/model/scene.hpp"
+
+namespace freeflex {
+
+/// Mass properties of the rest shape (THEORY 1.1-1.4).
+struct MassProperties {
+  double mass = 0.0;              // [kg]
+  Eigen::Vector3d p_SB;          // [m] centre of mass in scene axes
+  Eigen::Matrix3Xd r;            // [m] (3 x N) rest positions from the centre of mass, body axes
+  Eigen::Matrix3d inertia;       // [kg m^2] about the centre of mass, body axes
+  Eigen::Vector3d principal;     // [kg m^2] ascending
+  Eigen::Matrix3d principal_axes;  // columns, right-handed
+  int rigid_freedoms = 6;        // 6; 5 collinear; 3 for one point
+  Eigen::Vector3d line;          // [-] unit vector along a collinear shape, else zero
+};
+
+/// A motion that strains no link (zero frequency, not rigid).
+struct Mechanism {
+  std::vector<int> moved_points;  // points that move by more than 1e-6 of the largest, most first
+};
+
+/// Rows that turn point displacements V (3N) into the forces of one link.
+/// Spring, bar: one row, tension positive [N]. Beam: 12 rows, forces and moments that the joints exert
+/// on the beam at its first and second point, local axes: Fx Fy Fz Mx My Mz, twice [N], [N m].
+struct LinkForceRows {
+  int link = -1;
+  std::vector<int> columns_points;  // points whose displacements enter
+  Eigen::MatrixXd rows;             // [N/m] or [N] (1 or 12 x 3*columns_points)
+};
+
+struct Structure {
+  MassProperties mass_properties;
+  Eigen::VectorXd omega;    // [rad/s] (n) ascending; exact 0 for mechanisms
+  Eigen::MatrixXd shapes;   // [-] (3N x n) unit elastic displacements b, sum m b.b = M (THEORY 3.3)
+  std::vector<Mechanism> mechanisms;
+  double frequency_accuracy = 0.0;  // [-] stated relative accuracy of the lowest nonzero frequency
+  double conditioning = 0.0;        // [-] omega_max / omega_min over nonzero modes
+  std::vector<LinkForceRows> link_forces;  // for Scene::publication.links, in that order
+};
+
+/// Checks the physics of a scene and computes its structure. Faults are appended; nullopt on an error.
+/// Cost: O(rows n^2) with a dense factor; see tests/bench for times.
+std::optional<Structure> build_structure(const Scene& scene, Faults& faults);
+
+}  // namespace freeflex

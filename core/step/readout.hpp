@@ -1,0 +1,50 @@
+// What can be read from a state: points, groups, link forces, invariants. Same rules as the step.
+#pragma once
+
+#include <span>
+
+#include "core/step/state.hpp"
+
+namespace freeflex {
+
+/// Rotation matrix of a unit quaternion, body to world.
+Mat3 rotation_matrix(const Quat& q_WB) noexcept;
+
+/// Angular velocity of the floating frame, body axes [rad/s]: I^-1 R^T H (THEORY X6).
+Vec3 angular_velocity(const Plan& plan, const State& state) noexcept;
+
+struct PointState {
+  Vec3 p_W{};  // [m]
+  Vec3 v_W{};  // [m/s]
+  Vec3 a_W{};  // [m/s^2] left limit at the tick
+  Vec3 V_B{};  // [m] elastic displacement, body axes
+};
+/// Kinematics of one point with rows in the plan (THEORY 2.3, 4.2).  \pre plan.points[point].row >= 0
+PointState read_point(const Plan& plan, const State& state, int point) noexcept;
+
+struct GroupPose {
+  Vec3 p_W{};                   // [m] centre of mass of the group
+  Quat q_WG{1.0, 0.0, 0.0, 0.0};  // attitude of the group: frame plus mass-weighted mean elastic rotation
+  Vec3 v_W{};                   // [m/s]
+  Vec3 w_B{};                   // [rad/s] body axes
+};
+/// Pose of a group from its points (all with rows), first order in V (THEORY X14).
+GroupPose read_group(const Plan& plan, const State& state, int group) noexcept;
+
+/// Forces of one published link into out (num_rows of plan.link_outputs[output]).
+void read_link(const Plan& plan, const State& state, int output, std::span<double> out) noexcept;
+
+/// Conserved quantities and residuals.
+struct Invariants {
+  double kinetic_rigid = 0.0;    // [J] (THEORY 4.4)
+  double kinetic_elastic = 0.0;  // [J]
+  double potential = 0.0;        // [J] elastic (THEORY 5.5)
+  Vec3 linear_momentum_W{};      // [kg m/s]
+  Vec3 angular_momentum_W{};     // [kg m^2/s] about the centre of mass
+  Vec3 eckart_translation{};     // [kg m] sum m V
+  Vec3 eckart_rotation{};        // [kg m^2] sum m r x V
+  double quaternion_norm_error = 0.0;  // |q| - 1
+};
+Invariants read_invariants(const Plan& plan, const State& state) noexcept;
+
+}  // namespace freeflex

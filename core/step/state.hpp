@@ -1,0 +1,57 @@
+// The mutable state and the preallocated workspace.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <vector>
+
+#include "core/step/command.hpp"
+#include "core/step/plan.hpp"
+
+namespace freeflex {
+
+/// A slot in force: the command and the tick it took effect.
+struct Slot {
+  ForceCommand command;
+  std::int64_t applied_tick = 0;
+  std::int64_t end_tick = 0;  // expires at this tick
+};
+
+/// All that the future depends on besides plan and inputs. *_low carry what rounding left of the value
+/// before them (compensated sums), so value + low is the state.
+struct State {
+  std::int64_t tick = 0;              // never repeats within a session
+  std::int64_t epoch = 0;             // raised by reset
+  std::int64_t epoch_start_tick = 0;  // histories count from here
+  Vec3 p_WB{}, p_WB_low{};            // [m]
+  Vec3 v_WB{}, v_WB_low{};            // [m/s]
+  Quat q_WB{1.0, 0.0, 0.0, 0.0}, q_WB_low{};
+  Vec3 H_W{}, H_W_low{};              // [kg m^2/s] angular momentum about the centre of mass, world axes
+  std::vector<double> q, q_low;          // [m] (num_padded)
+  std::vector<double> q_dot, q_dot_low;  // [m/s] (num_padded)
+  // external loads at the left limit of this tick, for accelerations and read-out
+  Vec3 force_W{};                     // [N] resultant without gravity
+  Vec3 moment_B{};                    // [N m] about the centre of mass
+  std::vector<double> Q;              // [N] (num_padded)
+  // command slots in force, sorted by (sender, slot): the order in which they are summed
+  std::int32_t num_slots = 0;
+  std::vector<Slot> slots;            // capacity kMaxSlots, size kMaxSlots
+  bool slots_changed = true;          // commands_pattern must be rebuilt
+  LoadPattern commands_pattern;       // sum of the slots
+};
+
+/// Scratch of one step; no value survives from one step to the next except Q_right when is_Q_valid.
+struct Workspace {
+  std::vector<double> Q_right;   // [N] (num_padded) at the right limit of this tick
+  std::vector<double> Q_left;    // [N] (num_padded) at the left limit of the next
+  std::vector<double> next_q, next_q_low, next_q_dot, next_q_dot_low;
+};
+
+/// Allocates a state at the plan's initial values, tick 0, epoch 0.
+State make_state(const Plan& plan);
+Workspace make_workspace(const Plan& plan);
+
+/// Back to the initial values and no slots; tick goes on, epoch is raised. Allocates nothing.
+void reset_state(const Plan& plan, State& state);
+
+}  // namespace freeflex

@@ -1,0 +1,39 @@
+// What a person names on a command line: a scene or a plan.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/model/compile.hpp"
+#include "core/model/scene.hpp"
+
+namespace freeflex::io {
+
+/// A scene as far as it could be read, and every fault in it.
+struct SceneResult {
+  std::optional<Scene> scene;  // empty when faults has an error
+  Faults faults;
+  std::vector<std::string> sources;  // Origin::source indexes these
+};
+/// Reads YAML (with its CSV and Matrix Market files, relative to it) into a scene: syntax, keys, types, ranges,
+/// references, duplicates, all at once.
+SceneResult read_scene(const std::string& path);
+
+/// "boom.yaml:14:7: error: link 'l3': stiffness -5 N/m, must be > 0", with the source line and a caret when known.
+std::string format_fault(const Fault& fault, const std::vector<std::string>& sources, bool with_source_line = true);
+/// The same as JSON: {"file","line","column","severity","message"}; all faults in an array.
+std::string faults_to_json(const Faults& faults, const std::vector<std::string>& sources);
+
+/// A plan from a scene file or a plan file (told apart by the plan's magic bytes).
+struct PlanResult {
+  std::optional<Plan> plan;  // empty when faults has an error
+  Faults faults;
+  std::vector<std::string> sources;
+};
+PlanResult load_plan(const std::string& path);
+
+/// Writes a plan file, complete or not at all (temporary file, fsync, rename). Empty string, or what went wrong.
+std::string save_plan(const Plan& plan, const std::string& path);
+
+}  // namespace freeflex::io

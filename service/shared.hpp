@@ -1,0 +1,83 @@
+// Memory shared by the daemon and its ingress process. Trivially copyable, address-free.
+#pragma once
+
+#include <array>
+#include <atomic>
+#include <cstdint>
+#include <type_traits>
+
+#include "core/step/command.hpp"
+#include "service/io/codec.hpp"
+
+namespace freeflex::service {
+
+/// Single-producer single-consumer ring of trivially copyable entries. The consumer treats the producer's
+/// index as untrusted: a distance outside [0, Capacity] is a fault of the producer and empties the ring.
+template <class Entry, int Capacity>
+class Ring {
+  static_assert(std::is_trivially_copyable_v<Entry>);
+  static_assert((Capacity & (Capacity - 1)) == 0, "power of two");
+
+ public:
+  /// Producer only. False when full.
+  bool try_push(const Entry& entry) noexcept {
+    const std::uint64_t head = head_.load(std::memory_order_relaxed);
+    if (head - tail_.load(std::memory_order_acquire) >= Capacity) return false;
+    entries_[head % Capacity] = entry;
+    head_.store(head + 1, std::memory_order_release);
+    return true;
+  }
+  /// Consumer only. False when empty.
+  bool try_pop(Entry& entry) noexcept {
+    const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
+    const std::uint64_t head = head_.load(std::memory_order_acquire);
+    if (head == tail) return false;
+    if (head - tail > Capacity) {  // producer's index is wild: drop what it claims
+      tail_.store(head, std::memory_order_release);
+      return false;
+    }
+    entry = entries_[tail % Capacity];
+    tail_.store(tail + 1, std::memory_order_release);
+    return true;
+  }
+
+ private:
+  alignas(64) std::atomic<std::uint64_t> head_{0};
+  alignas(64) std::atomic<std::uint64_t> tail_{0};
+  alignas(64) std::array<Entry, Capacity> entries_{};
+};
+
+/// Ingress -> simulation. kind 1 force, 2 control.
+struct InboundEntry {
+  std::int64_t received_ns;  // CLOCK_MONOTONIC
+  std::int32_t kind;
+  std::int32_t padding;
+  ForceCommand force;
+  io::ControlCommand control;
+};
+/// Ingress -> publisher: a rejection to answer.
+struct RejectionEntry {
+  io::Verdict verdict;
+};
+
+/// Written by the daemon before the ingress starts (read-only to the ingress).
+struct IngressSettings {
+  std::int64_t session = 0;
+  std::array<char, 256> lcm_url{};
+  std::array<char, 64> channel_prefix{};
+  io::NameTable names;
+};
+
+struct SharedBlock {
+  IngressSettings settings;
+  alignas(64) std::atomic<std::int64_t> tick{0};               // daemon writes
+  alignas(64) std::atomic<std::uint32_t> is_ready{0};          // ingress: subscribed
+  std::atomic<std::int64_t> received{0};                       // ingress: messages on FORCE and CONTROL
+  std::atomic<std::int64_t> dropped_answers{0};                // ingress: rejection ring was full
+  std::atomic<std::int64_t> other_session{0};                  // ingress: session of another daemon's STATUS on this prefix
+  std::array<std::atomic<std::int64_t>, io::kNumReasons> rejections{};  // ingress: by reason
+  Ring<InboundEntry, 1024> inbound;
+  Ring<RejectionEntry, 1024> rejected;
+};
+
+}  // namespace freeflex::service
