@@ -27,6 +27,10 @@ class Ring {
     head_.store(head + 1, std::memory_order_release);
     return true;
   }
+  /// Producer only. Entries that try_push would take now; the consumer can only raise it.
+  int num_free() const noexcept {
+    return Capacity - static_cast<int>(head_.load(std::memory_order_relaxed) - tail_.load(std::memory_order_acquire));
+  }
   /// Consumer only. False when empty.
   bool try_pop(Entry& entry) noexcept {
     const std::uint64_t tail = tail_.load(std::memory_order_relaxed);
