@@ -1,0 +1,1 @@
+target_sources(freeflex_io PRIVATE log.cpp)

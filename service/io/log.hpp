@@ -1,0 +1,123 @@
+// LCM event logs and CSV files: reading that admits no damage, writing that is complete or not there.
+#pragma once
+
+#include <lcm/eventlog.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <cstdio>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+namespace freeflex::io {
+
+/// One recorded message.
+struct LogEvent {
+  std::int64_t offset = 0;  // [bytes] of the record in the file
+  std::int64_t utime = 0;   // [us] when it was recorded
+  std::string channel;
+  std::vector<std::byte> bytes;
+};
+
+/// Reads an LCM event log record by record. liblcm's own reader skips to the next thing that looks like a record
+/// and takes damage for the end of the file; this one requires every record to follow the one before it, and the
+/// file to end where the last record does.
+class LogReader {
+ public:
+  /// error() is not empty when the file cannot be read.
+  explicit LogReader(const std::string& path);
+
+  /// The next record; false at the end of the file or at damage (see error()).
+  bool next(LogEvent& event);
+  /// The record at an offset that next() gave before.
+  bool read_at(std::int64_t offset, LogEvent& event);
+
+  /// Empty, or what went wrong, with the offset of the damage.
+  const std::string& error() const { return error_; }
+  /// True when the file could be opened and then did not hold what a log holds.
+  bool is_damaged() const { return is_damaged_; }
+
+ private:
+  bool damage(std::int64_t offset, const std::string& what);
+
+  struct Close {
+    void operator()(lcm_eventlog_t* log) const { lcm_eventlog_destroy(log); }
+  };
+  std::unique_ptr<lcm_eventlog_t, Close> log_;
+  std::string path_;
+  std::string error_;
+  std::int64_t size_ = 0;  // [bytes]
+  bool is_damaged_ = false;
+};
+
+/// A file that stands under its name only when complete: written as NAME.partial, renamed by commit().
+/// Devices and pipes are written directly. Not committed and not kept: the partial file is removed.
+class PartialFile {
+ public:
+  explicit PartialFile(std::string path);
+  ~PartialFile();
+  PartialFile(const PartialFile&) = delete;
+  PartialFile& operator=(const PartialFile&) = delete;
+
+  const std::string& working_path() const { return working_path_; }
+  /// Renames to the final name. Empty, or what went wrong.
+  std::string commit();
+  /// Leaves the partial file where it is.
+  void keep() { is_open_ = false; }
+
+ private:
+  std::string path_;
+  std::string working_path_;
+  bool is_open_ = true;
+};
+
+/// Writes an LCM event log. Errors stick: the first one is what close() returns.
+class LogWriter {
+ public:
+  explicit LogWriter(const std::string& path);
+  /// \param utime  [us] time stamp of the record
+  void write(const std::string& channel, std::int64_t utime, std::span<const std::byte> bytes);
+  /// Flushes and gives the file its name. Empty, or what went wrong.
+  std::string close();
+  /// Flushes and leaves NAME.partial, for a run that was interrupted. Empty, or what went wrong.
+  std::string close_partial();
+  const std::string& working_path() const { return file_.working_path(); }
+  bool has_error() const { return !error_.empty(); }
+
+ private:
+  void finish();
+
+  struct Close {
+    void operator()(lcm_eventlog_t* log) const { lcm_eventlog_destroy(log); }
+  };
+  PartialFile file_;
+  std::unique_ptr<lcm_eventlog_t, Close> log_;
+  std::string error_;
+};
+
+/// Writes rows of numbers with a header line. Every double is printed so that it reads back to the same bits.
+class CsvWriter {
+ public:
+  explicit CsvWriter(const std::string& path);
+  void header(const std::vector<std::string>& names);
+  void row(std::int64_t tick, std::span<const double> values);
+  std::string close();
+  std::string close_partial();
+  const std::string& working_path() const { return file_.working_path(); }
+  bool has_error() const { return !error_.empty(); }
+
+ private:
+  void put(const std::string& line);
+  void finish();
+
+  struct Close {
+    void operator()(std::FILE* file) const { std::fclose(file); }
+  };
+  PartialFile file_;
+  std::unique_ptr<std::FILE, Close> stream_;
+  std::string error_;
+};
+
+}  // namespace freeflex::io

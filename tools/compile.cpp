@@ -1,0 +1,62 @@
+// freeflex compile: the result of the set-up as a file that every program takes in place of the scene.
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
+#include <cinttypes>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "core/model/compile.hpp"
+#include "tools/commands.hpp"
+#include "tools/console.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+struct Options {
+  std::string scene;
+  std::string plan;
+  double rate = 0.0;  // [Hz] 0: the scene's
+  bool json = false;
+};
+
+int compile(const Options& options) {
+  const std::optional<Plan> plan = load_or_explain(options.scene, options.rate);
+  if (!plan) return kExitUsage;
+  const std::string error = io::save_plan(*plan, options.plan);
+  if (!error.empty()) {
+    print_error(error);
+    return kExitDiffers;
+  }
+  const std::uint64_t fingerprint = plan_fingerprint(*plan);
+  std::error_code ignored;
+  const std::uintmax_t bytes = std::filesystem::file_size(options.plan, ignored);
+  if (options.json) {
+    char text[17];
+    std::snprintf(text, sizeof text, "%016" PRIx64, fingerprint);
+    print_json({{"plan", options.plan}, {"bytes", bytes}, {"fingerprint", text}, {"rate", 1.0 / plan->period},
+                {"elastic_freedoms", plan->num_elastic}});
+  } else {
+    std::printf("%s: fingerprint %016" PRIx64 ", %d elastic freedoms, %.10g Hz, %ju bytes\n", options.plan.c_str(),
+                fingerprint, plan->num_elastic, 1.0 / plan->period, bytes);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_compile(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("compile", "scene to plan: set-up done once, the same bits everywhere");
+  command->add_option("SCENE", options->scene, "scene file, or a plan to write at another rate")->required();
+  command->add_option("-o,--output", options->plan, "plan file to write")->required();
+  command->add_option("--rate", options->rate, "ticks per second [Hz] instead of the scene's")->check(CLI::PositiveNumber);
+  command->add_flag("--json", options->json, "one JSON object on standard output");
+  command->footer(
+      "Example:\n  freeflex compile service/scenes/rotor.yaml -o rotor.plan --rate 2000\n"
+      "Exit codes: 0 written, 1 cannot be written, 2 the scene has errors.");
+  command->callback([options, &exit_code] { exit_code = compile(*options); });
+}
+
+}  // namespace freeflex::tools

@@ -1,0 +1,90 @@
+#include "tools/console.hpp"
+
+#include <unistd.h>
+
+#include <algorithm>
+#include <chrono>
+#include <csignal>
+#include <cstdio>
+#include <cstring>
+#include <utility>
+
+namespace freeflex::tools {
+namespace {
+
+volatile std::sig_atomic_t interrupted = 0;
+
+std::int64_t now_ns() {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+      .count();
+}
+
+}  // namespace
+
+void print_json(const Json& value, int indent) {
+  const std::string text = value.dump(indent, ' ', false, Json::error_handler_t::replace);
+  std::fwrite(text.data(), 1, text.size(), stdout);
+  std::fputc('\n', stdout);
+  std::fflush(stdout);
+}
+
+void print_error(const std::string& text) { std::fprintf(stderr, "freeflex: error: %s\n", text.c_str()); }
+
+void print_faults(const Faults& faults, const std::vector<std::string>& sources) {
+  for (const Fault& fault : faults) std::fprintf(stderr, "%s\n", io::format_fault(fault, sources).c_str());
+}
+
+std::optional<Plan> load_or_explain(const std::string& path, double rate) {
+  io::PlanResult result = io::load_plan(path);
+  print_faults(result.faults, result.sources);
+  if (result.plan && rate > 0.0) set_rate(*result.plan, rate);
+  return std::move(result.plan);
+}
+
+std::string counted(std::int64_t count, const std::string& noun) {
+  return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
+}
+
+std::string listed(std::span<const std::string> names, std::size_t limit) {
+  std::string text;
+  const std::size_t shown = names.size() <= limit + 1 ? names.size() : limit;
+  for (std::size_t i = 0; i < shown; ++i) text += (i == 0 ? "" : ", ") + names[i];
+  if (shown < names.size()) text += " and " + std::to_string(names.size() - shown) + " more";
+  return text;
+}
+
+bool is_interrupted() {
+  static const bool is_installed = [] {
+    struct sigaction action{};
+    action.sa_handler = [](int) { interrupted = 1; };
+    sigaction(SIGINT, &action, nullptr);
+    sigaction(SIGTERM, &action, nullptr);
+    return true;
+  }();
+  return is_installed && interrupted != 0;
+}
+
+Progress::Progress(std::string what)
+    : what_(std::move(what)), start_ns_(now_ns()), next_ns_(start_ns_ + 500'000'000), is_terminal_(isatty(STDERR_FILENO) == 1) {}
+
+void Progress::update(double fraction) {
+  if (!is_terminal_) return;
+  const std::int64_t now = now_ns();
+  if (now < next_ns_) return;
+  next_ns_ = now + 100'000'000;
+  is_drawn_ = true;
+  constexpr int kWidth = 30;
+  const double done = std::clamp(fraction, 0.0, 1.0);
+  const int filled = static_cast<int>(done * kWidth);
+  const double elapsed = static_cast<double>(now - start_ns_) * 1e-9;
+  const double left = done > 0.0 ? elapsed * (1.0 - done) / done : 0.0;
+  std::fprintf(stderr, "\r%s [%s%s] %5.1f %%, %.0f s left\033[K", what_.c_str(), std::string(static_cast<std::size_t>(filled), '#').c_str(),
+               std::string(static_cast<std::size_t>(kWidth - filled), '.').c_str(), 100.0 * done, left);
+  std::fflush(stderr);
+}
+
+Progress::~Progress() {
+  if (is_drawn_) std::fprintf(stderr, "\r\033[K");
+}
+
+}  // namespace freeflex::tools

@@ -1,0 +1,156 @@
+// freeflex modes: mass properties, freedoms and frequencies of a scene or plan.
+#include <CLI/App.hpp>
+#include <Eigen/Eigenvalues>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <numbers>
+#include <string>
+
+#include "tools/commands.hpp"
+#include "tools/console.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+struct Options {
+  std::string input;
+  int count = 30;
+  bool json = false;
+};
+
+struct Frequency {
+  double hertz = 0.0;  // [Hz]
+  double damping = 0.0;  // [-] ratio; 0 for a mechanism
+  int cluster = 0;     // equal for frequencies that are the same to the accuracy
+};
+
+/// Frequencies closer than this are one cluster: repeated by symmetry, split by rounding.
+double cluster_width(const Plan& plan) { return std::max(1e-9, 10.0 * plan.frequency_accuracy); }
+
+std::vector<Frequency> frequencies(const Plan& plan) {
+  std::vector<Frequency> out;
+  const double width = cluster_width(plan);
+  for (int mode = 0; mode < plan.num_elastic; ++mode) {
+    const double omega = plan.omega[static_cast<std::size_t>(mode)];
+    Frequency frequency;
+    frequency.hertz = omega / (2.0 * std::numbers::pi);
+    if (omega > 0.0) frequency.damping = plan.decay[static_cast<std::size_t>(mode)] / omega;
+    frequency.cluster = 1;
+    if (!out.empty()) {
+      const bool is_same = std::abs(frequency.hertz - out.back().hertz) <= width * frequency.hertz;
+      frequency.cluster = out.back().cluster + (is_same ? 0 : 1);
+    }
+    out.push_back(frequency);
+  }
+  return out;
+}
+
+std::vector<std::vector<std::string>> mechanism_names(const Plan& plan) {
+  std::vector<std::vector<std::string>> out;
+  for (const auto& mechanism : plan.mechanisms) {
+    std::vector<std::string>& names = out.emplace_back();
+    for (const std::int32_t point : mechanism) names.push_back(plan.points[static_cast<std::size_t>(point)].name);
+  }
+  return out;
+}
+
+void print_modes_json(const Plan& plan, const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>& principal) {
+  Json out;
+  out["name"] = plan.name;
+  out["points"] = plan.points.size();
+  out["links"] = plan.links.size();
+  out["mass"] = plan.mass;
+  out["centre"] = plan.p_SB;
+  out["principal_moments"] = {principal.eigenvalues()(0), principal.eigenvalues()(1), principal.eigenvalues()(2)};
+  Json axes = Json::array();
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d axis = principal.eigenvectors().col(k);
+    axes.push_back({axis(0), axis(1), axis(2)});
+  }
+  out["principal_axes"] = axes;
+  out["rigid_freedoms"] = plan.rigid_freedoms;
+  out["elastic_freedoms"] = plan.num_elastic;
+  out["frequency_accuracy"] = plan.frequency_accuracy;
+  Json modes = Json::array();
+  int mode = 0;
+  for (const Frequency& frequency : frequencies(plan)) {
+    modes.push_back({{"mode", ++mode}, {"frequency", frequency.hertz}, {"damping_ratio", frequency.damping}, {"cluster", frequency.cluster}});
+  }
+  out["modes"] = modes;
+  out["mechanisms"] = mechanism_names(plan);
+  print_json(out);
+}
+
+void print_frequencies(const Plan& plan, int limit) {
+  const std::vector<Frequency> all = frequencies(plan);
+  const auto num_mechanisms = plan.mechanisms.size();
+  std::printf("  mode  frequency [Hz]    damping\n");
+  std::size_t shown = 0;
+  for (std::size_t first = num_mechanisms; first < all.size(); ) {
+    std::size_t last = first;
+    while (last + 1 < all.size() && all[last + 1].cluster == all[first].cluster) ++last;
+    if (limit > 0 && shown >= static_cast<std::size_t>(limit)) break;
+    for (std::size_t i = first; i <= last; ++i, ++shown) {
+      std::printf("  %4zu  %-16.10g  %-9.4g", i + 1, all[i].hertz, all[i].damping);
+      if (last > first) std::printf("  one of %zu equal", last - first + 1);
+      std::printf("\n");
+    }
+    first = last + 1;
+  }
+  if (num_mechanisms + shown < all.size()) {
+    std::printf("  ... %zu more up to %.10g Hz (--count 0 shows all)\n", all.size() - num_mechanisms - shown, all.back().hertz);
+  }
+}
+
+int modes(const Options& options) {
+  const std::optional<Plan> plan = load_or_explain(options.input, 0.0);
+  if (!plan) return kExitUsage;
+  const Eigen::Matrix3d inertia = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan->inertia.data());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(inertia);
+  if (options.json) {
+    print_modes_json(*plan, principal);
+    return kExitOk;
+  }
+  const Eigen::Vector3d moments = principal.eigenvalues();
+  const char* kind = plan->rigid_freedoms == 6 ? "" : plan->rigid_freedoms == 5 ? " (collinear)" : " (one point)";
+  std::printf("%s: %zu points, %zu links\n", plan->name.c_str(), plan->points.size(), plan->links.size());
+  std::printf("mass               %.10g kg\n", plan->mass);
+  std::printf("centre of mass     %.10g %.10g %.10g m (scene axes)\n", plan->p_SB[0], plan->p_SB[1], plan->p_SB[2]);
+  std::printf("principal moments  %.10g %.10g %.10g kg m^2\n", moments(0), moments(1), moments(2));
+  for (int k = 0; k < 3; ++k) {
+    const Eigen::Vector3d axis = principal.eigenvectors().col(k);
+    std::printf("  axis %d           % .6f % .6f % .6f\n", k + 1, axis(0), axis(1), axis(2));
+  }
+  std::printf("rigid freedoms     %d%s\n", plan->rigid_freedoms, kind);
+  std::printf("elastic freedoms   %d\n", plan->num_elastic);
+  const auto mechanisms = mechanism_names(*plan);
+  if (!mechanisms.empty()) {
+    std::printf("mechanisms         %zu: motions that strain no link, frequency 0\n", mechanisms.size());
+    for (std::size_t i = 0; i < mechanisms.size(); ++i) {
+      std::printf("  mode %zu moves %s\n", i + 1, listed(mechanisms[i], 8).c_str());
+    }
+  }
+  if (plan->num_elastic > static_cast<int>(mechanisms.size())) {
+    std::printf("frequencies        lowest to a relative accuracy of %.1g, equal within %.1g\n", plan->frequency_accuracy,
+                cluster_width(*plan));
+    print_frequencies(*plan, options.count);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_modes(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("modes", "mass, principal moments, freedoms, frequencies and mechanisms");
+  command->add_option("SCENE", options->input, "scene or plan file")->required();
+  command->add_option("--count", options->count, "frequencies to print, 0 for all")->capture_default_str()->check(CLI::NonNegativeNumber);
+  command->add_flag("--json", options->json, "one JSON object on standard output, all frequencies");
+  command->footer(
+      "Example:\n  freeflex modes service/scenes/rotor.yaml --count 8\n"
+      "Exit codes: 0 done, 2 the scene or plan has errors.");
+  command->callback([options, &exit_code] { exit_code = modes(*options); });
+}
+
+}  // namespace freeflex::tools
