@@ -1,10 +1,13 @@
 // Bytes <-> validated core values. No socket, no thread.
 #pragma once
 
+#include <array>
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/step/command.hpp"
@@ -16,9 +19,10 @@
 
 namespace freeflex::io {
 
-/// True when the bytes are exactly one force_t or control_t: every count non-negative and within its limit,
-/// every string terminated, and the length the one the counts imply. Reads nothing outside the span,
-/// allocates nothing; must hold before a generated decode sees the bytes.
+/// kAccepted when the bytes are exactly one force_t or control_t: every count non-negative and within its
+/// limit, every string terminated, and the length the one the counts imply; else kMalformed, kWrongType or
+/// kTooManyPoints. Reads nothing outside the span, allocates nothing; must hold before a generated decode
+/// sees the bytes.
 Reason wire_check_force(std::span<const std::byte> bytes) noexcept;
 Reason wire_check_control(std::span<const std::byte> bytes) noexcept;
 
@@ -57,16 +61,35 @@ struct Verdict {
   std::array<char, 160> text{};
 };
 
+/// Session in the front of a status_t; empty when the bytes are none.
+std::optional<std::int64_t> read_status_session(std::span<const std::byte> bytes) noexcept;
+
+/// 1 to 31 of A-Z a-z 0-9 _ . -
+bool is_valid_sender(std::string_view sender) noexcept;
+bool is_valid_sender(const std::array<char, kSenderSize>& sender) noexcept;
+
+/// Reasons 6 to 16 over a command, the first that holds; text (may be empty) gets what was found and what is
+/// allowed. Allocates nothing; touches no entry outside the arrays whatever the command holds.
+Reason check_command(const ForceCommand& command, const NameTable& table, std::span<char> text) noexcept;
+
+/// True when sender and contents pass check_command: for a command out of memory that another process writes.
+/// \param table the caller's own copy
+bool is_sane(const ForceCommand& command, const NameTable& table) noexcept;
+
 /// Checks everything about a command that does not depend on the tick: all reasons but 5, 17 to 20, 22 to 24.
-/// kUnreachableTorque for body axes only; in world axes the unreachable part is dropped at each tick.
+/// kUnreachableTorque about the line of a collinear group for body axes only: in world axes that part is
+/// dropped at each tick. Session and sender are checked before the contents, so a rejection from 5 on is of a
+/// command whose sender and sequence stand in the verdict.
 Verdict decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
                      ForceCommand& command) noexcept;
-Verdict decode_control(std::span<const std::byte> bytes, std::int64_t session, ControlCommand& command) noexcept;
+Verdict decode_control(std::span<const std::byte> bytes, std::int64_t session,
+                       ControlCommand& command) noexcept;
 
 /// Core command <-> message, bit for bit in every double.
 freeflex_msgs::force_t to_message(const ForceCommand& command, std::int64_t session, std::int64_t utime);
 /// From a decoded, trusted-length message (a log); Verdict as decode_force.
-Verdict from_message(const freeflex_msgs::force_t& message, const NameTable& table, ForceCommand& command) noexcept;
+Verdict from_message(const freeflex_msgs::force_t& message, const NameTable& table,
+                     ForceCommand& command) noexcept;
 
 /// Generated encode into bytes.
 template <class Message>

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/step/readout.hpp"
+#include "core/step/step.hpp"
 #include "freeflex_msgs/applied_t.hpp"
 #include "freeflex_msgs/loads_t.hpp"
 #include "freeflex_msgs/points_t.hpp"
@@ -17,21 +18,30 @@ namespace freeflex::io {
 
 /// What every outgoing message of one moment has in common.
 struct Stamp {
-  std::int64_t utime = 0;    // [us] wall clock; simulated time when there is no clock (freeflex run)
+  std::int64_t utime = 0;  // [us] wall clock; simulated time when there is no clock (freeflex run)
   std::int64_t session = 0;
   std::uint64_t plan_fingerprint = 0;
   std::int64_t applied_count = 0;
 };
 
+/// Above 3,700 elastic modes this is longer than channels::kMaxMessageBytes and LCM sends it in fragments.
 freeflex_msgs::state_t make_state_message(const Plan& plan, const State& state, const Stamp& stamp);
 /// Pages of at most channels::kMaxMessageBytes each; empty when the scene publishes none.
-std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const State& state, const Stamp& stamp);
-std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const State& state, const Stamp& stamp);
-std::vector<freeflex_msgs::scene_t> make_scene_messages(const Plan& plan, const std::string& plan_file, const Stamp& stamp);
+std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const State& state,
+                                                          const Stamp& stamp);
+std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const State& state,
+                                                        const Stamp& stamp);
+/// At least one page; every page has the front (name, rate, mass properties, totals).
+/// \pre no single name, and no group's points, near channels::kMaxMessageBytes
+std::vector<freeflex_msgs::scene_t> make_scene_messages(const Plan& plan, const std::string& plan_file,
+                                                        const Stamp& stamp);
 /// \param mode elastic mode from 1 to plan.num_elastic
 std::vector<freeflex_msgs::shapes_t> make_shapes_messages(const Plan& plan, int mode, const Stamp& stamp);
-freeflex_msgs::applied_t make_applied_force(const ForceCommand& command, std::int64_t tick, std::int64_t applied_sequence, const Stamp& stamp);
-freeflex_msgs::applied_t make_applied_expiry(const Expiry& expiry, std::int64_t tick, std::int64_t applied_sequence, const Stamp& stamp);
-freeflex_msgs::applied_t make_applied_reset(std::int64_t tick, std::int64_t applied_sequence, const Stamp& stamp);
+freeflex_msgs::applied_t make_applied_force(const ForceCommand& command, std::int64_t tick,
+                                            std::int64_t applied_sequence, const Stamp& stamp);
+freeflex_msgs::applied_t make_applied_expiry(const Expiry& expiry, std::int64_t tick,
+                                             std::int64_t applied_sequence, const Stamp& stamp);
+freeflex_msgs::applied_t make_applied_reset(std::int64_t tick, std::int64_t applied_sequence,
+                                            const Stamp& stamp);
 
 }  // namespace freeflex::io

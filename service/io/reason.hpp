@@ -35,6 +35,8 @@ enum class Reason : std::int32_t {
 inline constexpr int kNumReasons = 25;
 
 inline constexpr std::int64_t kMaxAheadTicks = 100'000'000;
+/// Longest duration or lease: 31,000 years at 1 kHz, and no sum of ticks overflows.
+inline constexpr std::int64_t kMaxDurationTicks = 1'000'000'000'000'000;
 
 /// Snake-case name used on screens and in JSON, "unknown_point".
 const char* reason_name(Reason reason) noexcept;

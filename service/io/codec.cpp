@@ -1,0 +1,218 @@
+#include "service/io/codec.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <exception>
+#include <string_view>
+
+#include "freeflex_msgs/control_t.hpp"
+#include "service/io/codec_wire.hpp"
+
+namespace freeflex::io {
+namespace {
+
+constexpr std::int64_t kMaxStepTicks = 1'000'000'000;  // control_t.STEP
+constexpr std::int64_t kMaxMode = 1'000'000'000;  // control_t.SHAPES; the daemon knows how many there are
+
+void copy_sender(std::string_view from, std::array<char, kSenderSize>& to) {
+  to.fill('\0');
+  std::copy_n(from.data(), std::min(from.size(), static_cast<std::size_t>(kSenderSize - 1)), to.data());
+}
+
+/// A sender as it may be shown: at most 40 characters, each printable.
+std::array<char, 41> printable(std::string_view sender) {
+  std::array<char, 41> shown{};
+  std::transform(sender.begin(),
+                 sender.begin() + static_cast<std::ptrdiff_t>(std::min<std::size_t>(sender.size(), 40)),
+                 shown.begin(), [](char c) { return c >= ' ' && c <= '~' ? c : '?'; });
+  return shown;
+}
+
+/// Fills in who sent it, then applies the rules of session and sender.
+/// \pre verdict.reason comes from the layout and verdict.text says it
+void check_head(std::span<const std::byte> bytes, std::int64_t session, Verdict& verdict) {
+  if (verdict.reason == Reason::kWrongType) return;  // another layout: nothing can be read
+  const std::optional<Head> head = read_head(bytes);
+  if (!head) return;
+  const bool is_sender_valid = is_valid_sender(head->sender);
+  if (is_sender_valid) copy_sender(head->sender, verdict.sender);
+  verdict.sequence = head->sequence;
+  if (verdict.reason == Reason::kMalformed) return;
+  if (head->session != session) {
+    verdict.reason = Reason::kWrongSession;
+    print(verdict.text, "session %lld, this daemon's is %lld (status_t.session)",
+          static_cast<long long>(head->session), static_cast<long long>(session));
+  } else if (!is_sender_valid) {
+    verdict.reason = Reason::kBadSender;
+    print(verdict.text, "sender \"%s\" of %zu characters, must be 1 to %d of A-Z a-z 0-9 _ . -",
+          printable(head->sender).data(), head->sender.size(), kSenderSize - 1);
+  }
+}
+
+void check_control(const freeflex_msgs::control_t& message, Verdict& verdict) {
+  using Control = freeflex_msgs::control_t;
+  const auto command = message.command;
+  std::int64_t least = 0;
+  std::int64_t most = 0;
+  if (command == Control::STEP) {
+    least = 1;
+    most = kMaxStepTicks;
+  } else if (command == Control::SHAPES) {
+    least = 1;
+    most = kMaxMode;
+  } else if (command < Control::RUN || command > Control::SHAPES) {
+    verdict.reason = Reason::kBadControl;
+    print(verdict.text, "command %d, must be 1 run, 2 hold, 3 step, 4 reset, 5 stop or 6 shapes", command);
+    return;
+  }
+  if (message.count < least || message.count > most) {
+    verdict.reason = Reason::kBadControl;
+    print(verdict.text, "command %d with count %lld, must be %lld to %lld", command,
+          static_cast<long long>(message.count), static_cast<long long>(least), static_cast<long long>(most));
+  }
+}
+
+/// Generated decode of bytes that passed their layout check.
+template <class Message>
+bool decode_exactly(std::span<const std::byte> bytes, Message& message) {
+  const int size = static_cast<int>(bytes.size());
+  return message.decode(bytes.data(), 0, size) == size;
+}
+
+/// Out of memory is the only way here: decode is given lengths that fit.
+Verdict out_of_memory(Verdict verdict) {
+  verdict.reason = Reason::kQueueFull;
+  print(verdict.text, "no memory to decode the command");
+  return verdict;
+}
+
+}  // namespace
+
+void fill_name_table(const Plan& plan, NameTable& table) {
+  table = NameTable{};
+  table.num_points = static_cast<std::int32_t>(plan.points.size());
+  table.num_groups = static_cast<std::int32_t>(plan.groups.size());
+  table.force_limit = plan.force_limit;
+  table.torque_limit = plan.torque_limit;
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+    table.is_pushable[i] = plan.points[i].pushable && plan.points[i].row >= 0 ? 1 : 0;
+  }
+  for (std::size_t g = 0; g < plan.groups.size(); ++g) {
+    const PlanGroup& group = plan.groups[g];
+    const auto has_rows = [&plan](std::int32_t point) {
+      return plan.points[static_cast<std::size_t>(point)].row >= 0;
+    };
+    table.groups[g].torque_rank = group.torque_rank;
+    table.groups[g].line = group.line;
+    table.groups[g].is_pushable = std::all_of(group.points.begin(), group.points.end(), has_rows) ? 1 : 0;
+  }
+}
+
+Verdict decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
+                     ForceCommand& command) noexcept {
+  Verdict verdict;
+  verdict.reason = check_force_layout(bytes, verdict.text);
+  check_head(bytes, session, verdict);
+  if (verdict.reason != Reason::kAccepted) return verdict;
+  try {
+    freeflex_msgs::force_t message;
+    if (decode_exactly(bytes, message)) return from_message(message, table, command);
+  } catch (const std::exception&) {
+    return out_of_memory(verdict);
+  }
+  verdict.reason = Reason::kMalformed;
+  print(verdict.text, "%zu bytes do not decode as force_t", bytes.size());
+  return verdict;
+}
+
+Verdict decode_control(std::span<const std::byte> bytes, std::int64_t session,
+                       ControlCommand& command) noexcept {
+  Verdict verdict;
+  verdict.reason = check_control_layout(bytes, verdict.text);
+  check_head(bytes, session, verdict);
+  if (verdict.reason != Reason::kAccepted) return verdict;
+  try {
+    freeflex_msgs::control_t message;
+    if (!decode_exactly(bytes, message)) {
+      verdict.reason = Reason::kMalformed;
+      print(verdict.text, "%zu bytes do not decode as control_t", bytes.size());
+      return verdict;
+    }
+    check_control(message, verdict);
+    command.sender = verdict.sender;
+    command.sequence = message.sequence;
+    command.command = message.command;
+    command.count = message.count;
+  } catch (const std::exception&) {
+    return out_of_memory(verdict);
+  }
+  return verdict;
+}
+
+freeflex_msgs::force_t to_message(const ForceCommand& command, std::int64_t session, std::int64_t utime) {
+  freeflex_msgs::force_t message{};
+  message.utime = utime;
+  message.session = session;
+  message.sender = command.sender.data();
+  message.sequence = command.sequence;
+  message.slot = command.slot;
+  message.axes = command.axes;
+  message.start_tick = command.start_tick;
+  message.late_policy = command.late_policy;
+  message.duration_ticks = command.duration_ticks;
+  message.lease_ticks = command.lease_ticks;
+  message.num_forces = command.num_points;
+  message.num_wrenches = command.num_wrenches;
+  message.forces.resize(static_cast<std::size_t>(command.num_points));
+  message.wrenches.resize(static_cast<std::size_t>(command.num_wrenches));
+  for (std::size_t i = 0; i < message.forces.size(); ++i) {
+    message.forces[i].point = command.points[i].point;
+    std::copy_n(command.points[i].force.begin(), 3, message.forces[i].force);
+  }
+  for (std::size_t i = 0; i < message.wrenches.size(); ++i) {
+    message.wrenches[i].group = command.wrenches[i].group;
+    std::copy_n(command.wrenches[i].force.begin(), 3, message.wrenches[i].force);
+    std::copy_n(command.wrenches[i].torque.begin(), 3, message.wrenches[i].torque);
+  }
+  return message;
+}
+
+Verdict from_message(const freeflex_msgs::force_t& message, const NameTable& table,
+                     ForceCommand& command) noexcept {
+  Verdict verdict;
+  verdict.sequence = message.sequence;
+  if (!is_valid_sender(message.sender)) {
+    verdict.reason = Reason::kBadSender;
+    print(verdict.text, "sender \"%s\" of %zu characters, must be 1 to %d of A-Z a-z 0-9 _ . -",
+          printable(message.sender).data(), message.sender.size(), kSenderSize - 1);
+    return verdict;
+  }
+  copy_sender(message.sender, verdict.sender);
+  command = ForceCommand{};
+  command.sender = verdict.sender;
+  command.sequence = message.sequence;
+  command.slot = message.slot;
+  command.axes = message.axes;
+  command.start_tick = message.start_tick;
+  command.late_policy = message.late_policy;
+  command.duration_ticks = message.duration_ticks;
+  command.lease_ticks = message.lease_ticks;
+  command.num_points = message.num_forces;
+  command.num_wrenches = message.num_wrenches;
+  // a count above its limit is copied as far as there is room, then rejected by check_command
+  const std::size_t num_points = std::min(message.forces.size(), command.points.size());
+  const std::size_t num_wrenches = std::min(message.wrenches.size(), command.wrenches.size());
+  for (std::size_t i = 0; i < num_points; ++i) {
+    command.points[i].point = message.forces[i].point;
+    std::copy_n(message.forces[i].force, 3, command.points[i].force.begin());
+  }
+  for (std::size_t i = 0; i < num_wrenches; ++i) {
+    command.wrenches[i].group = message.wrenches[i].group;
+    std::copy_n(message.wrenches[i].force, 3, command.wrenches[i].force.begin());
+    std::copy_n(message.wrenches[i].torque, 3, command.wrenches[i].torque.begin());
+  }
+  verdict.reason = check_command(command, table, verdict.text);
+  return verdict;
+}
+
+}  // namespace freeflex::io

@@ -1,0 +1,203 @@
+// The rules of a command that need neither bytes nor tick.
+#include <algorithm>
+#include <bitset>
+#include <cmath>
+#include <string_view>
+
+#include "service/io/codec.hpp"
+#include "service/io/codec_wire.hpp"
+
+namespace freeflex::io {
+namespace {
+
+using Text = std::span<char>;
+
+bool is_finite(const Vec3& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
+bool is_zero(const Vec3& v) { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
+
+/// |v| against a limit without overflow. \param limit > 0, or 0: none
+bool is_over(const Vec3& v, double limit) {
+  // rounding of three squares and their sum: a vector of exactly the limit is within it
+  constexpr double kRounding = 1.0 + 8.0 * 2.220446049250313e-16;
+  if (limit <= 0.0) return false;
+  double square = 0.0;
+  for (const double component : v) {
+    const double part = component / limit;
+    if (std::fabs(part) > 1.0) return true;
+    square += part * part;
+  }
+  return square > kRounding;
+}
+
+double length(const Vec3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+
+/// Torque that the group's points cannot make: about the line of a collinear group in body axes, any on one
+/// point.
+bool is_unreachable(const NameTable::GroupReach& reach, const Vec3& torque, std::int32_t axes) {
+  // a torque meant normal to the line may be off by the rounding of whoever computed it
+  constexpr double kAlong = 1e-9;
+  if (reach.torque_rank == 0) return !is_zero(torque);
+  if (reach.torque_rank == 3 || axes != 1) return false;
+  const double largest = std::max({std::fabs(torque[0]), std::fabs(torque[1]), std::fabs(torque[2])});
+  if (largest == 0.0) return false;
+  double along = 0.0;
+  for (std::size_t i = 0; i < 3; ++i) along += torque[i] / largest * reach.line[i];
+  return std::fabs(along) > kAlong;
+}
+
+Reason check_header(const ForceCommand& command, Text text) {
+  if (command.slot < 0 || command.slot > kMaxSlotNumber) {
+    print(text, "slot %d, must be 0 to %d", command.slot, kMaxSlotNumber);
+    return Reason::kBadSlot;
+  }
+  if (command.axes != 0 && command.axes != 1) {
+    print(text, "axes %d, must be 0 (world) or 1 (body)", command.axes);
+    return Reason::kBadAxes;
+  }
+  if (command.start_tick < -1) {
+    print(text, "start_tick %lld, must be -1 (at once) or a tick",
+          static_cast<long long>(command.start_tick));
+    return Reason::kBadTiming;
+  }
+  if (command.late_policy != 0 && command.late_policy != 1) {
+    print(text, "late_policy %d, must be 0 (reject) or 1 (take at the next tick)", command.late_policy);
+    return Reason::kBadTiming;
+  }
+  const auto in_range = [](std::int64_t ticks) { return ticks >= 0 && ticks <= kMaxDurationTicks; };
+  const bool is_clear = command.num_points == 0 && command.num_wrenches == 0;
+  const int num_ends = (command.duration_ticks != 0) + (command.lease_ticks != 0);
+  if (!in_range(command.duration_ticks) || !in_range(command.lease_ticks) || num_ends > 1 ||
+      (num_ends == 0 && !is_clear)) {
+    print(text, "duration_ticks %lld and lease_ticks %lld: one must be 0 and the other 1 to %lld",
+          static_cast<long long>(command.duration_ticks), static_cast<long long>(command.lease_ticks),
+          static_cast<long long>(kMaxDurationTicks));
+    return Reason::kBadTiming;
+  }
+  if (command.num_points < 0 || command.num_points > kMaxCommandPoints || command.num_wrenches < 0 ||
+      command.num_wrenches > kMaxCommandWrenches) {
+    print(text, "%d forces and %d wrenches, must be at most %d and %d", command.num_points,
+          command.num_wrenches, kMaxCommandPoints, kMaxCommandWrenches);
+    return Reason::kTooManyPoints;
+  }
+  return Reason::kAccepted;
+}
+
+Reason check_points(const ForceCommand& command, const NameTable& table, Text text) {
+  std::bitset<NameTable::kMaxPoints> seen;
+  const int known = std::clamp(table.num_points, 0, NameTable::kMaxPoints);
+  for (int i = 0; i < command.num_points; ++i) {
+    const PointForce& entry = command.points[static_cast<std::size_t>(i)];
+    const auto point = static_cast<std::size_t>(entry.point);
+    if (entry.point < 0 || entry.point >= known) {
+      print(text, "forces[%d]: point %d, the scene has 0 to %d", i, entry.point, known - 1);
+      return Reason::kUnknownPoint;
+    }
+    if (table.is_pushable[point] == 0) {
+      print(text, "forces[%d]: point %d may not be pushed; add it to the scene's pushable points", i,
+            entry.point);
+      return Reason::kNotPushable;
+    }
+    if (seen.test(point)) {
+      print(text, "forces[%d]: point %d is named twice, each at most once", i, entry.point);
+      return Reason::kDuplicatePoint;
+    }
+    seen.set(point);
+    if (!is_finite(entry.force)) {
+      print(text, "forces[%d]: point %d: force (%g, %g, %g) N, must be finite", i, entry.point,
+            entry.force[0], entry.force[1], entry.force[2]);
+      return Reason::kNotFinite;
+    }
+    if (is_over(entry.force, table.force_limit)) {
+      print(text, "forces[%d]: point %d: |force| %g N, the scene allows at most %g N", i, entry.point,
+            length(entry.force), table.force_limit);
+      return Reason::kOverLimit;
+    }
+  }
+  return Reason::kAccepted;
+}
+
+Reason check_wrench_values(const Wrench& entry, int i, const NameTable& table, Text text) {
+  if (!is_finite(entry.force) || !is_finite(entry.torque)) {
+    print(text, "wrenches[%d]: group %d: force (%g, %g, %g) N, torque (%g, %g, %g) N m, must be finite", i,
+          entry.group, entry.force[0], entry.force[1], entry.force[2], entry.torque[0], entry.torque[1],
+          entry.torque[2]);
+    return Reason::kNotFinite;
+  }
+  if (is_over(entry.force, table.force_limit)) {
+    print(text, "wrenches[%d]: group %d: |force| %g N, the scene allows at most %g N", i, entry.group,
+          length(entry.force), table.force_limit);
+    return Reason::kOverLimit;
+  }
+  if (is_over(entry.torque, table.torque_limit)) {
+    print(text, "wrenches[%d]: group %d: |torque| %g N m, the scene allows at most %g N m", i, entry.group,
+          length(entry.torque), table.torque_limit);
+    return Reason::kOverLimit;
+  }
+  return Reason::kAccepted;
+}
+
+Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text text) {
+  std::bitset<NameTable::kMaxGroups> seen;
+  const int known = std::clamp(table.num_groups, 0, NameTable::kMaxGroups);
+  for (int i = 0; i < command.num_wrenches; ++i) {
+    const Wrench& entry = command.wrenches[static_cast<std::size_t>(i)];
+    const auto group = static_cast<std::size_t>(entry.group);
+    if (entry.group < 0 || entry.group >= known) {
+      print(text, "wrenches[%d]: group %d, the scene has %d groups from 0", i, entry.group, known);
+      return Reason::kUnknownGroup;
+    }
+    const NameTable::GroupReach& reach = table.groups[group];
+    if (reach.is_pushable == 0) {
+      print(
+          text,
+          "wrenches[%d]: group %d has points that may not be pushed; add them to the scene's pushable points",
+          i, entry.group);
+      return Reason::kNotPushable;
+    }
+    if (seen.test(group)) {
+      print(text, "wrenches[%d]: group %d is named twice, each at most once", i, entry.group);
+      return Reason::kDuplicatePoint;
+    }
+    seen.set(group);
+    const Reason values = check_wrench_values(entry, i, table, text);
+    if (values != Reason::kAccepted) return values;
+    if (is_unreachable(reach, entry.torque, command.axes)) {
+      print(
+          text, "wrenches[%d]: group %d cannot take the torque (%g, %g, %g) N m: %s", i, entry.group,
+          entry.torque[0], entry.torque[1], entry.torque[2],
+          reach.torque_rank == 0 ? "it is a single point" : "its points lie on a line, none about that line");
+      return Reason::kUnreachableTorque;
+    }
+  }
+  return Reason::kAccepted;
+}
+
+}  // namespace
+
+bool is_valid_sender(std::string_view sender) noexcept {
+  const auto is_allowed = [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' ||
+           c == '.' || c == '-';
+  };
+  return !sender.empty() && sender.size() < kSenderSize &&
+         std::all_of(sender.begin(), sender.end(), is_allowed);
+}
+
+bool is_valid_sender(const std::array<char, kSenderSize>& sender) noexcept {
+  const auto end = std::find(sender.begin(), sender.end(), '\0');
+  return end != sender.end() &&
+         is_valid_sender(std::string_view(sender.data(), static_cast<std::size_t>(end - sender.begin())));
+}
+
+Reason check_command(const ForceCommand& command, const NameTable& table, std::span<char> text) noexcept {
+  const Reason header = check_header(command, text);
+  if (header != Reason::kAccepted) return header;
+  const Reason points = check_points(command, table, text);
+  return points != Reason::kAccepted ? points : check_wrenches(command, table, text);
+}
+
+bool is_sane(const ForceCommand& command, const NameTable& table) noexcept {
+  return is_valid_sender(command.sender) && check_command(command, table, {}) == Reason::kAccepted;
+}
+
+}  // namespace freeflex::io
