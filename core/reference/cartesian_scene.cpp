@@ -1,0 +1,179 @@
+// Scene -> Cartesian system: what can be stated, and a clear refusal of the rest.
+#include <Eigen/Eigenvalues>
+#include <cmath>
+
+#include "core/reference/cartesian.hpp"
+
+namespace freeflex {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+
+Matrix3d cross_matrix(const Vector3d& v) {
+  Matrix3d m;
+  m << 0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0;
+  return m;
+}
+
+/// Inertia of points about their centre of mass, and its pseudo-inverse with the rank that survives.
+struct Inertia {
+  Matrix3d inverse = Matrix3d::Zero();
+  int rank = 0;
+};
+Inertia inverse_inertia(const Eigen::VectorXd& mass, const Matrix3Xd& d) {
+  constexpr double kNoMoment = 1e-13;  // relative; rounding of the moments of a collinear set
+  Matrix3d inertia = Matrix3d::Zero();
+  for (Eigen::Index i = 0; i < mass.size(); ++i) {
+    inertia += mass[i] * (d.col(i).squaredNorm() * Matrix3d::Identity() - d.col(i) * d.col(i).transpose());
+  }
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> solver(inertia);
+  Inertia result;
+  for (int k = 0; k < 3; ++k) {
+    const double moment = solver.eigenvalues()[k];
+    if (moment <= kNoMoment * solver.eigenvalues()[2]) continue;
+    const Vector3d axis = solver.eigenvectors().col(k);
+    result.inverse += axis * axis.transpose() / moment;
+    ++result.rank;
+  }
+  return result;
+}
+
+std::string find_refusal(const Scene& scene) {
+  for (const Link& link : scene.links) {
+    const bool is_axial = std::holds_alternative<Spring>(link.kind) || std::holds_alternative<Bar>(link.kind);
+    if (!is_axial) {
+      return "link '" + link.name +
+             "': the Cartesian reference holds springs and bars only; a beam or a matrix " +
+             "is linear in the displacements and has no true length";
+    }
+  }
+  if (scene.damping.modal_ratio != 0.0 || !scene.damping.mode_ratios.empty() || scene.damping.alpha != 0.0) {
+    return "the Cartesian reference takes stiffness-proportional damping (beta) only; modal ratios and alpha "
+           "act "
+           "on elastic coordinates, which it does not have";
+  }
+  if (!scene.initial.modes.empty()) {
+    return "the Cartesian reference has no modes: give the initial elastic state by points";
+  }
+  return {};
+}
+
+void add_wrench(const CartesianSystem& system, const Group& group, const WrenchLoad& wrench,
+                CartesianLoad& load) {
+  const auto count = static_cast<Eigen::Index>(group.points.size());
+  Eigen::VectorXd mass(count);
+  Matrix3Xd d(3, count);
+  for (Eigen::Index k = 0; k < count; ++k) {
+    const int point = group.points[static_cast<std::size_t>(k)];
+    mass[k] = system.mass[point];
+    d.col(k) = system.r.col(point);
+  }
+  const Vector3d centre = d * mass / mass.sum();
+  d.colwise() -= centre;
+  const Inertia inertia = inverse_inertia(mass, d);
+  CartesianLoad::Torque torque;
+  torque.torque = wrench.torque;
+  torque.points = group.points;
+  for (Eigen::Index k = 0; k < count; ++k) {
+    load.forces.push_back({torque.points[static_cast<std::size_t>(k)], mass[k] / mass.sum() * wrench.force});
+    torque.force_per_torque.emplace_back(-mass[k] * cross_matrix(d.col(k)) * inertia.inverse);
+  }
+  if (!wrench.torque.isZero(0.0)) load.torques.push_back(std::move(torque));
+}
+
+/// Pulse edges stand at ticks, as they do in the plan (X13).
+History at_ticks(const History& history, double rate) {
+  const auto* pulse = std::get_if<PulseHistory>(&history);
+  if (pulse == nullptr) return history;
+  const double start = std::round(pulse->start * rate) / rate;
+  return PulseHistory{start, std::round((pulse->start + pulse->duration) * rate) / rate - start};
+}
+
+void add_loads(const Scene& scene, CartesianSystem& system) {
+  for (const Load& given : scene.loads) {
+    CartesianLoad load;
+    load.axes = given.axes;
+    load.forces = given.forces;
+    load.history = at_ticks(given.history, scene.rate);
+    for (const WrenchLoad& wrench : given.wrenches) {
+      add_wrench(system, scene.groups[static_cast<std::size_t>(wrench.group)], wrench, load);
+    }
+    system.needs_body_axes = system.needs_body_axes || load.axes == Axes::kBody || !load.torques.empty();
+    system.loads.push_back(std::move(load));
+  }
+}
+
+/// Takes the mass-weighted rigid part out of displacements or their rates (Eckart conditions, THEORY 2.2).
+void remove_rigid_part(const CartesianSystem& system, const Matrix3d& inverse, Eigen::Ref<Matrix3Xd> V) {
+  const Vector3d mean = V * system.mass / system.mass.sum();
+  V.colwise() -= mean;
+  Vector3d moment = Vector3d::Zero();
+  for (Eigen::Index i = 0; i < V.cols(); ++i) {
+    moment += system.mass[i] * Vector3d(system.r.col(i)).cross(Vector3d(V.col(i)));
+  }
+  const Vector3d angle = inverse * moment;
+  for (Eigen::Index i = 0; i < V.cols(); ++i) V.col(i) -= angle.cross(Vector3d(system.r.col(i)));
+}
+
+void set_initial(const Scene& scene, const Vector3d& p_SB, const Matrix3d& inverse, CartesianSystem& system) {
+  const Eigen::Index n = system.mass.size();
+  const Initial& initial = scene.initial;
+  system.q_WB =
+      Eigen::Quaterniond(initial.attitude[0], initial.attitude[1], initial.attitude[2], initial.attitude[3]);
+  system.q_WB.normalize();
+  system.p_W = initial.position + system.q_WB * p_SB;
+  system.v_W = initial.velocity;
+  system.spin = initial.angular_velocity;
+  system.initial = Eigen::VectorXd::Zero(6 * n);
+  Eigen::Map<Matrix3Xd> V(system.initial.data(), 3, n), V_dot(system.initial.data() + 3 * n, 3, n);
+  for (const Initial::PointElastic& item : initial.points) {
+    V.col(item.point) += item.displacement;
+    V_dot.col(item.point) += item.velocity;
+  }
+  if (initial.points.empty()) return;
+  remove_rigid_part(system, inverse, V);
+  remove_rigid_part(system, inverse, V_dot);
+}
+
+}  // namespace
+
+std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::string& error) {
+  error = find_refusal(scene);
+  if (!error.empty()) return std::nullopt;
+  const auto n = static_cast<Eigen::Index>(scene.points.size());
+  CartesianSystem system;
+  system.mass.resize(n);
+  system.r.resize(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    system.mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
+    system.r.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+  }
+  const Vector3d p_SB = system.r * system.mass / system.mass.sum();
+  system.r.colwise() -= p_SB;
+  for (const Link& given : scene.links) {
+    CartesianLink link{given.points[0], given.points[1], Vector3d::Zero(), 0.0, 0.0};
+    // from the scene's own coordinates: the shift to the centre of mass would round it
+    link.rest = scene.points[static_cast<std::size_t>(link.second)].position -
+                scene.points[static_cast<std::size_t>(link.first)].position;
+    link.length = link.rest.norm();
+    const auto* bar = std::get_if<Bar>(&given.kind);
+    link.stiffness = bar != nullptr ? bar->EA / link.length : std::get<Spring>(given.kind).stiffness;
+    system.links.push_back(link);
+  }
+  system.link_damping = scene.damping.beta;
+  system.gravity_W = scene.gravity;
+  add_loads(scene, system);
+  const Inertia inertia = inverse_inertia(system.mass, system.r);
+  if (system.needs_body_axes && inertia.rank < 3) {
+    error =
+        "body-axis loads and torques on a collinear shape need its turn about its own line, which the "
+        "Cartesian points do not define";
+    return std::nullopt;
+  }
+  set_initial(scene, p_SB, inertia.inverse, system);
+  return system;
+}
+
+}  // namespace freeflex

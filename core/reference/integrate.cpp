@@ -1,0 +1,130 @@
+#include "core/reference/integrate.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/reference/elastic_error.hpp"
+#include "core/reference/sundials_solver.hpp"
+
+namespace freeflex {
+namespace {
+
+/// Bound from below on the elastic scale that needs no motion: loads over the stiffest link. Too small only
+/// costs the pilot run some steps.
+ElasticScale guess_scale(const CartesianSystem& system) {
+  constexpr double kSmallestStrain = 1e-12;  // [-] of the size, for systems that nothing strains
+  double force = 0.0;
+  for (const CartesianLoad& load : system.loads) {
+    for (const PointLoad& item : load.forces) force += item.force.norm();
+  }
+  double size = 0.0;
+  for (Eigen::Index i = 0; i < system.mass.size(); ++i) {
+    const double arm = system.r.col(i).norm();
+    size = std::max(size, arm);
+    force = std::max(force, system.mass[i] * system.spin.squaredNorm() * arm);
+  }
+  double softest = 0.0, stiffest = 0.0;  // [N/m]
+  for (const CartesianLink& link : system.links) {
+    stiffest = std::max(stiffest, link.stiffness);
+    softest = softest == 0.0 ? link.stiffness : std::min(softest, link.stiffness);
+  }
+  const Eigen::Index n = 3 * system.mass.size();
+  ElasticScale scale;
+  scale.displacement =
+      kSmallestStrain * std::max(size, 1e-3) + system.initial.head(n).lpNorm<Eigen::Infinity>();
+  if (stiffest > 0.0) scale.displacement += force / stiffest;
+  scale.velocity = scale.displacement * std::max(std::sqrt(softest / system.mass.maxCoeff()), 1e-3) +
+                   system.initial.tail(n).lpNorm<Eigen::Infinity>();
+  return scale;
+}
+
+/// Ends of the smooth pieces; the last is the last requested time.
+std::vector<double> piece_ends(const CartesianSystem& system, double end) {
+  std::vector<double> ends = discontinuities(system, end);
+  ends.push_back(end);
+  return ends;
+}
+
+ReferenceRun integrate_at_scale(const CartesianSystem& system, std::span<const double> times,
+                                const ReferenceOptions& options, const ElasticScale& scale) {
+  ReferenceRun run;
+  run.scale = scale;
+  if (times.empty()) return run;
+  std::vector<double> y(system.initial.data(), system.initial.data() + system.initial.size());
+  double t = 0.0;
+  std::size_t next = 0;
+  for (const double end : piece_ends(system, times.back())) {
+    SundialsSolver solver(system, options, scale, t, 0.5 * (t + end), y);
+    while (t < end && run.error.empty()) {
+      const double stop = std::min(end, times[next]);
+      run.error = solver.advance(stop, y);
+      if (!run.error.empty()) break;
+      t = stop;
+      if (t != times[next]) continue;
+      run.states.push_back(to_world(system, t, y));
+      run.strain_energy.push_back(strain_energy(system, std::span(y).first(y.size() / 2)));
+      ++next;
+    }
+    run.num_evaluations += solver.num_evaluations();
+    if (!run.error.empty()) break;
+  }
+  return run;
+}
+
+/// The largest displacement and strain energy of a loose run.
+ReferenceRun find_scale(const CartesianSystem& system, double end, ReferenceOptions options) {
+  constexpr int kSamples = 64;
+  constexpr double kPilotTolerance = 1e-3;  // [-] of a scale that is already too small
+  std::vector<double> times;
+  for (int k = 1; k <= kSamples; ++k) times.push_back(end * k / kSamples);
+  options.tolerance = kPilotTolerance;
+  ReferenceRun run = integrate_at_scale(system, times, options, guess_scale(system));
+  ElasticScale found;
+  for (std::size_t k = 0; k < run.states.size(); ++k) {
+    const double u = elastic_displacements(system.mass, system.r, run.states[k].p_W).norm();
+    found.displacement = std::max(found.displacement, u / std::sqrt(static_cast<double>(system.mass.size())));
+    found.velocity = std::max(found.velocity, std::sqrt(2.0 * run.strain_energy[k] / system.mass.sum()));
+  }
+  run.scale.displacement = std::max(found.displacement, run.scale.displacement);
+  run.scale.velocity = std::max(found.velocity, run.scale.velocity);
+  return run;
+}
+
+}  // namespace
+
+ReferenceRun integrate(const CartesianSystem& system, std::span<const double> times,
+                       const ReferenceOptions& options) {
+  if (options.fixed_step > 0.0 || times.empty()) return integrate_at_scale(system, times, options, {});
+  if (options.scale) return integrate_at_scale(system, times, options, *options.scale);
+  const ReferenceRun pilot = find_scale(system, times.back(), options);
+  if (!pilot.error.empty()) {
+    ReferenceRun failed;
+    failed.error = "pilot run: " + pilot.error;
+    return failed;
+  }
+  return integrate_at_scale(system, times, options, pilot.scale);
+}
+
+ReferenceRun integrate_with_estimate(const CartesianSystem& system, std::span<const double> times,
+                                     const ReferenceOptions& options) {
+  constexpr double kCoarser = 30.0;
+  ReferenceRun run = integrate(system, times, options);
+  if (!run.error.empty()) return run;
+  ReferenceOptions coarse = options;
+  coarse.tolerance *= kCoarser;
+  coarse.fixed_step *= 2.0;
+  coarse.scale = run.scale;
+  const ReferenceRun check = integrate(system, times, coarse);
+  if (!check.error.empty()) {
+    run.error = "run for the estimate: " + check.error;
+    return run;
+  }
+  for (std::size_t k = 0; k < run.states.size(); ++k) {
+    const auto u = elastic_displacements(system.mass, system.r, run.states[k].p_W);
+    const auto u_check = elastic_displacements(system.mass, system.r, check.states[k].p_W);
+    run.accuracy = std::max(run.accuracy, elastic_error(u_check, u));
+  }
+  return run;
+}
+
+}  // namespace freeflex

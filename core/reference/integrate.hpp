@@ -1,0 +1,53 @@
+// Motion of a Cartesian system by SUNDIALS, with tolerances in units of the deformation (THEORY X35).
+#pragma once
+
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/reference/cartesian.hpp"
+
+namespace freeflex {
+
+enum class ReferenceMethod {
+  kFehlberg78,   // ARKODE, explicit Runge-Kutta of order 8, 13 stages
+  kRungeKutta4,  // ARKODE, the classical explicit method of order 4; fixed step only
+  kAdams,        // CVODE, Adams-Moulton to order 12 with fixed-point iteration; adaptive only
+};
+
+/// Sizes that tolerances are fractions of. Never the size of the structure: a deformation is often 1e-7 of
+/// it.
+struct ElasticScale {
+  double displacement = 0.0;  // [m] largest root mean square elastic displacement
+  double velocity = 0.0;      // [m/s] sqrt(2 (largest strain energy) / mass)
+};
+
+struct ReferenceOptions {
+  ReferenceMethod method = ReferenceMethod::kFehlberg78;
+  double tolerance = 1e-9;            // [-] local error of a step over the elastic scale, > 0
+  double fixed_step = 0.0;            // [s] > 0: this step, rounded to divide each smooth piece; 0: adaptive
+  std::optional<ElasticScale> scale;  // found by a pilot run when absent; not used with a fixed step
+};
+
+struct ReferenceRun {
+  std::string error;  // empty: every SUNDIALS call succeeded; else what failed, and states end before it
+  std::vector<CartesianState> states;  // at the requested times
+  std::vector<double> strain_energy;   // [J] at the requested times
+  ElasticScale scale;
+  long num_evaluations = 0;  // of the accelerations, pilot run not counted
+  double accuracy = 0.0;     // [-] see integrate_with_estimate
+};
+
+/// Integrates from t = 0 through `times` [s] (ascending, > 0), restarting at every discontinuity of the
+/// loads. Every requested time is the end of a step: nothing is interpolated.
+ReferenceRun integrate(const CartesianSystem& system, std::span<const double> times,
+                       const ReferenceOptions& options = {});
+
+/// The same, and `accuracy`: the largest elastic error (X37) over `times` of a coarser run (tolerance times
+/// 30, or twice the fixed step) against this one. It bounds the error of the coarser run, so it overstates
+/// this run's.
+ReferenceRun integrate_with_estimate(const CartesianSystem& system, std::span<const double> times,
+                                     const ReferenceOptions& options = {});
+
+}  // namespace freeflex
