@@ -3,6 +3,7 @@
 
 #include <array>
 #include <atomic>
+#include <cstddef>
 #include <cstdint>
 #include <type_traits>
 
@@ -11,8 +12,12 @@
 
 namespace freeflex::service {
 
-/// Single-producer single-consumer ring of trivially copyable entries. The consumer treats the producer's
-/// index as untrusted: a distance outside [0, Capacity] is a fault of the producer and empties the ring.
+/// Single-producer single-consumer ring of trivially copyable entries. The consumer treats the producer as
+/// untrusted: a distance outside [0, Capacity] is a fault of the producer and empties the ring; every index
+/// is taken modulo Capacity, so whatever stands in head_ and tail_ no access leaves the array; an entry is
+/// copied out before anything looks at it. Overwriting tail_ gains a hostile producer nothing that pushing
+/// would not: entries again, entries lost, a ring that is never empty. The consumer therefore takes a bounded
+/// number of entries at a time and checks each (io::is_sane).
 template <class Entry, int Capacity>
 class Ring {
   static_assert(std::is_trivially_copyable_v<Entry>);
@@ -29,7 +34,8 @@ class Ring {
   }
   /// Producer only. Entries that try_push would take now; the consumer can only raise it.
   int num_free() const noexcept {
-    return Capacity - static_cast<int>(head_.load(std::memory_order_relaxed) - tail_.load(std::memory_order_acquire));
+    return Capacity -
+           static_cast<int>(head_.load(std::memory_order_relaxed) - tail_.load(std::memory_order_acquire));
   }
   /// Consumer only. False when empty.
   bool try_pop(Entry& entry) noexcept {
@@ -64,24 +70,46 @@ struct RejectionEntry {
   io::Verdict verdict;
 };
 
-/// Written by the daemon before the ingress starts (read-only to the ingress).
+/// Written by the daemon before the ingress starts; the ingress maps it read-only.
 struct IngressSettings {
   std::int64_t session = 0;
+  std::int32_t daemon_pid = 0;  // the ingress ends when this is no longer its parent
   std::array<char, 256> lcm_url{};
   std::array<char, 64> channel_prefix{};
   io::NameTable names;
 };
 
+/// Last sequence of each sender in this session. Only the ingress uses it; it stands here to outlive a
+/// restart.
+struct SenderTable {
+  static constexpr int kMaxSenders = 64;
+  struct Record {
+    std::array<char, kSenderSize> sender{};
+    std::atomic<std::int64_t> last_sequence{0};
+  };
+  std::atomic<std::int32_t> num_senders{0};  // raised after the record is complete
+  std::array<Record, kMaxSenders> records{};
+};
+
+/// The daemon makes it, the ingress fills it. Past settings all of it is untrusted by the daemon.
 struct SharedBlock {
-  IngressSettings settings;
-  alignas(64) std::atomic<std::int64_t> tick{0};               // daemon writes
-  alignas(64) std::atomic<std::uint32_t> is_ready{0};          // ingress: subscribed
-  std::atomic<std::int64_t> received{0};                       // ingress: messages on FORCE and CONTROL
-  std::atomic<std::int64_t> dropped_answers{0};                // ingress: rejection ring was full
-  std::atomic<std::int64_t> other_session{0};                  // ingress: session of another daemon's STATUS on this prefix
-  std::array<std::atomic<std::int64_t>, io::kNumReasons> rejections{};  // ingress: by reason
+  static constexpr std::size_t kPageSize = 4096;  // [B]
+  static constexpr std::size_t kSettingsSize =
+      (sizeof(IngressSettings) + kPageSize - 1) / kPageSize * kPageSize;
+
+  alignas(kPageSize) IngressSettings settings;
+  // all below: written by the ingress
+  alignas(kPageSize) std::atomic<std::uint32_t> is_ready{
+      0};                                        // subscribed; the daemon puts 0 before each start
+  std::atomic<std::int64_t> receive_buffer{0};   // [B] what the kernel gave the socket
+  std::atomic<std::int64_t> received{0};         // messages on FORCE and CONTROL
+  std::atomic<std::int64_t> dropped_answers{0};  // the ring of rejections was full
+  std::atomic<std::int64_t> other_session{0};    // of another daemon's STATUS on this prefix
+  std::array<std::atomic<std::int64_t>, io::kNumReasons> rejections{};  // by reason
+  SenderTable senders;
   Ring<InboundEntry, 1024> inbound;
   Ring<RejectionEntry, 1024> rejected;
 };
+static_assert(std::atomic<std::int64_t>::is_always_lock_free, "shared between processes");
 
 }  // namespace freeflex::service

@@ -6,13 +6,11 @@
 #include <string_view>
 
 #include "freeflex_msgs/control_t.hpp"
+#include "messages/channels.hpp"
 #include "service/io/codec_wire.hpp"
 
 namespace freeflex::io {
 namespace {
-
-constexpr std::int64_t kMaxStepTicks = 1'000'000'000;  // control_t.STEP
-constexpr std::int64_t kMaxMode = 1'000'000'000;  // control_t.SHAPES; the daemon knows how many there are
 
 void copy_sender(std::string_view from, std::array<char, kSenderSize>& to) {
   to.fill('\0');
@@ -32,6 +30,7 @@ std::array<char, 41> printable(std::string_view sender) {
 /// \pre verdict.reason comes from the layout and verdict.text says it
 void check_head(std::span<const std::byte> bytes, std::int64_t session, Verdict& verdict) {
   if (verdict.reason == Reason::kWrongType) return;  // another layout: nothing can be read
+  if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) return;
   const std::optional<Head> head = read_head(bytes);
   if (!head) return;
   const bool is_sender_valid = is_valid_sender(head->sender);
@@ -46,29 +45,6 @@ void check_head(std::span<const std::byte> bytes, std::int64_t session, Verdict&
     verdict.reason = Reason::kBadSender;
     print(verdict.text, "sender \"%s\" of %zu characters, must be 1 to %d of A-Z a-z 0-9 _ . -",
           printable(head->sender).data(), head->sender.size(), kSenderSize - 1);
-  }
-}
-
-void check_control(const freeflex_msgs::control_t& message, Verdict& verdict) {
-  using Control = freeflex_msgs::control_t;
-  const auto command = message.command;
-  std::int64_t least = 0;
-  std::int64_t most = 0;
-  if (command == Control::STEP) {
-    least = 1;
-    most = kMaxStepTicks;
-  } else if (command == Control::SHAPES) {
-    least = 1;
-    most = kMaxMode;
-  } else if (command < Control::RUN || command > Control::SHAPES) {
-    verdict.reason = Reason::kBadControl;
-    print(verdict.text, "command %d, must be 1 run, 2 hold, 3 step, 4 reset, 5 stop or 6 shapes", command);
-    return;
-  }
-  if (message.count < least || message.count > most) {
-    verdict.reason = Reason::kBadControl;
-    print(verdict.text, "command %d with count %lld, must be %lld to %lld", command,
-          static_cast<long long>(message.count), static_cast<long long>(least), static_cast<long long>(most));
   }
 }
 
@@ -138,11 +114,8 @@ Verdict decode_control(std::span<const std::byte> bytes, std::int64_t session,
       print(verdict.text, "%zu bytes do not decode as control_t", bytes.size());
       return verdict;
     }
-    check_control(message, verdict);
-    command.sender = verdict.sender;
-    command.sequence = message.sequence;
-    command.command = message.command;
-    command.count = message.count;
+    command = {verdict.sender, message.sequence, message.command, message.count};
+    verdict.reason = check_control(command, verdict.text);
   } catch (const std::exception&) {
     return out_of_memory(verdict);
   }

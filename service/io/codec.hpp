@@ -21,8 +21,8 @@ namespace freeflex::io {
 
 /// kAccepted when the bytes are exactly one force_t or control_t: every count non-negative and within its
 /// limit, every string terminated, and the length the one the counts imply; else kMalformed, kWrongType or
-/// kTooManyPoints. Reads nothing outside the span, allocates nothing; must hold before a generated decode
-/// sees the bytes.
+/// kTooManyPoints. Of more than channels::kMaxMessageBytes it reads nothing at all. Reads nothing outside the
+/// span, allocates nothing; must hold before a generated decode sees the bytes.
 Reason wire_check_force(std::span<const std::byte> bytes) noexcept;
 Reason wire_check_control(std::span<const std::byte> bytes) noexcept;
 
@@ -64,7 +64,7 @@ struct Verdict {
 /// Session in the front of a status_t; empty when the bytes are none.
 std::optional<std::int64_t> read_status_session(std::span<const std::byte> bytes) noexcept;
 
-/// 1 to 31 of A-Z a-z 0-9 _ . -
+/// 1 to 31 of A-Z a-z 0-9 _ . - ; as an array, NUL to the end.
 bool is_valid_sender(std::string_view sender) noexcept;
 bool is_valid_sender(const std::array<char, kSenderSize>& sender) noexcept;
 
@@ -72,9 +72,16 @@ bool is_valid_sender(const std::array<char, kSenderSize>& sender) noexcept;
 /// allowed. Allocates nothing; touches no entry outside the arrays whatever the command holds.
 Reason check_command(const ForceCommand& command, const NameTable& table, std::span<char> text) noexcept;
 
-/// True when sender and contents pass check_command: for a command out of memory that another process writes.
+/// The same for a control command: kBadControl when the command is unknown or its count out of range. The
+/// number of elastic modes, which bounds SHAPES, is the caller's to check.
+Reason check_control(const ControlCommand& command, std::span<char> text) noexcept;
+
+/// True when sender and contents pass, for values out of memory that another process writes.
 /// \param table the caller's own copy
 bool is_sane(const ForceCommand& command, const NameTable& table) noexcept;
+bool is_sane(const ControlCommand& command) noexcept;
+/// A rejection that may be answered: a reason of the list, a valid sender or none, printable text.
+bool is_sane(const Verdict& verdict) noexcept;
 
 /// Checks everything about a command that does not depend on the tick: all reasons but 5, 17 to 20, 22 to 24.
 /// kUnreachableTorque about the line of a collinear group for body axes only: in world axes that part is

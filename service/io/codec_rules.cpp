@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "freeflex_msgs/control_t.hpp"
 #include "service/io/codec.hpp"
 #include "service/io/codec_wire.hpp"
 
@@ -11,6 +12,8 @@ namespace freeflex::io {
 namespace {
 
 using Text = std::span<char>;
+
+constexpr std::int64_t kMaxControlCount = 1'000'000'000;  // control_t.STEP; far above any number of modes
 
 bool is_finite(const Vec3& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
 bool is_zero(const Vec3& v) { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
@@ -185,7 +188,7 @@ bool is_valid_sender(std::string_view sender) noexcept {
 
 bool is_valid_sender(const std::array<char, kSenderSize>& sender) noexcept {
   const auto end = std::find(sender.begin(), sender.end(), '\0');
-  return end != sender.end() &&
+  return std::all_of(end, sender.end(), [](char c) { return c == '\0'; }) &&
          is_valid_sender(std::string_view(sender.data(), static_cast<std::size_t>(end - sender.begin())));
 }
 
@@ -196,8 +199,40 @@ Reason check_command(const ForceCommand& command, const NameTable& table, std::s
   return points != Reason::kAccepted ? points : check_wrenches(command, table, text);
 }
 
+Reason check_control(const ControlCommand& command, std::span<char> text) noexcept {
+  using Control = freeflex_msgs::control_t;
+  std::int64_t least = 0;
+  std::int64_t most = 0;
+  if (command.command == Control::STEP || command.command == Control::SHAPES) {
+    least = 1;
+    most = kMaxControlCount;
+  } else if (command.command < Control::RUN || command.command > Control::SHAPES) {
+    print(text, "command %d, must be 1 run, 2 hold, 3 step, 4 reset, 5 stop or 6 shapes", command.command);
+    return Reason::kBadControl;
+  }
+  if (command.count < least || command.count > most) {
+    print(text, "command %d with count %lld, must be %lld to %lld", command.command,
+          static_cast<long long>(command.count), static_cast<long long>(least), static_cast<long long>(most));
+    return Reason::kBadControl;
+  }
+  return Reason::kAccepted;
+}
+
 bool is_sane(const ForceCommand& command, const NameTable& table) noexcept {
   return is_valid_sender(command.sender) && check_command(command, table, {}) == Reason::kAccepted;
+}
+
+bool is_sane(const ControlCommand& command) noexcept {
+  return is_valid_sender(command.sender) && check_control(command, {}) == Reason::kAccepted;
+}
+
+bool is_sane(const Verdict& verdict) noexcept {
+  const auto reason = static_cast<std::int32_t>(verdict.reason);
+  if (reason <= 0 || reason >= kNumReasons) return false;
+  if (verdict.sender[0] != '\0' && !is_valid_sender(verdict.sender)) return false;
+  const auto end = std::find(verdict.text.begin(), verdict.text.end(), '\0');
+  return end != verdict.text.end() &&
+         std::all_of(verdict.text.begin(), end, [](char c) { return c >= ' ' && c <= '~'; });
 }
 
 }  // namespace freeflex::io

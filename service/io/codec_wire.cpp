@@ -60,6 +60,11 @@ class Walker {
 
 /// Fingerprint and total size: what both commands share.
 Reason check_envelope(std::span<const std::byte> bytes, std::int64_t fingerprint, std::span<char> text) {
+  // first, because of an oversized message nothing may be read: its length may be untrue
+  if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) {
+    print(text, "more than %d bytes", channels::kMaxMessageBytes);
+    return Reason::kMalformed;
+  }
   std::int64_t found = 0;
   if (!Walker(bytes).read(found)) {
     print(text, "%zu bytes: too short for the fingerprint of a message", bytes.size());
@@ -69,10 +74,6 @@ Reason check_envelope(std::span<const std::byte> bytes, std::int64_t fingerprint
     print(text, "fingerprint %016llx: another type or version of the protocol, must be %016llx",
           static_cast<unsigned long long>(found), static_cast<unsigned long long>(fingerprint));
     return Reason::kWrongType;
-  }
-  if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) {
-    print(text, "%zu bytes, must be at most %d", bytes.size(), channels::kMaxMessageBytes);
-    return Reason::kMalformed;
   }
   return Reason::kAccepted;
 }

@@ -1,0 +1,233 @@
+#include <errno.h>
+#include <fcntl.h>
+#include <sched.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/mman.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cstring>
+#include <new>
+#include <thread>
+
+#include "service/ingress.hpp"
+
+namespace freeflex::service {
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
+constexpr int kBlockDescriptor = 3;      // in the ingress: the first after standard error
+constexpr std::size_t kUrlReserve = 32;  // characters that the ingress adds to a URL
+constexpr milliseconds kLongLife{1000};  // one that lived so long is restarted at once
+constexpr milliseconds kFirstPause{5};
+constexpr milliseconds kLongestPause{100};
+constexpr milliseconds kReadyPeriod{2};  // between looks at a starting ingress
+
+std::string system_error(const char* call) {
+  return std::string("cannot start the ingress process: ") + call + ": " + std::strerror(errno);
+}
+
+/// What a status of waitpid means, for a log.
+std::string describe_end(int status) {
+  if (WIFSIGNALED(status)) {
+    return std::string("ended by signal ") + std::to_string(WTERMSIG(status)) + " (" +
+           strsignal(WTERMSIG(status)) + ")";
+  }
+  switch (static_cast<IngressEnd>(WEXITSTATUS(status))) {
+    case IngressEnd::kDaemonGone:
+      return "believed the daemon gone";
+    case IngressEnd::kBadBlock:
+      return "could not map the shared memory";
+    case IngressEnd::kNoRoute:
+      return "could not receive over LCM";
+    case IngressEnd::kReceiveFailed:
+      return "had a failure inside LCM";
+    case IngressEnd::kGrown:
+      return "had grown too large (liblcm keeps every channel name)";
+  }
+  return "ended with status " + std::to_string(WEXITSTATUS(status));
+}
+
+std::string no_route(const std::string& url) {
+  return "LCM cannot receive on " + url +
+         ": the address is not multicast, or no network route leads to it. On a machine without one, run as "
+         "root\n"
+         "  ip link set lo multicast on\n"
+         "  ip route add 239.0.0.0/8 dev lo\n"
+         "and start again";
+}
+
+bool is_valid_prefix(const std::string& prefix) {
+  const auto is_allowed = [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
+  return !prefix.empty() && prefix.size() <= 32 && std::all_of(prefix.begin(), prefix.end(), is_allowed);
+}
+
+/// posix_spawn's two helpers, freed on every way out.
+struct SpawnPlan {
+  posix_spawn_file_actions_t actions;
+  posix_spawnattr_t attributes;
+  SpawnPlan() {
+    posix_spawn_file_actions_init(&actions);
+    posix_spawnattr_init(&attributes);
+  }
+  ~SpawnPlan() {
+    posix_spawn_file_actions_destroy(&actions);
+    posix_spawnattr_destroy(&attributes);
+  }
+  SpawnPlan(const SpawnPlan&) = delete;
+  SpawnPlan& operator=(const SpawnPlan&) = delete;
+};
+
+}  // namespace
+
+std::string check_lcm_url(const std::string& url) {
+  if (url.empty()) return {};
+  if (url.starts_with("memq://") || url.starts_with("file://")) {
+    return "LCM URL " + url +
+           ": stays inside one process, but the daemon receives in a process of its own; use udpm://";
+  }
+  if (!url.starts_with("udpm://")) {
+    return "LCM URL " + url +
+           ": must be udpm://ADDRESS:PORT?ttl=N with a multicast address, 224.0.0.0 and up";
+  }
+  if (url.size() + kUrlReserve >= IngressSettings{}.lcm_url.size()) return "LCM URL " + url + ": too long";
+  return {};
+}
+
+IngressProcess::~IngressProcess() {
+  stop();
+  if (block_ != nullptr) munmap(block_, sizeof(SharedBlock));
+  if (fd_ >= 0) close(fd_);
+}
+
+std::string IngressProcess::start(const Options& options, const io::NameTable& names) {
+  std::string fault = check_lcm_url(options.lcm_url);
+  if (fault.empty() && !is_valid_prefix(options.channel_prefix)) {
+    fault = "channel prefix '" + options.channel_prefix + "': must be 1 to 32 of A-Z a-z 0-9 _ -";
+  }
+  if (fault.empty()) fault = make_block(options, names);
+  if (fault.empty()) fault = spawn();
+  if (fault.empty()) fault = wait_until_ready(options.timeout);
+  if (!fault.empty()) stop();
+  return fault;
+}
+
+std::string IngressProcess::make_block(const Options& options, const io::NameTable& names) {
+  if (block_ == nullptr) {
+    fd_ = memfd_create("freeflex-ingress", MFD_CLOEXEC | MFD_ALLOW_SEALING);
+    if (fd_ < 0) return system_error("memfd_create");
+    if (ftruncate(fd_, sizeof(SharedBlock)) != 0) return system_error("ftruncate");
+    // an ingress that shrank the file would kill the daemon with SIGBUS
+    if (fcntl(fd_, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
+      return system_error("F_ADD_SEALS");
+    void* memory = mmap(nullptr, sizeof(SharedBlock), PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0);
+    if (memory == MAP_FAILED) return system_error("mmap");
+    block_ = static_cast<SharedBlock*>(memory);
+  }
+  new (block_) SharedBlock;
+  IngressSettings& settings = block_->settings;
+  const std::string url = options.lcm_url.empty() ? kDefaultUrl : options.lcm_url;
+  std::copy(url.begin(), url.end(), settings.lcm_url.begin());
+  std::copy(options.channel_prefix.begin(), options.channel_prefix.end(), settings.channel_prefix.begin());
+  settings.session = options.session;
+  settings.daemon_pid = getpid();
+  settings.names = names;
+  return {};
+}
+
+std::string IngressProcess::spawn() {
+  SpawnPlan plan;
+  // a spawned copy of this program needs nothing of it but the block: safe whatever threads run and hold
+  posix_spawn_file_actions_adddup2(&plan.actions, fd_, kBlockDescriptor);
+  posix_spawn_file_actions_addclosefrom_np(&plan.actions, kBlockDescriptor + 1);
+  sigset_t none;
+  sigset_t all;
+  sigemptyset(&none);
+  sigfillset(&all);
+  posix_spawnattr_setsigmask(&plan.attributes, &none);
+  posix_spawnattr_setsigdefault(&plan.attributes, &all);
+  const sched_param ordinary{};
+  posix_spawnattr_setschedpolicy(&plan.attributes, SCHED_OTHER);
+  posix_spawnattr_setschedparam(&plan.attributes, &ordinary);
+  posix_spawnattr_setflags(&plan.attributes,
+                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSCHEDULER);
+  std::string name = program_invocation_short_name;
+  std::string option = "--ingress-fd";
+  std::string descriptor = std::to_string(kBlockDescriptor);
+  char* arguments[] = {name.data(), option.data(), descriptor.data(), nullptr};
+  block_->is_ready.store(0);
+  errno = posix_spawn(&pid_, "/proc/self/exe", &plan.actions, &plan.attributes, arguments, environ);
+  if (errno != 0) {
+    pid_ = -1;
+    return system_error("posix_spawn");
+  }
+  started_ = Clock::now();
+  is_wanted_ = true;
+  return {};
+}
+
+std::string IngressProcess::wait_until_ready(milliseconds timeout) {
+  const Clock::time_point deadline = Clock::now() + timeout;
+  const std::string url = block_->settings.lcm_url.data();
+  while (block_->is_ready.load() == 0) {
+    if (int status = 0; reap(status)) {
+      const bool has_no_route =
+          WIFEXITED(status) && WEXITSTATUS(status) == static_cast<int>(IngressEnd::kNoRoute);
+      if (has_no_route) return no_route(url);
+      if (!WIFSIGNALED(status)) return "the ingress process " + describe_end(status);
+      // a hostile packet may come as early as this: another try, within the same time
+      if (std::string fault = spawn(); !fault.empty()) return fault;
+      ++num_restarts_;
+    }
+    if (Clock::now() > deadline) {
+      return "LCM's test of itself on " + url + " had no answer in " + std::to_string(timeout.count()) +
+             " ms. " + no_route(url);
+    }
+    std::this_thread::sleep_for(kReadyPeriod);
+  }
+  return {};
+}
+
+bool IngressProcess::reap(int& status) {
+  if (pid_ < 0 || waitpid(pid_, &status, WNOHANG) != pid_) return false;
+  pid_ = -1;
+  return true;
+}
+
+std::string IngressProcess::poll() {
+  if (!is_wanted_) return {};
+  std::string event;
+  if (int status = 0; reap(status)) {
+    const Clock::time_point now = Clock::now();
+    const bool had_long_life = now - started_ > kLongLife;
+    pause_ = had_long_life ? milliseconds{0} : std::clamp(2 * pause_, kFirstPause, kLongestPause);
+    restart_at_ = now + pause_;
+    event = "the ingress process " + describe_end(status) + "; restarting it";
+  }
+  if (pid_ < 0 && Clock::now() >= restart_at_) {
+    const std::string fault = spawn();
+    if (fault.empty()) {
+      ++num_restarts_;
+    } else {
+      restart_at_ = Clock::now() + kLongestPause;
+      event += (event.empty() ? "" : ". ") + fault;
+    }
+  }
+  return event;
+}
+
+void IngressProcess::stop() {
+  is_wanted_ = false;
+  if (pid_ < 0) return;
+  kill(pid_, SIGKILL);  // it holds nothing that needs an orderly end
+  waitpid(pid_, nullptr, 0);
+  pid_ = -1;
+}
+
+}  // namespace freeflex::service
