@@ -1,0 +1,226 @@
+#include "service/io/scene_fields.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace freeflex::io::reader {
+
+std::optional<double> read_number(Report& report, const Node& node, const std::string& label,
+                                  const Quantity& quantity) {
+  if (node.kind != Node::Kind::kText) {
+    report.error(node.origin, label + " is " + describe(node) + ", must be " + describe(quantity));
+    return std::nullopt;
+  }
+  NumberResult number = parse_number(node.text, quantity);
+  if (number.value && node.is_quoted) {
+    number.value.reset();
+    number.problem =
+        quote(node.text) + " is text in quotes, must be " + describe(quantity) + ": remove the quotes";
+  }
+  if (!number.value) report.error(node.origin, label + " " + number.problem);
+  return number.value;
+}
+
+std::optional<std::vector<double>> read_numbers(Report& report, const Node& node, const std::string& label,
+                                                const Quantity& quantity, std::optional<std::size_t> count) {
+  const std::string length = count ? std::to_string(*count) + " numbers" : "numbers";
+  const std::string unit = quantity.unit == "-" ? "" : " [" + std::string(quantity.unit) + "]";
+  if (node.kind != Node::Kind::kList) {
+    report.error(node.origin, label + " is " + describe(node) + ", must be a list of " + length + unit);
+    return std::nullopt;
+  }
+  if (count && node.items.size() != *count) {
+    report.error(node.origin, label + " has " + std::to_string(node.items.size()) +
+                                  " items, must be a list of " + length + unit);
+    return std::nullopt;
+  }
+  if (!report.count_mentions(node.items.size(), node.origin)) return std::nullopt;
+  std::vector<double> values;
+  for (const Node* item : node.items)
+    if (const auto value = read_number(report, *item, label, quantity)) values.push_back(*value);
+  if (values.size() != node.items.size()) return std::nullopt;
+  return values;
+}
+
+std::optional<Eigen::Vector3d> read_vector(Report& report, const Node& node, const std::string& label,
+                                           std::string_view unit) {
+  const auto values = read_numbers(report, node, label, {unit, Bound::kAny}, 3);
+  if (!values) return std::nullopt;
+  return Eigen::Vector3d((*values)[0], (*values)[1], (*values)[2]);
+}
+
+std::optional<std::string> read_text(Report& report, const Node& node, const std::string& label) {
+  if (node.kind == Node::Kind::kText) return node.text;
+  report.error(node.origin, label + " is " + describe(node) + ", must be text");
+  return std::nullopt;
+}
+
+std::optional<std::string> read_name(Report& report, const Node& node, const std::string& label) {
+  auto name = read_text(report, node, label);
+  if (!name) return std::nullopt;
+  if (const std::string problem = name_problem(*name); !problem.empty()) {
+    report.error(node.origin, label + " " + problem);
+    return std::nullopt;
+  }
+  return name;
+}
+
+std::string item_label(const std::string& noun, const Node& node, const std::string& number) {
+  for (const auto& [key, value] : node.entries)
+    if (key->text == "name" && value->kind == Node::Kind::kText && name_problem(value->text).empty())
+      return noun + " " + quote(value->text);
+  return noun + " " + number;
+}
+
+Fields::Fields(Report& report, const Node& node, std::string label, std::vector<std::string_view> keys)
+    : report_(report), node_(node), label_(std::move(label)), is_mapping_(node.kind == Node::Kind::kMapping) {
+  if (!is_mapping_) {
+    report.error(node.origin, label_ + " is " + describe(node) + ", must be a mapping of " + join(keys));
+    return;
+  }
+  std::vector<std::string_view> absent;  // keys a misspelt one may stand for
+  for (const std::string_view key : keys)
+    if (!find(key)) absent.push_back(key);
+  for (const auto& [key, value] : node.entries)
+    if (std::find(keys.begin(), keys.end(), key->text) == keys.end())
+      report.error(key->origin, label_ + ": unknown key " + quote(key->text) +
+                                    did_you_mean(key->text, absent) + "; allowed: " + join(keys));
+}
+
+const Node* Fields::find(std::string_view key) const {
+  for (const auto& [name, value] : node_.entries)
+    if (name->text == key) return value;
+  return nullptr;
+}
+
+const Node* Fields::require(std::string_view key, const std::string& allowed) const {
+  const Node* node = find(key);
+  if (!node && is_mapping_) report_.error(node_.origin, label_of(key) + " is missing, " + allowed);
+  return node;
+}
+
+void Fields::read(std::string_view key, const Quantity& quantity, double& value) const {
+  const Node* node = find(key);
+  if (!node) return;
+  if (const auto number = read_number(report_, *node, label_of(key), quantity)) value = *number;
+}
+
+void Fields::require(std::string_view key, const Quantity& quantity, double& value) const {
+  if (require(key, "must be " + describe(quantity))) read(key, quantity, value);
+}
+
+void Fields::read(std::string_view key, std::string_view unit, Eigen::Vector3d& value) const {
+  const Node* node = find(key);
+  if (!node) return;
+  if (const auto vector = read_vector(report_, *node, label_of(key), unit)) value = *vector;
+}
+
+void Fields::require(std::string_view key, std::string_view unit, Eigen::Vector3d& value) const {
+  const std::string suffix = unit == "-" ? "" : " [" + std::string(unit) + "]";
+  if (require(key, "must be a list of 3 numbers" + suffix)) read(key, unit, value);
+}
+
+void Names::add(Report& report, std::string name, const Origin& origin) {
+  const auto [first, is_new] = index_.emplace(name, static_cast<int>(names_.size()));
+  if (!is_new)
+    report.error(origin,
+                 noun_ + " " + quote(name) + " is defined twice, first on " +
+                     describe_place(report, origins_[static_cast<std::size_t>(first->second)], origin) +
+                     "; give each " + noun_ + " a name of its own");
+  names_.push_back(std::move(name));
+  origins_.push_back(origin);
+}
+
+std::optional<int> Names::find(std::string_view name) const {
+  const auto found = index_.find(std::string(name));
+  return found == index_.end() ? std::nullopt : std::optional<int>(found->second);
+}
+
+std::optional<int> Names::resolve(Report& report, std::string_view name, const Origin& origin,
+                                  const std::string& label) const {
+  if (const auto index = find(name)) return index;
+  if (is_complete_ && !report.is_full()) {
+    const std::vector<std::string_view> known(names_.begin(), names_.end());
+    std::string allowed = did_you_mean(name, known);
+    if (allowed.empty() && known.empty()) allowed = "; it has none";
+    if (allowed.empty() && known.size() <= 8) allowed = "; it has " + join(known);
+    if (allowed.empty())
+      allowed = "; it has " + std::to_string(known.size()) + ", from " + quote(known.front()) + " to " +
+                quote(known.back());
+    report.error(origin, label + " names the " + noun_ + " " + quote(name) +
+                             ", which the scene does not have" + allowed);
+  }
+  return std::nullopt;
+}
+
+namespace {
+
+// one name or range, appended to indices; false after reporting
+bool append_selected(Report& report, const Node& node, const std::string& label, const Names& names,
+                     std::vector<int>& indices) {
+  if (node.kind != Node::Kind::kText) {
+    report.error(node.origin, label + " holds " +
+                                  (node.kind == Node::Kind::kEmpty ? "nothing" : describe(node)) +
+                                  ", must be the name of a " + names.noun());
+    return false;
+  }
+  const std::string_view text = node.text;
+  const std::size_t dots = text.find("..");
+  if (dots == std::string_view::npos) {
+    const auto index = names.resolve(report, text, node.origin, label);
+    if (index) indices.push_back(*index);
+    return index.has_value() && report.count_mentions(1, node.origin);
+  }
+  const auto first = names.resolve(report, text.substr(0, dots), node.origin, label);
+  const auto last = names.resolve(report, text.substr(dots + 2), node.origin, label);
+  if (!first || !last) return false;
+  if (*first > *last) {
+    report.error(node.origin,
+                 label + ": range " + quote(text) + " runs backwards in the scene; swap its ends");
+    return false;
+  }
+  const auto count = static_cast<std::size_t>(*last - *first) + 1;
+  if (!report.count_mentions(count, node.origin)) return false;
+  indices.resize(indices.size() + count);
+  std::iota(indices.end() - static_cast<std::ptrdiff_t>(count), indices.end(), *first);
+  return true;
+}
+
+}  // namespace
+
+std::optional<std::vector<int>> read_selection(Report& report, const Node& node, const std::string& label,
+                                               const Names& names, bool may_repeat) {
+  std::vector<int> indices;
+  if (node.kind == Node::Kind::kText && node.text == "all") {
+    if (!report.count_mentions(names.size(), node.origin)) return std::nullopt;
+    indices.resize(names.size());
+    std::iota(indices.begin(), indices.end(), 0);
+    return indices;
+  }
+  if (node.kind != Node::Kind::kText && node.kind != Node::Kind::kList) {
+    report.error(node.origin, label + " is " + describe(node) +
+                                  ", must be all, or a list of names and ranges a..b; [] for none");
+    return std::nullopt;
+  }
+  const std::vector<const Node*> single{&node};
+  bool is_good = true;
+  std::vector<bool> is_named(names.size());
+  for (const Node* item : node.kind == Node::Kind::kList ? node.items : single) {
+    const std::size_t start = indices.size();
+    is_good = append_selected(report, *item, label, names, indices) && is_good;
+    for (std::size_t i = start; i < indices.size() && !may_repeat; ++i) {
+      const auto index = static_cast<std::size_t>(indices[i]);
+      if (is_named[index]) {
+        report.error(item->origin, label + ": " + quote(item->text) + " names a " + names.noun() +
+                                       " that is in the list already; remove it");
+        is_good = false;
+        break;
+      }
+      is_named[index] = true;
+    }
+  }
+  if (!is_good) return std::nullopt;
+  return indices;
+}
+
+}  // namespace freeflex::io::reader

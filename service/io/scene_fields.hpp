@@ -1,0 +1,87 @@
+// Reading typed values out of a tree, with the fault for each way it can be wrong.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <unordered_map>
+#include <vector>
+
+#include "service/io/scene_report.hpp"
+#include "service/io/scene_text.hpp"
+#include "service/io/scene_yaml.hpp"
+
+namespace freeflex::io::reader {
+
+/// Numbers and vectors; nullopt after reporting "<label> ...". Labels read like "point 'hub': mass".
+std::optional<double> read_number(Report& report, const Node& node, const std::string& label,
+                                  const Quantity& quantity);
+std::optional<std::vector<double>> read_numbers(Report& report, const Node& node, const std::string& label,
+                                                const Quantity& quantity, std::optional<std::size_t> count);
+std::optional<Eigen::Vector3d> read_vector(Report& report, const Node& node, const std::string& label,
+                                           std::string_view unit);
+
+/// Text that may be a file name or word; a mapping, list or nothing is reported.
+std::optional<std::string> read_text(Report& report, const Node& node, const std::string& label);
+/// A name as name_problem allows.
+std::optional<std::string> read_name(Report& report, const Node& node, const std::string& label);
+
+/// "point 'hub'" when the mapping has a good name, "point 3" by its number otherwise.
+std::string item_label(const std::string& noun, const Node& node, const std::string& number);
+
+/// A mapping whose keys are known: unknown ones are reported at once.
+class Fields {
+ public:
+  Fields(Report& report, const Node& node, std::string label, std::vector<std::string_view> keys);
+
+  bool is_mapping() const { return is_mapping_; }
+  const std::string& label() const { return label_; }
+  const Origin& origin() const { return node_.origin; }
+
+  const Node* find(std::string_view key) const;
+  /// Reports a missing key as "<label>: <key> is missing, <allowed>".
+  const Node* require(std::string_view key, const std::string& allowed) const;
+
+  /// Each reads the key into `value` when it is there and good.
+  void read(std::string_view key, const Quantity& quantity, double& value) const;
+  void require(std::string_view key, const Quantity& quantity, double& value) const;
+  void read(std::string_view key, std::string_view unit, Eigen::Vector3d& value) const;
+  void require(std::string_view key, std::string_view unit, Eigen::Vector3d& value) const;
+
+ private:
+  std::string label_of(std::string_view key) const { return label_ + ": " + std::string(key); }
+
+  Report& report_;
+  const Node& node_;
+  std::string label_;
+  bool is_mapping_;
+};
+
+/// Names of one kind in the order of the scene.
+class Names {
+ public:
+  explicit Names(std::string noun) : noun_(std::move(noun)) {}
+  const std::string& noun() const { return noun_; }
+  std::size_t size() const { return names_.size(); }
+  /// Adds a name, or reports the second use of one.
+  void add(Report& report, std::string name, const Origin& origin);
+  std::optional<int> find(std::string_view name) const;
+  /// Index of the name, or nullopt after reporting "<label> names the point 'hbu', ...".
+  std::optional<int> resolve(Report& report, std::string_view name, const Origin& origin,
+                             const std::string& label) const;
+  /// A list could not be read whole: names that are not found are no longer reported.
+  void mark_incomplete() { is_complete_ = false; }
+
+ private:
+  std::string noun_;
+  std::vector<std::string> names_;
+  std::vector<Origin> origins_;
+  std::unordered_map<std::string, int> index_;
+  bool is_complete_ = true;
+};
+
+/// `all`, a name, a range `a..b` in the order of the scene, or a list of names and ranges.
+/// nullopt after reporting; a name twice is a fault unless may_repeat.
+std::optional<std::vector<int>> read_selection(Report& report, const Node& node, const std::string& label,
+                                               const Names& names, bool may_repeat = false);
+
+}  // namespace freeflex::io::reader

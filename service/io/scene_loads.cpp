@@ -1,0 +1,125 @@
+// Built-in loads and their histories.
+#include <algorithm>
+
+#include "service/io/scene_reader.hpp"
+
+namespace freeflex::io::reader {
+
+void SceneReader::read_loads(const Node& node) {
+  for (const Node* item : read_list(node, "loads", "loads")) {
+    if (scene_.loads.size() == kMaxLoads) {
+      report_.error(item->origin, "more than " + std::to_string(kMaxLoads) + " loads; the rest is not read");
+      return;
+    }
+    read_load(*item);
+  }
+}
+
+void SceneReader::read_load(const Node& node) {
+  const std::string number = std::to_string(scene_.loads.size() + 1);
+  const Fields fields(report_, node, item_label("load", node, number),
+                      {"name", "axes", "forces", "wrenches", "pulse", "sine", "table"});
+  Load load;
+  load.origin = node.origin;
+  load.name = number;
+  if (const Node* name = fields.find("name"))
+    if (const auto text = read_name(report_, *name, fields.label() + ": name")) load.name = *text;
+  if (const Node* axes = fields.find("axes")) {
+    if (axes->kind == Node::Kind::kText && axes->text == "body")
+      load.axes = Axes::kBody;
+    else if (axes->kind != Node::Kind::kText || axes->text != "world")
+      report_.error(axes->origin, fields.label() + ": axes is " + describe(*axes) +
+                                      ", must be world or body" +
+                                      did_you_mean(axes->text, {"world", "body"}));
+  }
+  const Node* forces = fields.find("forces");
+  const Node* wrenches = fields.find("wrenches");
+  if (forces) read_forces(*forces, fields.label() + ": forces", load);
+  if (wrenches) read_wrenches(*wrenches, fields.label() + ": wrenches", load);
+  if (!forces && !wrenches && fields.is_mapping())
+    report_.error(node.origin, fields.label() + " has neither forces nor wrenches; it must have one");
+  load.history = read_history(fields);
+  loads_.add(report_, load.name, load.origin);
+  scene_.loads.push_back(std::move(load));
+}
+
+void SceneReader::read_forces(const Node& node, const std::string& label, Load& load) {
+  if (node.kind != Node::Kind::kMapping)
+    return report_.error(node.origin, label + " is " + describe(node) +
+                                          ", must be a mapping of point names to [x, y, z] in N");
+  if (!report_.count_mentions(node.entries.size(), node.origin)) return;
+  for (const auto& [name, value] : node.entries) {
+    PointLoad point;
+    point.point = points_.resolve(report_, name->text, name->origin, label).value_or(-1);
+    if (const auto force = read_vector(report_, *value, label + ": " + name->text, "N")) point.force = *force;
+    load.forces.push_back(point);
+  }
+}
+
+void SceneReader::read_wrenches(const Node& node, const std::string& label, Load& load) {
+  if (node.kind != Node::Kind::kMapping)
+    return report_.error(node.origin, label + " is " + describe(node) +
+                                          ", must be a mapping of group names to {force, torque}");
+  if (!report_.count_mentions(node.entries.size(), node.origin)) return;
+  for (const auto& [name, value] : node.entries) {
+    const Fields fields(report_, *value, label + ": " + name->text, {"force", "torque"});
+    WrenchLoad wrench;
+    wrench.group = groups_.resolve(report_, name->text, name->origin, label).value_or(-1);
+    fields.read("force", "N", wrench.force);
+    fields.read("torque", "N m", wrench.torque);
+    if (fields.is_mapping() && !fields.find("force") && !fields.find("torque"))
+      report_.error(value->origin, fields.label() + " has neither force nor torque; it must have one");
+    load.wrenches.push_back(wrench);
+  }
+}
+
+History SceneReader::read_history(const Fields& fields) {
+  const Node* given = nullptr;
+  for (const std::string_view kind : {"pulse", "sine", "table"}) {
+    const Node* node = fields.find(kind);
+    if (node && given)
+      report_.error(
+          node->origin,
+          fields.label() +
+              " has a second history; must have one of pulse, sine, table, or none for a constant load");
+    if (node) given = node;
+  }
+  if (const Node* node = fields.find("pulse")) {
+    const Fields pulse_fields(report_, *node, fields.label() + ": pulse", {"start", "duration"});
+    PulseHistory pulse;
+    pulse_fields.read("start", {"s", Bound::kNonNegative}, pulse.start);
+    pulse_fields.require("duration", {"s", Bound::kPositive}, pulse.duration);
+    return pulse;
+  }
+  if (const Node* node = fields.find("sine")) {
+    const Fields sine_fields(report_, *node, fields.label() + ": sine", {"frequency", "phase"});
+    SineHistory sine;
+    sine_fields.require("frequency", {"Hz", Bound::kPositive}, sine.frequency);
+    sine_fields.read("phase", {"rad", Bound::kAny}, sine.phase);
+    return sine;
+  }
+  const Node* node = fields.find("table");
+  if (!node) return ConstantHistory{};
+  const Fields table_fields(report_, *node, fields.label() + ": table", {"times", "values"});
+  const std::string& label = table_fields.label();
+  const Node* times_node = table_fields.require("times", "must be a list of numbers [s]");
+  const Node* values_node = table_fields.require("values", "must be a list of numbers");
+  if (!times_node || !values_node) return ConstantHistory{};
+  const auto times = read_numbers(report_, *times_node, label + ": times", {"s"}, std::nullopt);
+  const auto values = read_numbers(report_, *values_node, label + ": values", {"-"}, std::nullopt);
+  if (!times || !values) return ConstantHistory{};
+  if (times->empty())
+    report_.error(times_node->origin, label + ": times is empty; a table has at least one row");
+  if (times->size() != values->size())
+    report_.error(values_node->origin, label + " has " + std::to_string(times->size()) + " times and " +
+                                           std::to_string(values->size()) +
+                                           " values; must be as many of each");
+  for (std::size_t i = 1; i < times->size(); ++i)
+    if ((*times)[i] <= (*times)[i - 1])
+      report_.error(times_node->items[i]->origin, label + ": times " + format_number((*times)[i]) +
+                                                      " s after " + format_number((*times)[i - 1]) +
+                                                      " s, must increase");
+  return TableHistory{*times, *values};
+}
+
+}  // namespace freeflex::io::reader

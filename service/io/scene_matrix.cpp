@@ -1,0 +1,259 @@
+// Matrix Market exchange format: R. F. Boisvert, R. Pozo, K. A. Remington, NISTIR 5935 (1996).
+#include <algorithm>
+#include <array>
+#include <cmath>
+
+#include "service/io/scene_tables.hpp"
+
+namespace freeflex::io::reader {
+namespace {
+
+struct Word {
+  std::string_view text;
+  Origin origin;
+};
+
+struct Entry {
+  std::size_t row, column;  // from 0
+  double value;
+  int line;
+};
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result)
+    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
+  return result;
+}
+
+class MatrixReader {
+ public:
+  MatrixReader(Report& report, int source, std::size_t size, const std::string& size_reason)
+      : report_(report),
+        source_(source),
+        size_(size),
+        size_reason_(size_reason),
+        rest_(report.text(source)) {}
+
+  std::optional<Eigen::SparseMatrix<double>> read() {
+    if (!read_header() || !read_sizes()) return std::nullopt;
+    read_entries();
+    check_count();
+    if (num_faults_ == 0) check_duplicates();
+    if (num_faults_ == 0 && !is_symmetric_) check_symmetry();
+    if (num_faults_ > 0) return std::nullopt;
+    return assemble();
+  }
+
+ private:
+  bool fail(const Origin& origin, std::string message) {
+    report_.error(origin, std::move(message));
+    ++num_faults_;
+    return false;
+  }
+
+  // words of the next line that is neither blank nor a comment; at most one more than `most`
+  bool next_words(std::size_t most, bool skips_comments = true) {
+    words_.clear();
+    while (!rest_.empty() && words_.empty()) {
+      const std::size_t end = std::min(rest_.find('\n'), rest_.size());
+      const std::string_view line = rest_.substr(0, end);
+      rest_.remove_prefix(std::min(end + 1, rest_.size()));
+      ++line_;
+      if (skips_comments && line.starts_with('%')) continue;
+      for (std::size_t i = 0; i < line.size() && words_.size() <= most;) {
+        const std::size_t start = std::min(line.find_first_not_of(" \t\r", i), line.size());
+        i = std::min(line.find_first_of(" \t\r", start), line.size());
+        if (start < i)
+          words_.push_back({line.substr(start, i - start), {source_, line_, static_cast<int>(start) + 1}});
+      }
+    }
+    return !words_.empty();
+  }
+
+  bool read_header() {
+    constexpr std::string_view kHeader =
+        "%%MatrixMarket matrix coordinate|array real|integer symmetric|general";
+    if (!next_words(5, false) || line_ != 1 || lower(words_[0].text) != "%%matrixmarket")
+      return fail({source_, 1, 1},
+                  "not a Matrix Market file; the first line must be " + std::string(kHeader));
+    if (words_.size() != 5)
+      return fail({source_, 1, 1}, "the header must have 5 words: " + std::string(kHeader));
+    const auto must_be = [&](std::size_t i, std::array<std::string_view, 2> allowed) {
+      const std::string word = lower(words_[i].text);
+      if (word == allowed[0] || word == allowed[1]) return;
+      fail(words_[i].origin, quote(words_[i].text) + " is not taken, must be " + std::string(allowed[0]) +
+                                 (allowed[1] == allowed[0] ? "" : " or " + std::string(allowed[1])));
+    };
+    must_be(1, {"matrix", "matrix"});
+    must_be(2, {"coordinate", "array"});
+    must_be(3, {"real", "integer"});
+    must_be(4, {"symmetric", "general"});
+    is_coordinate_ = lower(words_[2].text) == "coordinate";
+    is_symmetric_ = lower(words_[4].text) == "symmetric";
+    return num_faults_ == 0;
+  }
+
+  // a whole number from `least` up, or nullopt after reporting
+  std::optional<std::size_t> read_index(const Word& word, const char* what, std::int64_t least,
+                                        std::int64_t most) {
+    if (const auto value = parse_integer(word.text, least, most)) return static_cast<std::size_t>(*value);
+    fail(word.origin, std::string(what) + " " + quote(word.text) + " must be a whole number from " +
+                          std::to_string(least) + " to " + std::to_string(most));
+    return std::nullopt;
+  }
+
+  bool read_sizes() {
+    const std::size_t expected = is_coordinate_ ? 3 : 2;
+    if (!next_words(expected)) return fail({source_, line_, 1}, "the size line is missing");
+    if (words_.size() != expected)
+      return fail(words_[0].origin, std::string("the size line must hold rows, columns") +
+                                        (is_coordinate_ ? " and entries" : "") + " only");
+    constexpr std::int64_t kMost = 1'000'000'000;
+    const auto rows = read_index(words_[0], "number of rows", 1, kMost);
+    const auto columns = read_index(words_[1], "number of columns", 1, kMost);
+    const auto entries = is_coordinate_ ? read_index(words_[2], "number of entries", 0, kMost) : 0;
+    if (!rows || !columns || !entries) return false;
+    if (*rows != size_ || *columns != size_)
+      return fail(words_[0].origin, "the matrix is " + std::to_string(*rows) + " x " +
+                                        std::to_string(*columns) + ", must be " + std::to_string(size_) +
+                                        " x " + std::to_string(size_) + ": " + size_reason_);
+    num_declared_ = is_coordinate_ ? *entries : is_symmetric_ ? size_ * (size_ + 1) / 2 : size_ * size_;
+    if (num_declared_ > kMaxMatrixEntries)
+      return fail(words_[0].origin, std::to_string(num_declared_) + " entries, at most " +
+                                        std::to_string(kMaxMatrixEntries) + " are read");
+    return true;
+  }
+
+  void read_entries() {
+    const std::size_t expected = is_coordinate_ ? 3 : 1;
+    const auto most = static_cast<std::int64_t>(size_);
+    std::size_t row = 0, column = 0;  // of the next entry of an array: down the columns
+    while (num_read_ <= num_declared_ && next_words(expected)) {
+      ++num_read_;
+      if (num_read_ > num_declared_) return;
+      if (words_.size() != expected) {
+        fail(words_[0].origin,
+             is_coordinate_ ? "an entry must be row, column and value" : "an entry must be one value");
+        continue;
+      }
+      if (is_coordinate_) {
+        const auto r = read_index(words_[0], "row", 1, most);
+        const auto c = read_index(words_[1], "column", 1, most);
+        if (!r || !c) continue;
+        row = *r - 1;
+        column = *c - 1;
+        if (is_symmetric_ && row < column) {
+          fail(words_[0].origin,
+               "row " + std::to_string(*r) + ", column " + std::to_string(*c) +
+                   " is above the diagonal; a symmetric file holds the lower triangle only");
+          continue;
+        }
+      }
+      const NumberResult number = parse_number(words_.back().text, {"N/m"});
+      if (number.value)
+        entries_.push_back({row, column, *number.value, line_});
+      else
+        fail(words_.back().origin, "stiffness " + number.problem);
+      if (!is_coordinate_ && ++row == size_) {
+        ++column;
+        row = is_symmetric_ ? column : 0;
+      }
+    }
+  }
+
+  void check_count() {
+    if (num_read_ == num_declared_) return;
+    const Origin place{source_, line_, 1};
+    if (num_read_ < num_declared_)
+      fail(place, "the file ends after " + std::to_string(num_read_) + " entries, the size line promises " +
+                      std::to_string(num_declared_));
+    else
+      fail(place, "there are more entries than the " + std::to_string(num_declared_) +
+                      " that the size line promises");
+  }
+
+  void check_duplicates() {
+    std::stable_sort(entries_.begin(), entries_.end(), [](const Entry& a, const Entry& b) {
+      return std::pair(a.column, a.row) < std::pair(b.column, b.row);
+    });
+    for (std::size_t i = 1; i < entries_.size(); ++i)
+      if (entries_[i].row == entries_[i - 1].row && entries_[i].column == entries_[i - 1].column)
+        fail({source_, entries_[i].line, 1}, "row " + std::to_string(entries_[i].row + 1) + ", column " +
+                                                 std::to_string(entries_[i].column + 1) +
+                                                 " is given twice, first on line " +
+                                                 std::to_string(entries_[i - 1].line));
+  }
+
+  const Entry* find(std::size_t row, std::size_t column) const {
+    const auto found =
+        std::lower_bound(entries_.begin(), entries_.end(), std::pair(column, row),
+                         [](const Entry& e, const auto& key) { return std::pair(e.column, e.row) < key; });
+    return found != entries_.end() && found->row == row && found->column == column ? &*found : nullptr;
+  }
+
+  // \pre entries sorted. The fault names the pair that differs most.
+  void check_symmetry() {
+    double largest = 0.0, worst = 0.0;
+    const Entry* at = nullptr;
+    for (const Entry& entry : entries_) {
+      largest = std::max(largest, std::abs(entry.value));
+      const Entry* mirror = find(entry.column, entry.row);
+      const double difference = std::abs(entry.value - (mirror ? mirror->value : 0.0));
+      if (difference > worst) {
+        worst = difference;
+        at = &entry;
+      }
+    }
+    constexpr double kTolerance = 1e-9;  // [-] of the largest entry: nine digits printed
+    if (worst <= kTolerance * largest) return;
+    const Entry* mirror = find(at->column, at->row);
+    fail({source_, at->line, 1},
+         "the matrix is not symmetric: row " + std::to_string(at->row + 1) + ", column " +
+             std::to_string(at->column + 1) + " is " + format_number(at->value) + ", its mirror " +
+             format_number(mirror ? mirror->value : 0.0) + "; they may differ by 1e-9 of the largest entry");
+  }
+
+  Eigen::SparseMatrix<double> assemble() const {
+    std::vector<Eigen::Triplet<double>> triplets;
+    triplets.reserve(2 * entries_.size());
+    for (const Entry& entry : entries_) {
+      const int row = static_cast<int>(entry.row), column = static_cast<int>(entry.column);
+      if (row == column) {
+        triplets.emplace_back(row, column, entry.value);
+        continue;
+      }
+      // a general entry meets its mirror here: each gives half to both
+      const double value = is_symmetric_ ? entry.value : 0.5 * entry.value;
+      triplets.emplace_back(row, column, value);
+      triplets.emplace_back(column, row, value);
+    }
+    const auto size = static_cast<Eigen::Index>(size_);
+    Eigen::SparseMatrix<double> matrix(size, size);
+    matrix.setFromTriplets(triplets.begin(), triplets.end());
+    return matrix;
+  }
+
+  Report& report_;
+  int source_;
+  std::size_t size_;
+  const std::string& size_reason_;
+  std::string_view rest_;
+  int line_ = 0;
+  std::vector<Word> words_;
+  bool is_coordinate_ = true;
+  bool is_symmetric_ = true;
+  std::size_t num_declared_ = 0;
+  std::size_t num_read_ = 0;
+  std::size_t num_faults_ = 0;
+  std::vector<Entry> entries_;
+};
+
+}  // namespace
+
+std::optional<Eigen::SparseMatrix<double>> read_matrix_market(Report& report, int source, std::size_t size,
+                                                              const std::string& size_reason) {
+  return MatrixReader(report, source, size, size_reason).read();
+}
+
+}  // namespace freeflex::io::reader

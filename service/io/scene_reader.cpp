@@ -1,0 +1,265 @@
+#include "service/io/scene_reader.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <numeric>
+
+#include "service/io/input.hpp"
+
+namespace freeflex::io {
+
+SceneResult read_scene(const std::string& path) {
+  reader::Report report;
+  Scene scene = reader::SceneReader(report, path).read();
+  SceneResult result;
+  result.sources = report.sources();
+  scene.sources = report.sources();
+  scene.hash = report.hash();
+  if (!report.has_error()) result.scene = std::move(scene);
+  result.faults = report.take_faults();
+  return result;
+}
+
+namespace reader {
+namespace {
+
+const std::vector<std::string_view> kSections{"name",    "rate",    "points", "links",   "groups",  "damping",
+                                              "gravity", "initial", "loads",  "publish", "commands"};
+constexpr Quantity kRate{"Hz", Bound::kPositive};
+constexpr Quantity kPublicationRate{"Hz", Bound::kNonNegative};
+constexpr Quantity kRatio{"-", Bound::kNonNegative};
+
+// scene name when none is given: the file's, with what a name may not hold replaced
+std::string name_from_path(const std::string& path) {
+  std::string name = std::filesystem::path(path).stem().string().substr(0, 63);
+  for (char& c : name)
+    if (!name_problem(std::string_view(&c, 1)).empty()) c = '_';
+  return name_problem(name).empty() ? name : "scene";
+}
+
+std::vector<int> every(std::size_t count) {
+  std::vector<int> indices(count);
+  std::iota(indices.begin(), indices.end(), 0);
+  return indices;
+}
+
+}  // namespace
+
+Scene SceneReader::read() {
+  const auto source = report_.open(path_, {});
+  if (!source) return {};
+  YamlTree tree;
+  if (const Node* root = tree.parse(report_, *source)) read_sections(*root);
+  return std::move(scene_);
+}
+
+void SceneReader::read_sections(const Node& root) {
+  const Fields fields(report_, root, "scene", kSections);
+  if (!fields.is_mapping()) return;
+  scene_.name = name_from_path(path_);
+  if (const Node* name = fields.find("name"))
+    if (const auto text = read_name(report_, *name, "scene: name")) scene_.name = *text;
+  fields.read("rate", kRate, scene_.rate);
+  // in the order of reference: points, what joins them, what names them
+  const Node* points = fields.require("points", "must be a list of {name, mass, at} or {csv: FILE}");
+  if (points)
+    read_points(*points);
+  else
+    points_.mark_incomplete();
+  if (const Node* links = fields.find("links")) read_links(*links);
+  if (const Node* groups = fields.find("groups")) read_groups(*groups);
+  if (const Node* damping = fields.find("damping")) read_damping(*damping);
+  fields.read("gravity", "m/s^2", scene_.gravity);
+  if (const Node* initial = fields.find("initial")) read_initial(*initial);
+  if (const Node* loads = fields.find("loads")) read_loads(*loads);
+  read_publish(fields.find("publish"));
+  read_commands(fields.find("commands"));
+}
+
+std::vector<const Node*> SceneReader::read_list(const Node& node, const std::string& label,
+                                                const std::string& of) {
+  if (node.kind == Node::Kind::kMapping) return {&node};
+  if (node.kind == Node::Kind::kList && report_.count_mentions(node.items.size(), node.origin))
+    return node.items;
+  if (node.kind != Node::Kind::kList)
+    report_.error(node.origin, label + " is " + describe(node) + ", must be a list of " + of);
+  if (label == "points") points_.mark_incomplete();
+  if (label == "links") links_.mark_incomplete();
+  return {};
+}
+
+std::optional<int> SceneReader::open_beside(const Node& node, const std::string& label) {
+  const auto name = read_text(report_, node, label);
+  if (!name) return std::nullopt;
+  const std::filesystem::path folder = std::filesystem::path(path_).parent_path();
+  return report_.open((folder / *name).string(), node.origin);
+}
+
+void SceneReader::read_groups(const Node& node) {
+  if (node.kind != Node::Kind::kMapping) {
+    groups_.mark_incomplete();
+    return report_.error(node.origin,
+                         "groups is " + describe(node) + ", must be a mapping of names to lists of points");
+  }
+  for (const auto& [key, value] : node.entries) {
+    if (scene_.groups.size() == kMaxGroups) {
+      groups_.mark_incomplete();
+      return report_.error(key->origin,
+                           "more than " + std::to_string(kMaxGroups) + " groups; the rest is not read");
+    }
+    Group group;
+    group.origin = key->origin;
+    group.name = key->text;
+    if (const std::string problem = name_problem(group.name); !problem.empty())
+      report_.error(key->origin, "groups: name " + problem);
+    if (auto points = read_selection(report_, *value, "group " + quote(group.name), points_)) {
+      if (points->empty())
+        report_.error(value->origin,
+                      "group " + quote(group.name) + " is empty, must have at least one point");
+      group.points = std::move(*points);
+    }
+    groups_.add(report_, group.name, group.origin);
+    scene_.groups.push_back(std::move(group));
+  }
+}
+
+void SceneReader::read_damping(const Node& node) {
+  const Fields fields(report_, node, "damping", {"ratio", "modes", "rayleigh"});
+  scene_.damping.origin = node.origin;
+  fields.read("ratio", kRatio, scene_.damping.modal_ratio);
+  if (const Node* rayleigh = fields.find("rayleigh")) {
+    const Fields terms(report_, *rayleigh, "damping: rayleigh", {"alpha", "beta"});
+    terms.read("alpha", {"1/s", Bound::kNonNegative}, scene_.damping.alpha);
+    terms.read("beta", {"s", Bound::kNonNegative}, scene_.damping.beta);
+  }
+  const Node* modes = fields.find("modes");
+  if (!modes) return;
+  if (modes->kind != Node::Kind::kMapping)
+    return report_.error(modes->origin, "damping: modes is " + describe(*modes) +
+                                            ", must be a mapping of mode numbers to ratios");
+  for (const auto& [key, value] : modes->entries) {
+    const auto mode = parse_integer(key->text, 1, 3 * static_cast<std::int64_t>(kMaxPoints));
+    if (!mode)
+      report_.error(key->origin,
+                    "damping: modes: " + quote(key->text) + " is not a mode, must be a whole number from 1");
+    const auto ratio = read_number(report_, *value, "damping: mode " + key->text, kRatio);
+    if (mode && ratio) scene_.damping.mode_ratios.emplace_back(static_cast<int>(*mode), *ratio);
+  }
+}
+
+void SceneReader::read_initial(const Node& node) {
+  const Fields fields(report_, node, "initial",
+                      {"position", "attitude", "velocity", "angular_velocity", "points", "modes"});
+  Initial& initial = scene_.initial;
+  initial.origin = node.origin;
+  fields.read("position", "m", initial.position);
+  fields.read("velocity", "m/s", initial.velocity);
+  fields.read("angular_velocity", "rad/s", initial.angular_velocity);
+  if (const Node* attitude = fields.find("attitude")) {
+    if (const auto q = read_numbers(report_, *attitude, "initial: attitude", {"-"}, 4)) {
+      const Eigen::Vector4d quaternion((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
+      const double norm = quaternion.stableNorm();
+      constexpr double kTolerance = 1e-6;  // [-] six digits written by hand
+      if (std::abs(norm - 1.0) > kTolerance)
+        report_.error(attitude->origin, "initial: attitude has norm " + format_number(norm) +
+                                            ", must be a unit quaternion [w, x, y, z]");
+      initial.attitude = quaternion / norm;
+    }
+  }
+  if (const Node* points = fields.find("points")) read_initial_points(*points);
+  if (const Node* modes = fields.find("modes")) read_initial_modes(*modes);
+}
+
+void SceneReader::read_initial_points(const Node& node) {
+  if (node.kind != Node::Kind::kMapping)
+    return report_.error(node.origin, "initial: points is " + describe(node) +
+                                          ", must be a mapping of point names to {displacement, velocity}");
+  for (const auto& [key, value] : node.entries) {
+    Initial::PointElastic point;
+    point.point = points_.resolve(report_, key->text, key->origin, "initial: points").value_or(-1);
+    const Fields fields(report_, *value, "initial: point " + quote(key->text), {"displacement", "velocity"});
+    fields.read("displacement", "m", point.displacement);
+    fields.read("velocity", "m/s", point.velocity);
+    scene_.initial.points.push_back(point);
+  }
+}
+
+void SceneReader::read_initial_modes(const Node& node) {
+  if (node.kind != Node::Kind::kMapping)
+    return report_.error(node.origin, "initial: modes is " + describe(node) +
+                                          ", must be a mapping of mode numbers to {q, q_dot}");
+  for (const auto& [key, value] : node.entries) {
+    Initial::ModeElastic mode;
+    const auto number = parse_integer(key->text, 1, 3 * static_cast<std::int64_t>(kMaxPoints));
+    if (!number)
+      report_.error(key->origin,
+                    "initial: modes: " + quote(key->text) + " is not a mode, must be a whole number from 1");
+    mode.mode = static_cast<int>(number.value_or(0));
+    const Fields fields(report_, *value, "initial: mode " + key->text, {"q", "q_dot"});
+    fields.read("q", {"m"}, mode.q);
+    fields.read("q_dot", {"m/s"}, mode.q_dot);
+    scene_.initial.modes.push_back(mode);
+  }
+}
+
+void SceneReader::check_publication_rate(const Node* node, const std::string& label, double rate) {
+  if (node && rate > scene_.rate)
+    report_.warning(node->origin, label + " " + format_number(rate) + " Hz is above the tick rate of " +
+                                      format_number(scene_.rate) +
+                                      " Hz; each tick is published at most once");
+}
+
+void SceneReader::read_rate_and_selection(const Node& node, const std::string& label, const Names& names,
+                                          double& rate, std::vector<int>& chosen) {
+  const Fields fields(report_, node, label, {"rate", "of"});
+  fields.read("rate", kPublicationRate, rate);
+  check_publication_rate(fields.find("rate"), label + ": rate", rate);
+  if (const Node* of = fields.find("of"))
+    if (auto selection = read_selection(report_, *of, label + ": of", names)) chosen = std::move(*selection);
+}
+
+void SceneReader::read_publish(const Node* node) {
+  Publication& publication = scene_.publication;
+  publication.points = every(scene_.points.size());
+  publication.groups = every(scene_.groups.size());
+  for (std::size_t i = 0; i < scene_.links.size(); ++i)
+    if (!std::holds_alternative<MatrixLink>(scene_.links[i].kind))
+      publication.links.push_back(static_cast<int>(i));
+  if (!node) return;
+  const Fields fields(report_, *node, "publish", {"state", "points", "loads", "groups", "status"});
+  fields.read("state", kPublicationRate, publication.state_rate);
+  fields.read("status", kPublicationRate, publication.status_rate);
+  check_publication_rate(fields.find("state"), "publish: state", publication.state_rate);
+  check_publication_rate(fields.find("status"), "publish: status", publication.status_rate);
+  if (const Node* points = fields.find("points"))
+    read_rate_and_selection(*points, "publish: points", points_, publication.points_rate, publication.points);
+  if (const Node* groups = fields.find("groups"))
+    if (auto selection = read_selection(report_, *groups, "publish: groups", groups_))
+      publication.groups = std::move(*selection);
+  const Node* loads = fields.find("loads");
+  if (!loads) return;
+  std::vector<int> chosen = publication.links;
+  read_rate_and_selection(*loads, "publish: loads", links_, publication.loads_rate, chosen);
+  for (const int link : chosen)
+    if (const Link& matrix = scene_.links[static_cast<std::size_t>(link)];
+        std::holds_alternative<MatrixLink>(matrix.kind))
+      report_.error(loads->origin,
+                    "publish: loads: link " + quote(matrix.name) +
+                        " is a matrix, which has no end forces; choose springs, bars and beams");
+  publication.links = std::move(chosen);
+}
+
+void SceneReader::read_commands(const Node* node) {
+  scene_.pushable = every(scene_.points.size());
+  if (!node) return;
+  const Fields fields(report_, *node, "commands", {"points", "force_limit", "torque_limit"});
+  if (const Node* points = fields.find("points"))
+    if (auto selection = read_selection(report_, *points, "commands: points", points_))
+      scene_.pushable = std::move(*selection);
+  fields.read("force_limit", {"N", Bound::kPositive}, scene_.force_limit);
+  fields.read("torque_limit", {"N m", Bound::kPositive}, scene_.torque_limit);
+}
+
+}  // namespace reader
+}  // namespace freeflex::io

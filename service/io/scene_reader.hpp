@@ -1,0 +1,66 @@
+// The sections of a scene file, one function each. service/scenes/README.md is the schema.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "service/io/scene_fields.hpp"
+#include "service/io/scene_tables.hpp"
+
+namespace freeflex::io::reader {
+
+class SceneReader {
+ public:
+  /// \param path  the scene as the person named it; other files are relative to its folder
+  SceneReader(Report& report, std::string path) : report_(report), path_(std::move(path)) {}
+  /// Every fault goes to the report; the scene is whole only when it has no error.
+  Scene read();
+
+ private:
+  // scene_reader.cpp
+  void read_sections(const Node& root);
+  void read_groups(const Node& node);
+  void read_damping(const Node& node);
+  void read_initial(const Node& node);
+  void read_initial_points(const Node& node);
+  void read_initial_modes(const Node& node);
+  void read_publish(const Node* node);
+  void read_commands(const Node* node);
+  void read_rate_and_selection(const Node& node, const std::string& label, const Names& names, double& rate,
+                               std::vector<int>& chosen);
+  void check_publication_rate(const Node* node, const std::string& label, double rate);
+  /// File named by the node, opened; nullopt after reporting.
+  std::optional<int> open_beside(const Node& node, const std::string& label);
+  /// Items of a list; a mapping stands for a list of one. Empty after reporting.
+  std::vector<const Node*> read_list(const Node& node, const std::string& label, const std::string& of);
+
+  // scene_items.cpp
+  void read_points(const Node& node);
+  void read_point(const Node& node);
+  void read_points_table(const Node& node);
+  bool add_point(PointMass point);
+  void read_links(const Node& node);
+  void read_link(const Node& node);
+  void read_chain(const Fields& fields, const Node& ends, std::variant<Spring, Bar, Beam, MatrixLink> kind,
+                  const std::string& kind_name, const std::string& name);
+  void read_matrix(const Fields& fields, const Node& file, const std::string& name);
+  void read_links_table(const Node& node);
+  bool add_link(Link link);
+
+  // scene_loads.cpp
+  void read_loads(const Node& node);
+  void read_load(const Node& node);
+  void read_forces(const Node& node, const std::string& label, Load& load);
+  void read_wrenches(const Node& node, const std::string& label, Load& load);
+  History read_history(const Fields& fields);
+
+  Report& report_;
+  std::string path_;
+  Scene scene_;
+  Names points_{"point"};
+  Names links_{"link"};
+  Names groups_{"group"};
+  Names loads_{"load"};
+};
+
+}  // namespace freeflex::io::reader

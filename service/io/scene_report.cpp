@@ -1,0 +1,127 @@
+#include "service/io/scene_report.hpp"
+
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <xxhash.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <tuple>
+
+namespace freeflex::io::reader {
+
+std::string read_whole_file(const std::string& path, std::string& text) {
+  if (path.empty()) return "the file name is empty";
+  if (path.find('\0') != std::string::npos) return "the file name holds a zero byte";
+  // O_NONBLOCK: opening a named pipe must not wait for a writer
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0) return std::strerror(errno);
+  struct Closer {
+    int file;
+    ~Closer() { ::close(file); }
+  } closer{file};
+  struct stat status {};
+  if (::fstat(file, &status) != 0) return std::strerror(errno);
+  if (S_ISDIR(status.st_mode)) return "it is a directory";
+  if (!S_ISREG(status.st_mode)) return "it is not a regular file";
+  const auto too_large = [](std::size_t bytes) {
+    return "it has " + std::to_string(bytes) + " bytes, at most " + std::to_string(kMaxFileBytes) +
+           " are read";
+  };
+  const auto size = static_cast<std::size_t>(status.st_size);
+  if (size > kMaxFileBytes) return too_large(size);
+  text.resize(size + 1);  // one more, to see a file that grew
+  std::size_t filled = 0;
+  while (true) {
+    if (filled == text.size()) text.resize(std::min(2 * text.size(), kMaxFileBytes + 1));
+    const ssize_t got = ::read(file, text.data() + filled, text.size() - filled);
+    if (got < 0 && errno == EINTR) continue;
+    if (got < 0) return std::strerror(errno);
+    if (got == 0) break;
+    filled += static_cast<std::size_t>(got);
+    if (filled > kMaxFileBytes) return too_large(filled);
+  }
+  text.resize(filled);
+  return {};
+}
+
+Report::Report() : hash_(XXH3_createState()) { XXH3_64bits_reset(hash_); }
+
+Report::~Report() { XXH3_freeState(hash_); }
+
+void Report::add(Fault fault) {
+  if (faults_.size() < kMaxFaults) faults_.push_back(std::move(fault));
+}
+
+void Report::error(Origin origin, std::string message) {
+  has_error_ = true;
+  add({Fault::Severity::kError, origin, std::move(message)});
+}
+
+void Report::warning(Origin origin, std::string message) {
+  add({Fault::Severity::kWarning, origin, std::move(message)});
+}
+
+std::optional<int> Report::open(const std::string& path, Origin asked) {
+  if (const auto known = opened_.find(path); known != opened_.end()) {
+    if (known->second >= 0) return known->second;
+    return std::nullopt;  // reported where it was named first
+  }
+  if (opened_.size() >= kMaxFiles) {
+    error(asked, "more than " + std::to_string(kMaxFiles) + " files; merge some of them");
+    return std::nullopt;
+  }
+  auto text = std::make_unique<std::string>();
+  if (const std::string problem = read_whole_file(path, *text); !problem.empty()) {
+    opened_[path] = -1;
+    if (asked.source < 0) {  // the scene itself
+      sources_.push_back(path);
+      texts_.push_back(std::make_unique<std::string>());
+      asked.source = 0;
+    }
+    error(asked, "cannot read '" + path + "': " + problem);
+    return std::nullopt;
+  }
+  XXH3_64bits_update(hash_, text->data(), text->size());
+  const int source = static_cast<int>(sources_.size());
+  opened_[path] = source;
+  sources_.push_back(path);
+  texts_.push_back(std::move(text));
+  return source;
+}
+
+std::uint64_t Report::hash() const { return XXH3_64bits_digest(hash_); }
+
+bool Report::count_mentions(std::size_t count, Origin origin) {
+  const bool was_within = mentions_ <= kMaxMentions;
+  mentions_ = std::min(mentions_ + count, 2 * kMaxMentions);
+  if (mentions_ <= kMaxMentions) return true;
+  if (was_within)
+    error(origin, "the scene's lists name more than " + std::to_string(kMaxMentions) +
+                      " items; it is not read further");
+  return false;
+}
+
+Faults Report::take_faults() {
+  const bool is_full = faults_.size() >= kMaxFaults;
+  const auto key = [](const Fault& fault) {
+    return std::tuple(fault.origin.source, fault.origin.line, fault.origin.column);
+  };
+  std::stable_sort(faults_.begin(), faults_.end(),
+                   [&](const Fault& a, const Fault& b) { return key(a) < key(b); });
+  if (is_full)
+    faults_.push_back({Fault::Severity::kError,
+                       {0, 0, 0},
+                       "more than " + std::to_string(kMaxFaults) + " faults; the rest is not listed"});
+  return std::move(faults_);
+}
+
+std::string describe_place(const Report& report, const Origin& place, const Origin& near) {
+  if (place.source == near.source) return "line " + std::to_string(place.line);
+  return report.sources()[static_cast<std::size_t>(place.source)] + ":" + std::to_string(place.line) + ":" +
+         std::to_string(place.column);
+}
+
+}  // namespace freeflex::io::reader

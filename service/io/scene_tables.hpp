@@ -1,0 +1,68 @@
+// Tables beside a scene: CSV for points and links, Matrix Market for stiffness.
+#pragma once
+
+#include <Eigen/SparseCore>
+#include <functional>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "service/io/scene_report.hpp"
+#include "service/io/scene_text.hpp"
+
+namespace freeflex::io::reader {
+
+/// One row of a CSV table: fields in the order of the known columns, absent columns empty.
+class CsvRow {
+ public:
+  CsvRow(Report& report, Origin line, const std::vector<std::string_view>& columns)
+      : report_(report), line_(line), columns_(columns), fields_(columns.size()), places_(columns.size()) {}
+  const Origin& origin() const { return line_; }
+  std::string_view text(std::size_t column) const { return fields_[column]; }
+  const Origin& origin(std::size_t column) const { return places_[column]; }
+  /// Number of a column, or 0 after reporting "<label>: <column> ...".
+  double number(std::size_t column, const std::string& label, const Quantity& quantity) const;
+
+ private:
+  friend class CsvTable;
+  Report& report_;
+  Origin line_;
+  const std::vector<std::string_view>& columns_;
+  std::vector<std::string_view> fields_;
+  std::vector<Origin> places_;
+};
+
+/// Comma-separated text with a header line; blank lines and lines that start with # are skipped. No quotes.
+class CsvTable {
+ public:
+  /// Reads the header and reports unknown, repeated and missing columns.
+  CsvTable(Report& report, int source, std::vector<std::string_view> known,
+           std::vector<std::string_view> required);
+  /// False: nothing can be read below the header.
+  bool is_good() const { return is_good_; }
+  bool has(std::string_view column) const;
+  /// Calls `take` with each row that has as many fields as the header; others are reported. Stops when take
+  /// says false. True when every line became a row.
+  bool each_row(const std::function<bool(const CsvRow&)>& take);
+
+ private:
+  bool next_line(std::string_view& line);
+
+  Report& report_;
+  int source_;
+  std::string_view rest_;
+  int line_ = 0;
+  std::vector<std::string_view> known_;
+  std::vector<int> known_of_field_;  // index into known_ per field, -1 for one that is not
+  bool is_good_ = true;
+};
+
+/// Symmetric matrix of `size` rows [N/m] from Matrix Market text: coordinate or array, real or integer,
+/// symmetric or general. nullopt after reporting. A general matrix must be symmetric to 1e-9 of its largest
+/// entry and is averaged. \param size_reason  why that size, for messages: "3 rows for each of its 115
+/// points"
+std::optional<Eigen::SparseMatrix<double>> read_matrix_market(Report& report, int source, std::size_t size,
+                                                              const std::string& size_reason);
+
+}  // namespace freeflex::io::reader

@@ -1,0 +1,301 @@
+#include "service/io/scene_yaml.hpp"
+
+#include <libfyaml.h>
+
+#include <memory>
+#include <string_view>
+#include <unordered_map>
+
+#include "service/io/scene_text.hpp"
+
+namespace freeflex::io::reader {
+namespace {
+
+// what to do about the faults people meet most; the rest stand as libfyaml words them
+std::string_view hint(std::string_view message) {
+  struct Advice {
+    std::string_view fragment, text;
+  };
+  static constexpr Advice kAdvice[] = {
+      {"tab", "indent with spaces"},
+      {"without a closing bracket", "a bracket opened before is not closed"},
+      {"without a closing brace", "a brace opened before is not closed"},
+      {"extra closing", "remove it, or open it before"},
+      {"multiline plain key", "check the indentation, and that the line before is complete"},
+      {"cannot start with", "put the text in quotes"},
+      {"invalid escape", "double the backslash, or use single quotes"},
+      {"expected key", "items of one mapping or list start in the same column"},
+      {"invalid indentation", "items of one mapping or list start in the same column"},
+      {"missing comma", "separate items by commas"},
+      {"double-quoted", "close the quote"},
+      {"single-quoted", "close the quote"},
+  };
+  for (const Advice& advice : kAdvice)
+    if (message.find(advice.fragment) != std::string_view::npos) return advice.text;
+  return {};
+}
+
+struct ParserCloser {
+  void operator()(fy_parser* parser) const { fy_parser_destroy(parser); }
+};
+struct DiagCloser {
+  void operator()(fy_diag* diag) const { fy_diag_destroy(diag); }
+};
+struct EventCloser {
+  fy_parser* parser;
+  void operator()(fy_event* event) const { fy_parser_event_free(parser, event); }
+};
+
+std::string_view token_text(fy_token* token) {
+  std::size_t length = 0;
+  const char* text = token ? fy_token_get_text(token, &length) : nullptr;
+  return text ? std::string_view(text, length) : std::string_view();
+}
+
+bool is_null_word(std::string_view text) {
+  return text.empty() || text == "~" || text == "null" || text == "Null" || text == "NULL";
+}
+
+}  // namespace
+
+/// Builds the tree from parser events; containers under construction stand on an explicit stack.
+class TreeBuilder {
+ public:
+  TreeBuilder(Report& report, int source, YamlTree& tree) : report_(report), source_(source), tree_(tree) {}
+
+  /// False: a limit is reached and parsing must stop.
+  bool take(fy_event& event) {
+    if (const fy_mark* mark = fy_event_start_mark(&event))
+      place_ = {source_, mark->line + 1, mark->column + 1};
+    switch (event.type) {
+      case FYET_DOCUMENT_START:
+        if (++num_documents_ == 2)
+          report_.error(place_, "a second document starts here; a scene is one document");
+        return num_documents_ == 1;
+      case FYET_SCALAR:
+        return add(scalar(event), event);
+      case FYET_ALIAS:
+        return add_alias(token_text(event.alias.anchor));
+      case FYET_SEQUENCE_START:
+        return open(Node::Kind::kList, event);
+      case FYET_MAPPING_START:
+        return open(Node::Kind::kMapping, event);
+      case FYET_SEQUENCE_END:
+      case FYET_MAPPING_END:
+        return close();
+      default:
+        return true;
+    }
+  }
+  const Node* root() const { return root_; }
+
+ private:
+  struct Open {
+    Node* node;
+    const Node* key = nullptr;  // waits for its value
+    std::string anchor;
+  };
+
+  Node* create(Node::Kind kind) {
+    if (++num_nodes_ > kMaxYamlNodes) {
+      report_.error(place_,
+                    "more than " + std::to_string(kMaxYamlNodes) +
+                        " values; put points and links in CSV files, matrices in Matrix Market files");
+      return nullptr;
+    }
+    Node& node = tree_.nodes_.emplace_back();
+    node.kind = kind;
+    node.origin = place_;
+    return &node;
+  }
+
+  Node* scalar(fy_event& event) {
+    Node* node = create(Node::Kind::kText);
+    if (!node) return nullptr;
+    node->text = token_text(event.scalar.value);
+    node->is_quoted = event.scalar.value && fy_token_scalar_style(event.scalar.value) != FYSS_PLAIN;
+    if (!node->is_quoted && is_null_word(node->text)) node->kind = Node::Kind::kEmpty;
+    return node;
+  }
+
+  bool add(Node* node, fy_event& event) {
+    if (!node) return false;
+    refuse_tag(event);
+    attach(node);
+    if (fy_token* anchor = fy_event_get_anchor_token(&event))
+      anchors_[std::string(token_text(anchor))] = node;
+    return true;
+  }
+
+  bool add_alias(std::string_view name) {
+    if (const auto anchor = anchors_.find(std::string(name)); anchor != anchors_.end()) {
+      attach(anchor->second);
+      return true;
+    }
+    std::vector<std::string_view> known;
+    for (const auto& [word, node] : anchors_) known.push_back(word);
+    report_.error(place_, "alias " + quote(name) + " has no anchor before it" + did_you_mean(name, known));
+    Node* node = create(Node::Kind::kEmpty);
+    if (node) attach(node);
+    return node != nullptr;
+  }
+
+  bool open(Node::Kind kind, fy_event& event) {
+    if (stack_.size() >= kMaxYamlDepth) {
+      report_.error(
+          place_, "nested deeper than " + std::to_string(kMaxYamlDepth) + " levels; a scene needs at most 6");
+      return false;
+    }
+    Node* node = create(kind);
+    if (!node) return false;
+    refuse_tag(event);
+    stack_.push_back({node, nullptr, std::string(token_text(fy_event_get_anchor_token(&event)))});
+    return true;
+  }
+
+  bool close() {
+    if (stack_.empty()) return false;
+    const Open done = stack_.back();
+    stack_.pop_back();
+    if (done.node->kind == Node::Kind::kMapping && !finish_mapping(*done.node)) return false;
+    attach(done.node);
+    // known only now, so that nothing can contain itself
+    if (!done.anchor.empty()) anchors_[done.anchor] = done.node;
+    return true;
+  }
+
+  void attach(const Node* node) {
+    if (stack_.empty()) {
+      if (!root_) root_ = node;
+      return;
+    }
+    Open& parent = stack_.back();
+    if (parent.node->kind == Node::Kind::kList) {
+      parent.node->items.push_back(node);
+    } else if (!parent.key) {
+      if (node->kind != Node::Kind::kText)
+        report_.error(node->origin, "a key is " + describe(*node) + ", must be a word followed by a colon");
+      parent.key = node;
+    } else {
+      parent.node->entries.emplace_back(parent.key, node);
+      parent.key = nullptr;
+    }
+  }
+
+  void refuse_tag(fy_event& event) {
+    if (fy_token* tag = fy_event_get_tag_token(&event))
+      report_.error(place_, "tag " + quote(token_text(tag)) + " has no meaning in a scene; remove it");
+  }
+
+  // distinct keys, and the entries of merged mappings where the mapping has no such key itself
+  bool finish_mapping(Node& mapping) {
+    std::unordered_map<std::string_view, const Node*> seen;
+    std::vector<std::pair<const Node*, const Node*>> entries;
+    std::vector<const Node*> merged;
+    for (const auto& [key, value] : mapping.entries) {
+      if (key->kind != Node::Kind::kText) continue;  // reported
+      if (key->text == "<<" && !key->is_quoted) {
+        if (value->kind == Node::Kind::kList)
+          merged.insert(merged.end(), value->items.begin(), value->items.end());
+        else
+          merged.push_back(value);
+      } else if (const auto [first, is_new] = seen.emplace(key->text, key); is_new) {
+        entries.emplace_back(key, value);
+      } else {
+        report_.error(key->origin, "key " + quote(key->text) + " is written twice, first on " +
+                                       describe_place(report_, first->second->origin, key->origin) +
+                                       "; remove one");
+      }
+    }
+    for (const Node* other : merged) {
+      if (other->kind != Node::Kind::kMapping) {
+        report_.error(other->origin,
+                      "'<<' merges " + describe(*other) + ", must be a mapping or a list of mappings");
+        continue;
+      }
+      num_nodes_ += other->entries.size();
+      if (num_nodes_ > kMaxYamlNodes) return create(Node::Kind::kEmpty) != nullptr;  // reports
+      for (const auto& entry : other->entries)
+        if (seen.emplace(entry.first->text, entry.first).second) entries.push_back(entry);
+    }
+    mapping.entries = std::move(entries);
+    return true;
+  }
+
+  Report& report_;
+  int source_;
+  YamlTree& tree_;
+  Origin place_;
+  int num_documents_ = 0;
+  std::size_t num_nodes_ = 0;
+  std::vector<Open> stack_;
+  std::unordered_map<std::string, const Node*> anchors_;
+  const Node* root_ = nullptr;
+};
+
+std::string describe(const Node& node) {
+  switch (node.kind) {
+    case Node::Kind::kEmpty:
+      return "empty";
+    case Node::Kind::kList:
+      return "a list";
+    case Node::Kind::kMapping:
+      return "a mapping";
+    case Node::Kind::kText:
+      break;
+  }
+  return "the text " + quote(node.text);
+}
+
+const Node* YamlTree::parse(Report& report, int source) {
+  std::string_view text = report.text(source);
+  if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
+  // libfyaml 0.7 has crashed on bytes that are not UTF-8: they never reach it
+  if (const std::size_t bad = find_bad_byte(text); bad != std::string_view::npos) {
+    const TextPlace place = locate(text, bad);
+    char byte[8];
+    std::snprintf(byte, sizeof byte, "0x%02x", static_cast<unsigned char>(text[bad]));
+    report.error({source, place.line, place.column},
+                 std::string("byte ") + byte + " is not text; a scene is UTF-8 without control characters");
+    return nullptr;
+  }
+
+  fy_diag_cfg diag_settings;
+  fy_diag_cfg_default(&diag_settings);
+  diag_settings.fp = nullptr;
+  diag_settings.output_fn = [](fy_diag*, void*, const char*, std::size_t) {};
+  const std::unique_ptr<fy_diag, DiagCloser> diag(fy_diag_create(&diag_settings));
+  fy_diag_set_collect_errors(diag.get(), true);
+  fy_parse_cfg settings{};
+  settings.flags = static_cast<fy_parse_cfg_flags>(FYPCF_QUIET | FYPCF_COLLECT_DIAG | FYPCF_JSON_NONE |
+                                                   FYPCF_DEFAULT_VERSION_1_2);
+  settings.diag = diag.get();
+  const std::unique_ptr<fy_parser, ParserCloser> parser(fy_parser_create(&settings));
+  if (!parser || fy_parser_set_string(parser.get(), text.data(), text.size()) != 0) {
+    report.error({source, 0, 0}, "the YAML parser could not start: out of memory");
+    return nullptr;
+  }
+
+  TreeBuilder builder(report, source, *this);
+  bool is_within_limits = true;
+  while (is_within_limits) {
+    const std::unique_ptr<fy_event, EventCloser> event(fy_parser_parse(parser.get()),
+                                                       EventCloser{parser.get()});
+    if (!event || event->type == FYET_STREAM_END) break;
+    is_within_limits = builder.take(*event);
+  }
+  if (!is_within_limits) return nullptr;
+  if (fy_parser_get_stream_error(parser.get())) {
+    void* position = nullptr;
+    const fy_diag_error* fault = fy_diag_errors_iterate(diag.get(), &position);
+    const std::string message = fault && fault->msg ? fault->msg : "cannot be read on";
+    const std::string_view advice = hint(message);
+    report.error({source, fault ? fault->line : 0, fault ? fault->column : 0},
+                 "YAML syntax: " + message + (advice.empty() ? "" : "; ") + std::string(advice));
+    return nullptr;
+  }
+  if (!builder.root()) report.error({source, 1, 1}, "the file is empty; a scene has at least points");
+  return builder.root();
+}
+
+}  // namespace freeflex::io::reader

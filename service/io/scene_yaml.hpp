@@ -1,0 +1,39 @@
+// YAML text -> a tree that knows where everything was written. The only place that sees libfyaml.
+#pragma once
+
+#include <deque>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "service/io/scene_report.hpp"
+
+namespace freeflex::io::reader {
+
+struct Node {
+  enum class Kind { kEmpty, kText, kList, kMapping };
+  Kind kind = Kind::kEmpty;
+  bool is_quoted = false;  // text in quotes or a block: never a number
+  std::string text;
+  Origin origin;
+  std::vector<const Node*> items;                            // kList
+  std::vector<std::pair<const Node*, const Node*>> entries;  // kMapping, merges (<<) done, keys distinct
+};
+
+/// What a node is, for messages: "a list", "the text 'abc'".
+std::string describe(const Node& node);
+
+/// One YAML document; aliases share nodes, so a node may be reached by more than one way.
+class YamlTree {
+ public:
+  /// Root of the source's document, or nullptr after reporting: bytes that are not UTF-8, syntax, duplicate
+  /// keys, tags, unknown aliases, more than one document, nothing at all, depth or number of nodes. Syntax
+  /// stops at the first fault, the others are all reported.
+  const Node* parse(Report& report, int source);
+
+ private:
+  friend class TreeBuilder;
+  std::deque<Node> nodes_;
+};
+
+}  // namespace freeflex::io::reader
