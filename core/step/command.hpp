@@ -1,4 +1,5 @@
-// A validated force command: fixed size and trivially copyable, so it crosses rings and shared memory as it is.
+// A validated force command: fixed size and trivially copyable, so it crosses rings and shared memory as it
+// is.
 #pragma once
 
 #include <array>
@@ -14,15 +15,15 @@ inline constexpr int kMaxSlotNumber = 63;  // slot numbers 0..63 of one sender
 inline constexpr int kSenderSize = 32;     // bytes, NUL-terminated
 
 struct PointForce {
-  std::int32_t point;             // index into Plan::points
-  std::int32_t padding;           // 0
-  std::array<double, 3> force;    // [N]
+  std::int32_t point;           // index into Plan::points
+  std::int32_t padding;         // 0
+  std::array<double, 3> force;  // [N]
 };
 struct Wrench {
-  std::int32_t group;             // index into Plan::groups
-  std::int32_t padding;           // 0
-  std::array<double, 3> force;    // [N]
-  std::array<double, 3> torque;   // [N m]
+  std::int32_t group;            // index into Plan::groups
+  std::int32_t padding;          // 0
+  std::array<double, 3> force;   // [N]
+  std::array<double, 3> torque;  // [N m]
 };
 
 /// Replaces the contents of one slot (sender, slot). No points and no wrenches: the slot is cleared.
@@ -37,7 +38,7 @@ struct ForceCommand {
   std::int32_t late_policy;              // 0: reject when start_tick has passed, 1: take at the next tick
   std::int32_t num_points;
   std::int32_t num_wrenches;
-  std::int32_t padding;                  // 0
+  std::int32_t padding;  // 0
   std::array<PointForce, kMaxCommandPoints> points;
   std::array<Wrench, kMaxCommandWrenches> wrenches;
 };

@@ -15,28 +15,27 @@ using Vec3 = std::array<double, 3>;
 using Mat3 = std::array<double, 9>;  // row-major
 using Quat = std::array<double, 4>;  // w x y z, unit
 
-/// y = (q, q_dot) of each mode: y1 = base y + (C + L) y + W0 Q0 + W1 Q1   (THEORY X10).
-/// C + L = exact propagator minus base, C rounded to double and L the rest; base in {-1, 0, 1}.
-/// Every array (num_padded); padding has base 0 and zeros.
+/// y = (q, q_dot) of each mode: y1 = (C + L) y + W0 Q0 + W1 (Q1 - Q0)   (THEORY X10).
+/// C + L is the exact propagator: C its leading 26 bits, so that C times the leading 26 bits of y is exact,
+/// L the rest rounded to double. Every array (num_padded); padding is zero.
 struct Propagator {
-  std::vector<double> base;
   std::vector<double> c_qq, c_qv, c_vq, c_vv;  // [-], [s], [1/s], [-]
   std::vector<double> l_qq, l_qv, l_vq, l_vv;  // low parts of the same
-  std::vector<double> w_q0, w_q1;              // [m/N] weights of Q at the start and end of the step
-  std::vector<double> w_v0, w_v1;              // [m/(s N)]
+  std::vector<double> w_q0, w_q1;  // [m/N] weights of Q at the start, and of its change over the step
+  std::vector<double> w_v0, w_v1;  // [m/(s N)]
 };
 
 struct PlanPoint {
   std::string name;
-  double mass = 0.0;     // [kg]
-  Vec3 r{};              // [m] rest position from the centre of mass, body axes
-  std::int32_t row = -1; // block of three rows in Plan::rows; -1: neither pushable nor published
+  double mass = 0.0;      // [kg]
+  Vec3 r{};               // [m] rest position from the centre of mass, body axes
+  std::int32_t row = -1;  // block of three rows in Plan::rows; -1: neither pushable nor published
   bool pushable = false;
 };
 
 struct PlanLink {
   std::string name;
-  std::string kind;                    // "spring", "bar", "beam", "matrix"
+  std::string kind;  // "spring", "bar", "beam", "matrix"
   std::array<std::int32_t, 2> points{-1, -1};
 };
 
@@ -45,29 +44,30 @@ struct PlanLink {
 struct PlanGroup {
   std::string name;
   std::vector<std::int32_t> points;
-  double mass = 0.0;          // [kg]
-  Vec3 centre{};              // [m] centre of mass from B, body axes
-  Mat3 inverse_inertia{};     // [1/(kg m^2)] pseudo-inverse for collinear groups
+  double mass = 0.0;             // [kg]
+  Vec3 centre{};                 // [m] centre of mass from B, body axes
+  Mat3 inverse_inertia{};        // [1/(kg m^2)] pseudo-inverse for collinear groups
   std::int32_t torque_rank = 3;  // 3; 2 collinear; 0 one point
-  Vec3 line{};                // [-] the axis about which a collinear group takes no torque
+  Vec3 line{};                   // [-] the axis about which a collinear group takes no torque
 };
 
 /// Spatial part of a load, built once when it changes (THEORY X11). Arrays have capacity from the start.
 /// World part turns with the body: Q_l = sum_ab R_ba table_ab,l (R = R_WB), or directly from few points.
 struct LoadPattern {
   static constexpr int kMaxDirect = 3;
-  Vec3 force_W{};     // [N] resultant
-  Mat3 dyad_W{};      // [N m] sum F_i r_i^T, row index: force component
-  Vec3 torque_W{};    // [N m] free torques of wrenches
-  std::int32_t num_direct = 0;                       // points kept one by one; 0 with uses_table
+  Vec3 force_W{};  // [N] resultant
+  std::array<double, 27>
+      moment_W{};  // [N m] moment_B,c = sum_ab R_ba moment_W[9c+3a+b], about the centre of mass
+  bool has_world = false;
+  std::int32_t num_direct = 0;                        // points kept one by one; 0 with uses_table
   std::array<std::int32_t, kMaxDirect> direct_row{};  // block of rows
   std::array<Vec3, kMaxDirect> direct_force_W{};      // [N]
   bool uses_table = false;
   std::vector<double> table;  // [N] (9 x num_padded), index 3*a+b: sum_i b_il,a F_i,b
-  Vec3 force_B{};     // [N] resultant of the body-axis part
-  Vec3 torque_B{};    // [N m] its moment about the centre of mass
+  Vec3 force_B{};             // [N] resultant of the body-axis part
+  Vec3 torque_B{};            // [N m] its moment about the centre of mass
   bool has_body = false;
-  std::vector<double> Q_B;    // [N] (num_padded)
+  std::vector<double> Q_B;  // [N] (num_padded)
 };
 
 /// Amplitude of a built-in load over ticks since the epoch began (THEORY X13).
@@ -84,16 +84,16 @@ struct PlanHistory {
 
 /// Output rows for one published link: force = sum_l row_l q_l.
 struct PlanLinkOutput {
-  std::int32_t link = -1;     // index into Plan::links
-  std::int32_t first_row = 0; // in Plan::link_rows
-  std::int32_t num_rows = 1;  // 1 axial (tension > 0) [N]; 12 beam end forces [N], [N m]
+  std::int32_t link = -1;      // index into Plan::links
+  std::int32_t first_row = 0;  // in Plan::link_rows
+  std::int32_t num_rows = 1;   // 1 axial (tension > 0) [N]; 12 beam end forces [N], [N m]
 };
 
 struct PlanInitial {
-  Vec3 p_WB{};   // [m]
-  Vec3 v_WB{};   // [m/s]
+  Vec3 p_WB{};  // [m]
+  Vec3 v_WB{};  // [m/s]
   Quat q_WB{1.0, 0.0, 0.0, 0.0};
-  Vec3 w_WB_B{}; // [rad/s]
+  Vec3 w_WB_B{};              // [rad/s]
   std::vector<double> q;      // [m] (num_padded)
   std::vector<double> q_dot;  // [m/s] (num_padded)
 };
@@ -103,18 +103,18 @@ struct Plan {
   std::uint64_t scene_hash = 0;
   double period = 0.0;  // [s]
   // rigid body
-  double mass = 0.0;            // [kg]
+  double mass = 0.0;  // [kg]
   std::int32_t rigid_freedoms = 6;
-  Vec3 p_SB{};                  // [m] centre of mass in scene axes
-  Mat3 inertia{};               // [kg m^2] body axes
-  Mat3 inverse_inertia{};       // [1/(kg m^2)] pseudo-inverse for collinear shapes, zero for one point
-  Vec3 line{};                  // [-] unit vector of a collinear shape, else zero
-  Vec3 gravity_W{};             // [m/s^2]
+  Vec3 p_SB{};             // [m] centre of mass in scene axes
+  Mat3 inertia{};          // [kg m^2] body axes
+  Mat3 inverse_inertia{};  // [1/(kg m^2)] pseudo-inverse for collinear shapes, zero for one point
+  Vec3 line{};             // [-] unit vector of a collinear shape, else zero
+  Vec3 gravity_W{};        // [m/s^2]
   // elastic modes
   std::int32_t num_elastic = 0;
   std::int32_t num_padded = 0;
-  std::vector<double> omega;    // [rad/s] (num_padded), padding 0
-  std::vector<double> decay;    // [1/s] (num_padded) zeta omega = d / (2 M)
+  std::vector<double> omega;        // [rad/s] (num_padded), padding 0
+  std::vector<double> decay;        // [1/s] (num_padded) zeta omega = d / (2 M)
   double frequency_accuracy = 0.0;  // [-]
   double conditioning = 0.0;        // [-]
   Propagator propagator;
@@ -122,9 +122,10 @@ struct Plan {
   std::vector<PlanPoint> points;
   std::vector<PlanLink> links;
   std::vector<PlanGroup> groups;
-  std::vector<double> rows;         // [-] (3*num_row_blocks x num_padded) unit elastic displacements
-  std::vector<double> eckart_rows;  // (6 x num_padded) sum m b [kg], sum m r x b [kg m]: zero but for rounding
-  std::vector<double> link_rows;    // (num_link_rows x num_padded) [N/m], [N]
+  std::vector<double> rows;  // [-] (3*num_row_blocks x num_padded) unit elastic displacements
+  std::vector<double>
+      eckart_rows;                // (6 x num_padded) sum m b [kg], sum m r x b [kg m]: zero but for rounding
+  std::vector<double> link_rows;  // (num_link_rows x num_padded) [N/m], [N]
   std::vector<PlanLinkOutput> link_outputs;
   std::vector<std::vector<std::int32_t>> mechanisms;  // moved points of each
   // loads

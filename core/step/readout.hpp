@@ -23,10 +23,10 @@ struct PointState {
 PointState read_point(const Plan& plan, const State& state, int point) noexcept;
 
 struct GroupPose {
-  Vec3 p_W{};                   // [m] centre of mass of the group
+  Vec3 p_W{};                     // [m] centre of mass of the group
   Quat q_WG{1.0, 0.0, 0.0, 0.0};  // attitude of the group: frame plus mass-weighted mean elastic rotation
-  Vec3 v_W{};                   // [m/s]
-  Vec3 w_B{};                   // [rad/s] body axes
+  Vec3 v_W{};                     // [m/s]
+  Vec3 w_B{};                     // [rad/s] body axes
 };
 /// Pose of a group from its points (all with rows), first order in V (THEORY X14).
 GroupPose read_group(const Plan& plan, const State& state, int group) noexcept;
@@ -36,13 +36,13 @@ void read_link(const Plan& plan, const State& state, int output, std::span<doubl
 
 /// Conserved quantities and residuals.
 struct Invariants {
-  double kinetic_rigid = 0.0;    // [J] (THEORY 4.4)
-  double kinetic_elastic = 0.0;  // [J]
-  double potential = 0.0;        // [J] elastic (THEORY 5.5)
-  Vec3 linear_momentum_W{};      // [kg m/s]
-  Vec3 angular_momentum_W{};     // [kg m^2/s] about the centre of mass
-  Vec3 eckart_translation{};     // [kg m] sum m V
-  Vec3 eckart_rotation{};        // [kg m^2] sum m r x V
+  double kinetic_rigid = 0.0;          // [J] (THEORY 4.4)
+  double kinetic_elastic = 0.0;        // [J]
+  double potential = 0.0;              // [J] elastic (THEORY 5.5)
+  Vec3 linear_momentum_W{};            // [kg m/s]
+  Vec3 angular_momentum_W{};           // [kg m^2/s] about the centre of mass
+  Vec3 eckart_translation{};           // [kg m] sum m V
+  Vec3 eckart_rotation{};              // [kg m^2] sum m r x V
   double quaternion_norm_error = 0.0;  // |q| - 1
 };
 Invariants read_invariants(const Plan& plan, const State& state) noexcept;

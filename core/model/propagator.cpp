@@ -1,0 +1,124 @@
+#include "core/model/propagator.hpp"
+
+#include <bit>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cstdint>
+
+namespace freeflex {
+namespace {
+
+// 120 digits: divisions below lose at most 48 of them, near-critical roots 16 more
+using Real =
+    boost::multiprecision::number<boost::multiprecision::cpp_bin_float<120>, boost::multiprecision::et_off>;
+
+/// One mode over one step of unit length: W = omega h, a = decay h (X10).
+struct UnitStep {
+  Real P11, g, S, R;
+};
+
+/// Below this the sums of series end.
+const Real& smallest_term() {
+  static const Real kSmallest("1e-130");
+  return kSmallest;
+}
+
+/// Small W and a: g, S, R as Taylor series of the impulse response, with no root taken.
+UnitStep from_series(const Real& W, const Real& a) {
+  UnitStep unit{0, 0, 0, 0};
+  Real h = 1, h_before = 0, factorial = 1;  // h_j, h_(j-1), (j+1)!
+  for (int j = 0; j < 300; ++j) {
+    unit.g += h / factorial;
+    unit.S += h / (factorial * (j + 2));
+    unit.R += h / (factorial * (j + 2) * (j + 3));
+    if ((abs(h) + abs(h_before)) / factorial < smallest_term()) break;
+    const Real next = -2 * a * h - W * W * h_before;
+    h_before = h;
+    h = next;
+    factorial *= j + 2;
+  }
+  unit.P11 = 1 - W * W * unit.S;
+  return unit;
+}
+
+/// W >= 1, any damping: from exponentials and circular functions.
+UnitStep from_roots(const Real& W, const Real& a) {
+  UnitStep unit;
+  if (W > a) {
+    const Real B = sqrt((W - a) * (W + a));
+    unit.g = exp(-a) * sin(B) / B;
+    unit.P11 = exp(-a) * cos(B) + a * unit.g;
+  } else if (W == a) {
+    unit.g = exp(-a);
+    unit.P11 = exp(-a) * (1 + a);
+  } else {
+    const Real D = sqrt((a - W) * (a + W)), fast = a + D, slow = W * W / fast;
+    unit.g = (exp(-slow) - exp(-fast)) / (2 * D);
+    unit.P11 = exp(-slow) + slow * unit.g;
+  }
+  unit.S = (1 - unit.P11) / (W * W);
+  unit.R = (1 - unit.g - 2 * a * unit.S) / (W * W);
+  return unit;
+}
+
+/// (1 - e^-x) / x
+Real mean_decay(const Real& x) {
+  if (x >= 1) return (1 - exp(-x)) / x;
+  Real sum = 0, term = 1;
+  for (int j = 1; abs(term) > smallest_term(); ++j) {
+    sum += term / j;
+    term *= -x / j;
+  }
+  return sum;
+}
+
+/// (x - 1 + e^-x) / x^2
+Real mean_ramp(const Real& x) {
+  if (x >= 1) return (x - 1 + exp(-x)) / (x * x);
+  Real sum = 0, term = 1;
+  for (int j = 1; abs(term) > smallest_term(); ++j) {
+    sum += term / (j * (j + 1));
+    term *= -x / j;
+  }
+  return sum;
+}
+
+/// W < 1 <= a: divided differences over the two real roots, which stand apart; W = 0 included.
+UnitStep from_decays(const Real& W, const Real& a) {
+  const Real D = sqrt((a - W) * (a + W)), fast = a + D, slow = W * W / fast;
+  UnitStep unit;
+  unit.g = (exp(-slow) - exp(-fast)) / (2 * D);
+  unit.P11 = exp(-slow) + slow * unit.g;
+  unit.S = (mean_decay(slow) - mean_decay(fast)) / (2 * D);
+  unit.R = (mean_ramp(slow) - mean_ramp(fast)) / (2 * D);
+  return unit;
+}
+
+UnitStep unit_step(const Real& W, const Real& a) {
+  if (W >= 1) return from_roots(W, a);
+  return a < 1 ? from_series(W, a) : from_decays(W, a);
+}
+
+/// P as its leading 26 bits and the rest rounded to double.
+void split(const Real& P, double& leading, double& rest) {
+  constexpr std::uint64_t kMask = ~((std::uint64_t{1} << 27) - 1);
+  leading = std::bit_cast<double>(std::bit_cast<std::uint64_t>(P.convert_to<double>()) & kMask);
+  rest = (P - Real(leading)).convert_to<double>();
+}
+
+}  // namespace
+
+void set_mode(Propagator& propagator, int index, double omega, double decay, double period, double mass) {
+  const Real h(period), W = Real(omega) * h, a = Real(decay) * h, M(mass);
+  const UnitStep unit = unit_step(W, a);
+  const auto l = static_cast<std::size_t>(index);
+  split(unit.P11, propagator.c_qq[l], propagator.l_qq[l]);
+  split(h * unit.g, propagator.c_qv[l], propagator.l_qv[l]);
+  split(-(W * W) * unit.g / h, propagator.c_vq[l], propagator.l_vq[l]);
+  split(unit.P11 - 2 * a * unit.g, propagator.c_vv[l], propagator.l_vv[l]);
+  propagator.w_q0[l] = Real(h * h * unit.S / M).convert_to<double>();
+  propagator.w_q1[l] = Real(h * h * unit.R / M).convert_to<double>();
+  propagator.w_v0[l] = Real(h * unit.g / M).convert_to<double>();
+  propagator.w_v1[l] = Real(h * unit.S / M).convert_to<double>();
+}
+
+}  // namespace freeflex

@@ -1,0 +1,39 @@
+// The floating frame over one step: translation, attitude, angular momentum (THEORY section 7).
+#pragma once
+
+#include <array>
+
+#include "core/step/state.hpp"
+#include "core/step/vector.hpp"
+
+namespace freeflex {
+
+/// What loads do to the body as a whole at one instant, without gravity (THEORY X11).
+struct RigidLoad {
+  Vec3 force_W{};                     // [N] fixed in world axes
+  std::array<double, 27> moment_W{};  // [N m] see LoadPattern
+  bool has_moment_W = false;
+  Vec3 force_B{};   // [N] fixed in body axes
+  Vec3 torque_B{};  // [N m]
+};
+/// Adds amplitude times a pattern.
+void add_pattern(const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept;
+
+/// Resultant [N] in world axes and moment about the centre of mass [N m] in body axes.
+Vec3 resultant_W(const RigidLoad& load, const Mat3& R_WB) noexcept;
+Vec3 moment_B(const RigidLoad& load, const Mat3& R_WB) noexcept;
+
+/// Loads at the start, the middle and the end of a step.
+using StepLoads = std::array<RigidLoad, 3>;
+
+/// Rigid part of the state, value and low part.
+struct Frame {
+  Vec3 p_WB, p_WB_low, v_WB, v_WB_low;
+  Quat q_WB, q_WB_low;
+  Vec3 H_W, H_W_low;
+};
+
+/// The frame one period later. R_WB is the rotation matrix of from.q_WB.
+Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept;
+
+}  // namespace freeflex

@@ -1,0 +1,98 @@
+#include "core/step/history.hpp"
+
+#include <array>
+#include <cstddef>
+
+namespace freeflex {
+namespace {
+
+/// The part of x left after taking away the nearest whole number; x below 2^52.
+double wrap(double x) noexcept {
+  constexpr double kShift = 6755399441055744.0;  // 1.5 * 2^52: adding it rounds to a whole number
+  return x - ((x + kShift) - kShift);
+}
+
+struct Product {
+  double value, error;
+};
+/// a b = value + error exactly (Dekker 1971).
+Product exact_product(double a, double b) noexcept {
+  constexpr double kSplit = 134217729.0;  // 2^27 + 1
+  const double ta = kSplit * a, tb = kSplit * b;
+  const double a_hi = ta - (ta - a), b_hi = tb - (tb - b);
+  const double a_lo = a - a_hi, b_lo = b - b_hi;
+  const double value = a * b;
+  return {value, ((a_hi * b_hi - value) + a_hi * b_lo + a_lo * b_hi) + a_lo * b_lo};
+}
+
+/// Sine at half_ticks / 2 periods: whole cycles are dropped before anything is rounded, so the phase stays
+/// good to 1e-16 for as long as half_ticks period frequency stays below 2^52.
+double sine(const PlanHistory& history, double period, std::int64_t half_ticks) noexcept {
+  const Product per_tick = exact_product(period, history.frequency);
+  const double ticks = 0.5 * static_cast<double>(half_ticks);
+  const Product cycles = exact_product(ticks, per_tick.value);
+  return sine_of_cycles(
+      wrap(wrap(cycles.value) + (cycles.error + ticks * per_tick.error) + wrap(history.phase)));
+}
+
+double table(const PlanHistory& history, double time) noexcept {
+  const auto& t = history.times;
+  const auto& y = history.values;
+  if (time <= t.front()) return y.front();
+  if (time >= t.back()) return y.back();
+  std::size_t below = 0, above = t.size() - 1;
+  while (above - below > 1) {
+    const std::size_t middle = (below + above) / 2;
+    (t[middle] <= time ? below : above) = middle;
+  }
+  return y[below] + (y[above] - y[below]) * ((time - t[below]) / (t[above] - t[below]));
+}
+
+double continuous(const PlanHistory& history, double period, std::int64_t half_ticks) noexcept {
+  switch (history.kind) {
+    case PlanHistory::Kind::kSine:
+      return sine(history, period, half_ticks);
+    case PlanHistory::Kind::kTable:
+      return table(history, 0.5 * static_cast<double>(half_ticks) * period);
+    case PlanHistory::Kind::kConstant:
+    case PlanHistory::Kind::kPulse:
+      break;
+  }
+  return 1.0;
+}
+
+}  // namespace
+
+double sine_of_cycles(double cycles) noexcept {
+  // fold to a quarter cycle: sin(2 pi x) = sin(2 pi (1/2 - x)); both subtractions are exact
+  double x = cycles;
+  if (x > 0.25) x = 0.5 - x;
+  if (x < -0.25) x = -0.5 - x;
+  // Taylor series of sin(2 pi x), |2 pi x| <= pi/2: the first term left out is below 2e-18
+  static constexpr std::array<double, 10> kCoefficient = {
+      -41.341702240399755,   81.60524927607504,    -76.70585975306136,   42.058693944897655,
+      -15.094642576822984,   3.8199525848482822,   -0.71812230177850059, 0.10422916220813984,
+      -0.012031585942120624, 0.0011309237482517961};
+  const double s = x * x;
+  double sum = 0.0;
+  for (std::size_t k = kCoefficient.size(); k-- > 0;) sum = sum * s + kCoefficient[k];
+  constexpr double kTwoPi = 6.2831853071795862, kTwoPiLow = 2.4492935982947064e-16;
+  return kTwoPi * x + (kTwoPiLow * x + x * (s * sum));
+}
+
+double amplitude_right(const PlanHistory& history, double period, std::int64_t tick) noexcept {
+  if (history.kind == PlanHistory::Kind::kPulse) return history.start_tick <= tick && tick < history.end_tick;
+  return continuous(history, period, 2 * tick);
+}
+
+double amplitude_left(const PlanHistory& history, double period, std::int64_t tick) noexcept {
+  if (history.kind == PlanHistory::Kind::kPulse) return history.start_tick < tick && tick <= history.end_tick;
+  return continuous(history, period, 2 * tick);
+}
+
+double amplitude_middle(const PlanHistory& history, double period, std::int64_t tick) noexcept {
+  if (history.kind == PlanHistory::Kind::kPulse) return amplitude_right(history, period, tick);
+  return continuous(history, period, 2 * tick + 1);
+}
+
+}  // namespace freeflex

@@ -1,0 +1,43 @@
+// The loops over modes. Elementwise, or in fixed lanes, so that any vector width gives the same bits.
+#pragma once
+
+#include <cstddef>
+
+#include "core/step/plan.hpp"
+
+namespace freeflex {
+
+/// Sum of a_l b_l over n (a multiple of kLanes) in kLanes partial sums combined in a fixed order.
+double dot_lanes(const double* a, const double* b, std::size_t n) noexcept;
+
+/// Sum of (a_l b_l)^2, in the same lanes.
+double dot_squares(const double* a, const double* b, std::size_t n) noexcept;
+/// Sum of row_l q_ddot_l, with q_ddot = Q / M - 2 decay q_dot - omega^2 q (THEORY 5.7), in the same lanes.
+double dot_acceleration(const double* row, const Plan& plan, const double* q, const double* q_dot,
+                        const double* Q) noexcept;
+
+/// y = or += f_0 rows_0 + f_1 rows_1 + f_2 rows_2, rows (3 x n)
+void combine_rows(const double* rows, const Vec3& f, bool accumulate, std::size_t n, double* y) noexcept;
+/// y = or += sum_k weights_k table_k, table (9 x n)
+void combine_table(const double* table, const Mat3& weights, bool accumulate, std::size_t n,
+                   double* y) noexcept;
+/// y = or += s x
+void combine_one(const double* x, double s, bool accumulate, std::size_t n, double* y) noexcept;
+/// table_ab += rows_a F_b, rows (3 x n), table (9 x n)
+void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) noexcept;
+
+/// The elastic coordinates of all modes, value and low part.
+struct ModalState {
+  const double *q, *q_low, *q_dot, *q_dot_low;
+};
+struct ModalResult {
+  double *q, *q_low, *q_dot, *q_dot_low;
+};
+/// One step of every mode under a load linear from Q0 to Q1 (THEORY X10).
+void advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
+                   const double* Q1, const ModalResult& to) noexcept;
+
+/// True when every value is finite.  \pre n a multiple of kLanes
+bool all_finite(const double* x, std::size_t n) noexcept;
+
+}  // namespace freeflex

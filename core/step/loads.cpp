@@ -1,0 +1,228 @@
+#include "core/step/loads.hpp"
+
+#include <algorithm>
+
+#include "core/step/kernels.hpp"
+#include "core/step/vector.hpp"
+
+namespace freeflex {
+namespace {
+
+std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
+
+const double* point_rows(const Plan& plan, std::int32_t row) noexcept {
+  return plan.rows.data() + 3 * index(row) * index(plan.num_padded);
+}
+
+/// moment_c += sum_ab R_ba (e_c x r)_a F_b, the moment of a world force F at r, as a table (X11).
+void add_moment(const Vec3& r, const Vec3& F, std::array<double, 27>& moment) noexcept {
+  const Mat3 arm = {0.0, -r[2], r[1], r[2], 0.0, -r[0], -r[1], r[0], 0.0};  // row c: e_c x r
+  for (std::size_t ca = 0; ca < 9; ++ca)
+    for (std::size_t b = 0; b < 3; ++b) moment[3 * ca + b] += arm[ca] * F[b];
+}
+
+/// The torque that a group can take is P T with this projection (X12).
+Mat3 torque_projection(const PlanGroup& group) noexcept {
+  if (group.torque_rank == 0) return {};
+  Mat3 P = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  if (group.torque_rank == 2)
+    for (std::size_t i = 0; i < 3; ++i)
+      for (std::size_t j = 0; j < 3; ++j) P[3 * i + j] -= group.line[i] * group.line[j];
+  return P;
+}
+
+bool has_load(const Vec3& force, const Vec3& torque) noexcept { return !is_zero(force) || !is_zero(torque); }
+
+void clear(LoadPattern& pattern) noexcept {
+  pattern.force_W = {};
+  pattern.moment_W = {};
+  pattern.has_world = false;
+  pattern.num_direct = 0;
+  pattern.uses_table = false;
+  pattern.force_B = {};
+  pattern.torque_B = {};
+  pattern.has_body = false;
+}
+
+/// Resultant and moment table of the world part; the elastic part follows in set_world_elastic.
+void set_world_rigid(const Plan& plan, const LoadSums& sums, LoadPattern& pattern) noexcept {
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+    if (is_zero(sums.force_W[i])) continue;
+    pattern.has_world = true;
+    pattern.force_W = add(pattern.force_W, sums.force_W[i]);
+    add_moment(plan.points[i].r, sums.force_W[i], pattern.moment_W);
+  }
+  for (std::size_t k = 0; k < plan.groups.size(); ++k) {
+    if (!has_load(sums.group_force_W[k], sums.group_torque_W[k])) continue;
+    pattern.has_world = true;
+    pattern.force_W = add(pattern.force_W, sums.group_force_W[k]);
+    add_moment(plan.groups[k].centre, sums.group_force_W[k], pattern.moment_W);
+    const Mat3 P = torque_projection(plan.groups[k]);
+    for (std::size_t ca = 0; ca < 9; ++ca)
+      for (std::size_t b = 0; b < 3; ++b) pattern.moment_W[3 * ca + b] += P[ca] * sums.group_torque_W[k][b];
+  }
+}
+
+/// Keeps the points of the world part one by one when they are few; false when a table is needed.
+bool try_direct(const Plan& plan, const LoadSums& sums, LoadPattern& pattern) noexcept {
+  for (std::size_t k = 0; k < plan.groups.size(); ++k)
+    if (has_load(sums.group_force_W[k], sums.group_torque_W[k])) return false;
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+    if (is_zero(sums.force_W[i])) continue;
+    if (pattern.num_direct == LoadPattern::kMaxDirect) {
+      pattern.num_direct = 0;
+      return false;
+    }
+    pattern.direct_row[index(pattern.num_direct)] = plan.points[i].row;
+    pattern.direct_force_W[index(pattern.num_direct)] = sums.force_W[i];
+    ++pattern.num_direct;
+  }
+  return true;
+}
+
+void set_table(const Plan& plan, std::span<const double> group_rows, const LoadSums& sums,
+               LoadPattern& pattern) noexcept {
+  pattern.uses_table = true;
+  const std::size_t n = index(plan.num_padded);
+  std::fill(pattern.table.begin(), pattern.table.end(), 0.0);
+  for (std::size_t i = 0; i < plan.points.size(); ++i)
+    if (!is_zero(sums.force_W[i]))
+      add_outer(point_rows(plan, plan.points[i].row), sums.force_W[i], n, pattern.table.data());
+  for (std::size_t k = 0; k < plan.groups.size(); ++k) {
+    const double* rows = group_rows.data() + 6 * k * n;
+    if (!is_zero(sums.group_force_W[k])) add_outer(rows, sums.group_force_W[k], n, pattern.table.data());
+    if (!is_zero(sums.group_torque_W[k]))
+      add_outer(rows + 3 * n, sums.group_torque_W[k], n, pattern.table.data());
+  }
+}
+
+void set_body(const Plan& plan, std::span<const double> group_rows, const LoadSums& sums,
+              LoadPattern& pattern) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  const auto add_rows = [&](const double* rows, const Vec3& f) {
+    combine_rows(rows, f, pattern.has_body, n, pattern.Q_B.data());
+    pattern.has_body = true;
+  };
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+    if (is_zero(sums.force_B[i])) continue;
+    pattern.force_B = add(pattern.force_B, sums.force_B[i]);
+    pattern.torque_B = add(pattern.torque_B, cross(plan.points[i].r, sums.force_B[i]));
+    add_rows(point_rows(plan, plan.points[i].row), sums.force_B[i]);
+  }
+  for (std::size_t k = 0; k < plan.groups.size(); ++k) {
+    const double* rows = group_rows.data() + 6 * k * n;
+    if (!is_zero(sums.group_force_B[k])) {
+      pattern.force_B = add(pattern.force_B, sums.group_force_B[k]);
+      pattern.torque_B = add(pattern.torque_B, cross(plan.groups[k].centre, sums.group_force_B[k]));
+      add_rows(rows, sums.group_force_B[k]);
+    }
+    if (!is_zero(sums.group_torque_B[k])) {
+      const Vec3 taken = multiply(torque_projection(plan.groups[k]), sums.group_torque_B[k]);
+      pattern.torque_B = add(pattern.torque_B, taken);
+      add_rows(rows + 3 * n, sums.group_torque_B[k]);
+    }
+  }
+}
+
+}  // namespace
+
+LoadSums make_load_sums(const Plan& plan) {
+  LoadSums sums;
+  sums.force_W.resize(plan.points.size());
+  sums.force_B.resize(plan.points.size());
+  for (auto* v : {&sums.group_force_W, &sums.group_torque_W, &sums.group_force_B, &sums.group_torque_B})
+    v->resize(plan.groups.size());
+  return sums;
+}
+
+void clear(LoadSums& sums) noexcept {
+  for (auto* v : {&sums.force_W, &sums.force_B, &sums.group_force_W, &sums.group_torque_W,
+                  &sums.group_force_B, &sums.group_torque_B})
+    std::fill(v->begin(), v->end(), Vec3{});
+}
+
+void add_loads(std::int32_t axes, std::span<const PointForce> forces, std::span<const Wrench> wrenches,
+               LoadSums& sums) noexcept {
+  const bool is_body = axes == 1;
+  for (const PointForce& f : forces) {
+    Vec3& sum = (is_body ? sums.force_B : sums.force_W)[index(f.point)];
+    sum = add(sum, f.force);
+  }
+  for (const Wrench& w : wrenches) {
+    Vec3& force = (is_body ? sums.group_force_B : sums.group_force_W)[index(w.group)];
+    Vec3& torque = (is_body ? sums.group_torque_B : sums.group_torque_W)[index(w.group)];
+    force = add(force, w.force);
+    torque = add(torque, w.torque);
+  }
+}
+
+std::vector<double> make_group_rows(const Plan& plan) {
+  const std::size_t n = index(plan.num_padded);
+  std::vector<double> rows(6 * plan.groups.size() * n, 0.0);
+  for (std::size_t k = 0; k < plan.groups.size(); ++k) {
+    const PlanGroup& group = plan.groups[k];
+    for (const std::int32_t i : group.points) {
+      const PlanPoint& point = plan.points[index(i)];
+      const Vec3 d = sub(point.r, group.centre);
+      for (std::size_t a = 0; a < 3; ++a) {
+        Vec3 unit{};
+        unit[a] = point.mass / group.mass;
+        combine_rows(point_rows(plan, point.row), unit, true, n, &rows[(6 * k + a) * n]);
+        const Mat3& J = group.inverse_inertia;
+        const Vec3 f = scale(point.mass, cross({J[a], J[3 + a], J[6 + a]}, d));
+        combine_rows(point_rows(plan, point.row), f, true, n, &rows[(6 * k + 3 + a) * n]);
+      }
+    }
+  }
+  return rows;
+}
+
+LoadPattern make_pattern(const Plan& plan) {
+  LoadPattern pattern;
+  pattern.table.resize(9 * index(plan.num_padded));
+  pattern.Q_B.resize(index(plan.num_padded));
+  return pattern;
+}
+
+void set_pattern(const Plan& plan, std::span<const double> group_rows, const LoadSums& sums,
+                 LoadPattern& pattern) noexcept {
+  clear(pattern);
+  set_world_rigid(plan, sums, pattern);
+  if (!try_direct(plan, sums, pattern)) set_table(plan, group_rows, sums, pattern);
+  set_body(plan, group_rows, sums, pattern);
+}
+
+LoadPattern build_pattern(const Plan& plan, std::int32_t axes, std::span<const PointForce> forces,
+                          std::span<const Wrench> wrenches) {
+  LoadSums sums = make_load_sums(plan);
+  add_loads(axes, forces, wrenches, sums);
+  LoadPattern pattern = make_pattern(plan);
+  set_pattern(plan, make_group_rows(plan), sums, pattern);
+  if (!pattern.uses_table) pattern.table = {};
+  if (!pattern.has_body) pattern.Q_B = {};
+  return pattern;
+}
+
+bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
+             bool accumulate, double* Q) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  if (pattern.uses_table) {
+    Mat3 weights{};
+    for (std::size_t a = 0; a < 3; ++a)
+      for (std::size_t b = 0; b < 3; ++b) weights[3 * a + b] = R_WB[3 * b + a] * amplitude;
+    combine_table(pattern.table.data(), weights, accumulate, n, Q);
+    accumulate = true;
+  }
+  for (std::int32_t k = 0; k < pattern.num_direct; ++k) {
+    const Vec3 f_B = scale(amplitude, multiply_transposed(R_WB, pattern.direct_force_W[index(k)]));
+    combine_rows(point_rows(plan, pattern.direct_row[index(k)]), f_B, accumulate, n, Q);
+    accumulate = true;
+  }
+  if (pattern.has_body) {
+    combine_one(pattern.Q_B.data(), amplitude, accumulate, n, Q);
+    accumulate = true;
+  }
+  return pattern.has_world || pattern.has_body;
+}
+
+}  // namespace freeflex

@@ -1,0 +1,49 @@
+// External loads: from point forces and wrenches to a pattern, and from a pattern to generalized forces.
+#pragma once
+
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/step/command.hpp"
+#include "core/step/plan.hpp"
+
+namespace freeflex {
+
+/// Forces summed per point and wrenches summed per group, in world and in body axes.
+struct LoadSums {
+  std::vector<Vec3> force_W, force_B;               // [N] (num_points)
+  std::vector<Vec3> group_force_W, group_torque_W;  // [N], [N m] (num_groups)
+  std::vector<Vec3> group_force_B, group_torque_B;  // [N], [N m] (num_groups)
+};
+LoadSums make_load_sums(const Plan& plan);
+void clear(LoadSums& sums) noexcept;
+
+/// Adds one set of loads; axes as in ForceCommand. Indices must be those of the plan that sized the sums.
+void add_loads(std::int32_t axes, std::span<const PointForce> forces, std::span<const Wrench> wrenches,
+               LoadSums& sums) noexcept;
+
+/// Generalized forces of unit wrenches on each group (THEORY X12): (6*num_groups x num_padded), for each
+/// group three rows for a unit force and three for a unit torque along the body axes. Every point of a group
+/// has rows.
+std::vector<double> make_group_rows(const Plan& plan);
+
+/// An empty pattern with room for every load.
+LoadPattern make_pattern(const Plan& plan);
+
+/// Overwrites a pattern of make_pattern with the sums (THEORY X11). Allocates nothing.
+void set_pattern(const Plan& plan, std::span<const double> group_rows, const LoadSums& sums,
+                 LoadPattern& pattern) noexcept;
+
+/// The pattern of one built-in load; arrays it does not use are empty. For the set-up of Plan::histories.
+/// \pre plan.points, groups, rows, num_padded are filled
+LoadPattern build_pattern(const Plan& plan, std::int32_t axes, std::span<const PointForce> forces,
+                          std::span<const Wrench> wrenches);
+
+/// Q = or += amplitude times the generalized forces of the pattern at attitude R_WB (THEORY 5.6, X11).
+/// Returns false, and leaves Q alone, when the pattern has no load.
+/// \param Q  [N] (num_padded)
+bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
+             bool accumulate, double* Q) noexcept;
+
+}  // namespace freeflex

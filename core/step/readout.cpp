@@ -1,0 +1,115 @@
+#include "core/step/readout.hpp"
+
+#include "core/step/kernels.hpp"
+#include "core/step/vector.hpp"
+
+namespace freeflex {
+namespace {
+
+std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
+
+const double* rows_of(const Plan& plan, std::int32_t point) noexcept {
+  return plan.rows.data() + 3 * index(plan.points[index(point)].row) * index(plan.num_padded);
+}
+
+/// rows (3 x num_padded) times x
+Vec3 contract(const Plan& plan, const double* rows, const std::vector<double>& x) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  return {dot_lanes(rows, x.data(), n), dot_lanes(rows + n, x.data(), n),
+          dot_lanes(rows + 2 * n, x.data(), n)};
+}
+
+/// Elastic acceleration of a point in body axes, sum_l b_l q_ddot_l with (5.7) for q_ddot.
+Vec3 elastic_acceleration(const Plan& plan, const State& state, const double* rows) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  return {dot_acceleration(rows, plan, state.q.data(), state.q_dot.data(), state.Q.data()),
+          dot_acceleration(rows + n, plan, state.q.data(), state.q_dot.data(), state.Q.data()),
+          dot_acceleration(rows + 2 * n, plan, state.q.data(), state.q_dot.data(), state.Q.data())};
+}
+
+}  // namespace
+
+Mat3 rotation_matrix(const Quat& q) noexcept {
+  const double w = q[0], x = q[1], y = q[2], z = q[3];
+  const double xx = x * x, yy = y * y, zz = z * z;
+  const double xy = x * y, xz = x * z, yz = y * z, wx = w * x, wy = w * y, wz = w * z;
+  return {1.0 - 2.0 * (yy + zz), 2.0 * (xy - wz),       2.0 * (xz + wy),
+          2.0 * (xy + wz),       1.0 - 2.0 * (xx + zz), 2.0 * (yz - wx),
+          2.0 * (xz - wy),       2.0 * (yz + wx),       1.0 - 2.0 * (xx + yy)};
+}
+
+Vec3 angular_velocity(const Plan& plan, const State& state) noexcept {
+  return multiply(plan.inverse_inertia, multiply_transposed(rotation_matrix(state.q_WB), state.H_W));
+}
+
+PointState read_point(const Plan& plan, const State& state, int point) noexcept {
+  const Mat3 R = rotation_matrix(state.q_WB);
+  const Vec3 H_B = multiply_transposed(R, state.H_W);
+  const Vec3 w = multiply(plan.inverse_inertia, H_B);
+  const Vec3 w_dot = multiply(plan.inverse_inertia, sub(state.moment_B, cross(w, H_B)));
+  const double* rows = rows_of(plan, point);
+  const Vec3 V = contract(plan, rows, state.q);
+  const Vec3 V_dot = contract(plan, rows, state.q_dot);
+  const Vec3 V_ddot = elastic_acceleration(plan, state, rows);
+  const Vec3 x = add(plan.points[index(point)].r, V);
+  const Vec3 wx = cross(w, x);
+  // velocity and acceleration of a point that moves in turning axes
+  const Vec3 v_B = add(wx, V_dot);
+  const Vec3 a_B = add(add(cross(w_dot, x), cross(w, wx)), add_scaled(V_ddot, 2.0, cross(w, V_dot)));
+  const Vec3 a_WB = add_scaled(plan.gravity_W, 1.0 / plan.mass, state.force_W);
+  return {add(state.p_WB, multiply(R, x)), add(state.v_WB, multiply(R, v_B)), add(a_WB, multiply(R, a_B)), V};
+}
+
+GroupPose read_group(const Plan& plan, const State& state, int group_index) noexcept {
+  const PlanGroup& group = plan.groups[index(group_index)];
+  // mean displacement and mean rotation of the group in body axes, and their rates
+  Vec3 shift{}, shift_dot{}, turn{}, turn_dot{};
+  for (const std::int32_t i : group.points) {
+    const PlanPoint& point = plan.points[index(i)];
+    const Vec3 d = sub(point.r, group.centre);
+    const Vec3 V = contract(plan, rows_of(plan, i), state.q);
+    const Vec3 V_dot = contract(plan, rows_of(plan, i), state.q_dot);
+    shift = add_scaled(shift, point.mass / group.mass, V);
+    shift_dot = add_scaled(shift_dot, point.mass / group.mass, V_dot);
+    turn = add_scaled(turn, point.mass, cross(d, V));
+    turn_dot = add_scaled(turn_dot, point.mass, cross(d, V_dot));
+  }
+  turn = multiply(group.inverse_inertia, turn);
+  turn_dot = multiply(group.inverse_inertia, turn_dot);
+  const Mat3 R = rotation_matrix(state.q_WB);
+  const Vec3 w = angular_velocity(plan, state);
+  const Vec3 x = add(group.centre, shift);
+  const Vec3 half = scale(0.5, turn);
+  const double norm = __builtin_sqrt(1.0 + dot(half, half));
+  const Quat q_WG = multiply(state.q_WB, {1.0 / norm, half[0] / norm, half[1] / norm, half[2] / norm});
+  return {add(state.p_WB, multiply(R, x)), q_WG, add(state.v_WB, multiply(R, add(cross(w, x), shift_dot))),
+          add(w, turn_dot)};
+}
+
+void read_link(const Plan& plan, const State& state, int output, std::span<double> out) noexcept {
+  const PlanLinkOutput& link = plan.link_outputs[index(output)];
+  const std::size_t n = index(plan.num_padded);
+  for (std::int32_t k = 0; k < link.num_rows; ++k)
+    out[index(k)] = dot_lanes(plan.link_rows.data() + index(link.first_row + k) * n, state.q.data(), n);
+}
+
+Invariants read_invariants(const Plan& plan, const State& state) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  Invariants invariants;
+  const Vec3 H_B = multiply_transposed(rotation_matrix(state.q_WB), state.H_W);
+  invariants.kinetic_rigid =
+      0.5 * (plan.mass * dot(state.v_WB, state.v_WB) + dot(H_B, angular_velocity(plan, state)));
+  invariants.kinetic_elastic = 0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.q_dot.data(), n);
+  invariants.potential = 0.5 * plan.mass * dot_squares(plan.omega.data(), state.q.data(), n);
+  invariants.linear_momentum_W = scale(plan.mass, state.v_WB);
+  invariants.angular_momentum_W = state.H_W;
+  invariants.eckart_translation = contract(plan, plan.eckart_rows.data(), state.q);
+  invariants.eckart_rotation = contract(plan, plan.eckart_rows.data() + 3 * n, state.q);
+  const Quat& q = state.q_WB;
+  // |q| - 1 from |q|^2 - 1, which keeps the digits
+  const double excess = (q[0] * q[0] - 1.0) + (q[1] * q[1] + q[2] * q[2] + q[3] * q[3]);
+  invariants.quaternion_norm_error = excess / (1.0 + __builtin_sqrt(1.0 + excess));
+  return invariants;
+}
+
+}  // namespace freeflex

@@ -1,0 +1,91 @@
+#include "core/step/slots.hpp"
+
+#include <algorithm>
+#include <cstring>
+#include <limits>
+
+namespace freeflex {
+namespace {
+
+std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
+
+/// Order of slots: bytes of the sender, then the slot number.
+int compare(const ForceCommand& a, const ForceCommand& b) noexcept {
+  const int senders = std::memcmp(a.sender.data(), b.sender.data(), a.sender.size());
+  if (senders != 0) return senders;
+  return a.slot < b.slot ? -1 : (a.slot > b.slot ? 1 : 0);
+}
+
+/// First of the active slots that does not come before the command's.
+std::int32_t lower_bound(const ForceCommand& command, std::span<const Slot> slots,
+                         std::int32_t num_slots) noexcept {
+  std::int32_t i = 0;
+  while (i < num_slots && compare(slots[index(i)].command, command) < 0) ++i;
+  return i;
+}
+
+bool holds(const ForceCommand& command, std::span<const Slot> slots, std::int32_t num_slots,
+           std::int32_t i) noexcept {
+  return i < num_slots && compare(slots[index(i)].command, command) == 0;
+}
+
+bool is_empty(const ForceCommand& command) noexcept {
+  return command.num_points == 0 && command.num_wrenches == 0;
+}
+
+std::int64_t end_tick(std::int64_t tick, const ForceCommand& command) noexcept {
+  const std::int64_t length = command.duration_ticks > 0 ? command.duration_ticks : command.lease_ticks;
+  const std::int64_t room = std::numeric_limits<std::int64_t>::max() - tick;
+  return tick + std::min(length, room);
+}
+
+}  // namespace
+
+bool has_expiry(const State& state) noexcept {
+  for (std::int32_t i = 0; i < state.num_slots; ++i)
+    if (state.slots[index(i)].end_tick <= state.tick) return true;
+  return false;
+}
+
+std::int32_t expire_slots(std::int64_t tick, std::span<Slot> slots, std::int32_t num_slots,
+                          StepReport& report) noexcept {
+  std::int32_t kept = 0;
+  for (std::int32_t i = 0; i < num_slots; ++i) {
+    const Slot& slot = slots[index(i)];
+    if (slot.end_tick <= tick) {
+      const ForceCommand& command = slot.command;
+      report.expiries[index(report.num_expiries++)] = {command.sender, command.slot, command.sequence,
+                                                       command.duration_ticks <= 0};
+    } else {
+      if (kept != i) slots[index(kept)] = slot;
+      ++kept;
+    }
+  }
+  return kept;
+}
+
+std::int32_t apply_command(std::int64_t tick, const ForceCommand& command, std::span<Slot> slots,
+                           std::int32_t num_slots) noexcept {
+  const std::int32_t i = lower_bound(command, slots, num_slots);
+  const bool is_held = holds(command, slots, num_slots, i);
+  const auto at = slots.begin() + i, end = slots.begin() + num_slots;
+  if (is_empty(command)) {
+    if (!is_held) return num_slots;
+    std::copy(at + 1, end, at);
+    return num_slots - 1;
+  }
+  if (!is_held) {
+    if (num_slots == kMaxSlots) return num_slots;
+    std::copy_backward(at, end, end + 1);
+    ++num_slots;
+  }
+  *at = {command, tick, end_tick(tick, command)};
+  return num_slots;
+}
+
+bool has_slot_for(const State& state, const ForceCommand& command) noexcept {
+  return is_empty(command) || state.num_slots < kMaxSlots ||
+         holds(command, state.slots, state.num_slots, lower_bound(command, state.slots, state.num_slots));
+}
+
+}  // namespace freeflex

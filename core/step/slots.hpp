@@ -1,0 +1,23 @@
+// Command slots: sorted by (sender, slot), replaced, cleared, expired.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/step/state.hpp"
+#include "core/step/step.hpp"
+
+namespace freeflex {
+
+/// True when an active slot ends at or before the state's tick.
+bool has_expiry(const State& state) noexcept;
+
+/// Removes the slots that end at or before tick and reports them. Returns how many are left.
+std::int32_t expire_slots(std::int64_t tick, std::span<Slot> slots, std::int32_t num_slots,
+                          StepReport& report) noexcept;
+
+/// Replaces, inserts or clears the command's slot. Returns how many are left.
+std::int32_t apply_command(std::int64_t tick, const ForceCommand& command, std::span<Slot> slots,
+                           std::int32_t num_slots) noexcept;
+
+}  // namespace freeflex

@@ -1,0 +1,58 @@
+// Three-vectors, 3x3 matrices and quaternions for the step: fixed order of operations, no libm.
+#pragma once
+
+#include "core/step/plan.hpp"
+
+namespace freeflex {
+
+constexpr Vec3 add(const Vec3& a, const Vec3& b) noexcept { return {a[0] + b[0], a[1] + b[1], a[2] + b[2]}; }
+constexpr Vec3 sub(const Vec3& a, const Vec3& b) noexcept { return {a[0] - b[0], a[1] - b[1], a[2] - b[2]}; }
+constexpr Vec3 scale(double s, const Vec3& a) noexcept { return {s * a[0], s * a[1], s * a[2]}; }
+/// a + s b
+constexpr Vec3 add_scaled(const Vec3& a, double s, const Vec3& b) noexcept {
+  return {a[0] + s * b[0], a[1] + s * b[1], a[2] + s * b[2]};
+}
+constexpr double dot(const Vec3& a, const Vec3& b) noexcept {
+  return a[0] * b[0] + a[1] * b[1] + a[2] * b[2];
+}
+constexpr Vec3 cross(const Vec3& a, const Vec3& b) noexcept {
+  return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
+}
+constexpr bool is_zero(const Vec3& a) noexcept { return a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0; }
+
+/// A x
+constexpr Vec3 multiply(const Mat3& A, const Vec3& x) noexcept {
+  return {A[0] * x[0] + A[1] * x[1] + A[2] * x[2], A[3] * x[0] + A[4] * x[1] + A[5] * x[2],
+          A[6] * x[0] + A[7] * x[1] + A[8] * x[2]};
+}
+/// A^T x
+constexpr Vec3 multiply_transposed(const Mat3& A, const Vec3& x) noexcept {
+  return {A[0] * x[0] + A[3] * x[1] + A[6] * x[2], A[1] * x[0] + A[4] * x[1] + A[7] * x[2],
+          A[2] * x[0] + A[5] * x[1] + A[8] * x[2]};
+}
+/// A B
+constexpr Mat3 multiply(const Mat3& A, const Mat3& B) noexcept {
+  Mat3 C{};
+  for (std::size_t i = 0; i < 3; ++i)
+    for (std::size_t j = 0; j < 3; ++j)
+      C[3 * i + j] = A[3 * i] * B[j] + A[3 * i + 1] * B[3 + j] + A[3 * i + 2] * B[6 + j];
+  return C;
+}
+
+/// Hamilton product, scalar first.
+constexpr Quat multiply(const Quat& a, const Quat& b) noexcept {
+  return {a[0] * b[0] - a[1] * b[1] - a[2] * b[2] - a[3] * b[3],
+          a[0] * b[1] + a[1] * b[0] + a[2] * b[3] - a[3] * b[2],
+          a[0] * b[2] - a[1] * b[3] + a[2] * b[0] + a[3] * b[1],
+          a[0] * b[3] + a[1] * b[2] - a[2] * b[1] + a[3] * b[0]};
+}
+
+/// value + low += increment; low keeps what rounding left (Kahan 1965).
+constexpr void add_compensated(double& value, double& low, double increment) noexcept {
+  const double corrected = low + increment;
+  const double sum = value + corrected;
+  low = corrected - (sum - value);
+  value = sum;
+}
+
+}  // namespace freeflex
