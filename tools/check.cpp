@@ -54,8 +54,9 @@ int check(const Options& options) {
   }
   std::printf("%s: good, %s, %s, %d rigid and %d elastic freedoms, %s, %s\n", options.scene.c_str(),
               counted(static_cast<std::int64_t>(read.scene->points.size()), "point").c_str(),
-              counted(static_cast<std::int64_t>(read.scene->links.size()), "link").c_str(), plan->rigid_freedoms,
-              plan->num_elastic, counted(static_cast<std::int64_t>(plan->mechanisms.size()), "mechanism").c_str(),
+              counted(static_cast<std::int64_t>(read.scene->links.size()), "link").c_str(),
+              plan->rigid_freedoms, plan->num_elastic,
+              counted(static_cast<std::int64_t>(plan->mechanisms.size()), "mechanism").c_str(),
               counted(warnings, "warning").c_str());
   return kExitOk;
 }
@@ -64,7 +65,8 @@ int check(const Options& options) {
 
 void add_check(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("check", "all faults of a scene at once: file, line, column, what is allowed");
+  CLI::App* command =
+      app.add_subcommand("check", "all faults of a scene at once: file, line, column, what is allowed");
   command->add_option("SCENE", options->scene, "scene file (YAML)")->required();
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(

@@ -1,4 +1,5 @@
-// The subcommands of freeflex. Each add_*() declares its options and a callback that leaves the exit code in exit_code.
+// The subcommands of freeflex. Each add_*() declares its options and a callback that leaves the exit code in
+// exit_code.
 #pragma once
 
 #include <CLI/App.hpp>
@@ -6,9 +7,10 @@
 namespace freeflex::tools {
 
 inline constexpr int kExitOk = 0;
-inline constexpr int kExitDiffers = 1;  // the answer is no: states differ, command rejected, output not written
-inline constexpr int kExitUsage = 2;    // wrong arguments, scene or plan
-inline constexpr int kExitIncomplete = 3;  // a log that is damaged or lacks something
+inline constexpr int kExitDiffers =
+    1;                                // the answer is no: states differ, command rejected, output not written
+inline constexpr int kExitUsage = 2;  // wrong arguments, scene or plan
+inline constexpr int kExitIncomplete = 3;     // a log that is damaged or lacks something
 inline constexpr int kExitInterrupted = 130;  // Ctrl-C
 
 void add_check(CLI::App& app, int& exit_code);

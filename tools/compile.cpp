@@ -1,4 +1,6 @@
 // freeflex compile: the result of the set-up as a file that every program takes in place of the scene.
+#include "core/model/compile.hpp"
+
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <cinttypes>
@@ -7,7 +9,6 @@
 #include <memory>
 #include <string>
 
-#include "core/model/compile.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 
@@ -35,11 +36,14 @@ int compile(const Options& options) {
   if (options.json) {
     char text[17];
     std::snprintf(text, sizeof text, "%016" PRIx64, fingerprint);
-    print_json({{"plan", options.plan}, {"bytes", bytes}, {"fingerprint", text}, {"rate", 1.0 / plan->period},
+    print_json({{"plan", options.plan},
+                {"bytes", bytes},
+                {"fingerprint", text},
+                {"rate", 1.0 / plan->period},
                 {"elastic_freedoms", plan->num_elastic}});
   } else {
-    std::printf("%s: fingerprint %016" PRIx64 ", %d elastic freedoms, %.10g Hz, %ju bytes\n", options.plan.c_str(),
-                fingerprint, plan->num_elastic, 1.0 / plan->period, bytes);
+    std::printf("%s: fingerprint %016" PRIx64 ", %d elastic freedoms, %.10g Hz, %ju bytes\n",
+                options.plan.c_str(), fingerprint, plan->num_elastic, 1.0 / plan->period, bytes);
   }
   return kExitOk;
 }
@@ -48,10 +52,12 @@ int compile(const Options& options) {
 
 void add_compile(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("compile", "scene to plan: set-up done once, the same bits everywhere");
+  CLI::App* command =
+      app.add_subcommand("compile", "scene to plan: set-up done once, the same bits everywhere");
   command->add_option("SCENE", options->scene, "scene file, or a plan to write at another rate")->required();
   command->add_option("-o,--output", options->plan, "plan file to write")->required();
-  command->add_option("--rate", options->rate, "ticks per second [Hz] instead of the scene's")->check(CLI::PositiveNumber);
+  command->add_option("--rate", options->rate, "ticks per second [Hz] instead of the scene's")
+      ->check(CLI::PositiveNumber);
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(
       "Example:\n  freeflex compile service/scenes/rotor.yaml -o rotor.plan --rate 2000\n"

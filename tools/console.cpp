@@ -5,8 +5,8 @@
 #include <algorithm>
 #include <chrono>
 #include <csignal>
+#include <cstdarg>
 #include <cstdio>
-#include <cstring>
 #include <utility>
 
 namespace freeflex::tools {
@@ -15,7 +15,8 @@ namespace {
 volatile std::sig_atomic_t interrupted = 0;
 
 std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now().time_since_epoch())
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(
+             std::chrono::steady_clock::now().time_since_epoch())
       .count();
 }
 
@@ -41,6 +42,19 @@ std::optional<Plan> load_or_explain(const std::string& path, double rate) {
   return std::move(result.plan);
 }
 
+std::string format_text(const char* format, ...) {
+  std::va_list arguments;
+  va_start(arguments, format);
+  std::va_list again;
+  va_copy(again, arguments);
+  const int size = std::vsnprintf(nullptr, 0, format, again);
+  va_end(again);
+  std::string text(static_cast<std::size_t>(std::max(0, size)), '\0');
+  std::vsnprintf(text.data(), text.size() + 1, format, arguments);
+  va_end(arguments);
+  return text;
+}
+
 std::string counted(std::int64_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
@@ -55,7 +69,7 @@ std::string listed(std::span<const std::string> names, std::size_t limit) {
 
 bool is_interrupted() {
   static const bool is_installed = [] {
-    struct sigaction action{};
+    struct sigaction action {};
     action.sa_handler = [](int) { interrupted = 1; };
     sigaction(SIGINT, &action, nullptr);
     sigaction(SIGTERM, &action, nullptr);
@@ -65,7 +79,10 @@ bool is_interrupted() {
 }
 
 Progress::Progress(std::string what)
-    : what_(std::move(what)), start_ns_(now_ns()), next_ns_(start_ns_ + 500'000'000), is_terminal_(isatty(STDERR_FILENO) == 1) {}
+    : what_(std::move(what)),
+      start_ns_(now_ns()),
+      next_ns_(start_ns_ + 500'000'000),
+      is_terminal_(isatty(STDERR_FILENO) == 1) {}
 
 void Progress::update(double fraction) {
   if (!is_terminal_) return;
@@ -78,7 +95,8 @@ void Progress::update(double fraction) {
   const int filled = static_cast<int>(done * kWidth);
   const double elapsed = static_cast<double>(now - start_ns_) * 1e-9;
   const double left = done > 0.0 ? elapsed * (1.0 - done) / done : 0.0;
-  std::fprintf(stderr, "\r%s [%s%s] %5.1f %%, %.0f s left\033[K", what_.c_str(), std::string(static_cast<std::size_t>(filled), '#').c_str(),
+  std::fprintf(stderr, "\r%s [%s%s] %5.1f %%, %.0f s left\033[K", what_.c_str(),
+               std::string(static_cast<std::size_t>(filled), '#').c_str(),
                std::string(static_cast<std::size_t>(kWidth - filled), '.').c_str(), 100.0 * done, left);
   std::fflush(stderr);
 }

@@ -24,8 +24,12 @@ void print_error(const std::string& text);
 /// Faults in full on stderr, in the order found.
 void print_faults(const Faults& faults, const std::vector<std::string>& sources);
 
-/// A plan from a scene or plan file, at another rate when rate > 0 [Hz]. Prints the faults; nullopt on an error.
+/// A plan from a scene or plan file, at another rate when rate > 0 [Hz]. Prints the faults; nullopt on an
+/// error.
 std::optional<Plan> load_or_explain(const std::string& path, double rate);
+
+/// As printf, into a string.
+__attribute__((format(printf, 1, 2))) std::string format_text(const char* format, ...);
 
 /// "1 fault", "3 faults".
 std::string counted(std::int64_t count, const std::string& noun);

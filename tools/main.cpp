@@ -14,7 +14,8 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", std::string("freeflex ") + FREEFLEX_VERSION);
   app.require_subcommand(1);
   app.footer(
-      "Exit codes: 0 done, 1 the answer is no (differs, rejected, not written), 2 wrong arguments, scene or plan,\n"
+      "Exit codes: 0 done, 1 the answer is no (differs, rejected, not written), 2 wrong arguments, scene or "
+      "plan,\n"
       "3 log damaged or incomplete, 130 interrupted. 'freeflex COMMAND --help' shows examples.");
 
   int exit_code = kExitOk;

@@ -20,9 +20,9 @@ struct Options {
 };
 
 struct Frequency {
-  double hertz = 0.0;  // [Hz]
+  double hertz = 0.0;    // [Hz]
   double damping = 0.0;  // [-] ratio; 0 for a mechanism
-  int cluster = 0;     // equal for frequencies that are the same to the accuracy
+  int cluster = 0;       // equal for frequencies that are the same to the accuracy
 };
 
 /// Frequencies closer than this are one cluster: repeated by symmetry, split by rounding.
@@ -50,7 +50,8 @@ std::vector<std::vector<std::string>> mechanism_names(const Plan& plan) {
   std::vector<std::vector<std::string>> out;
   for (const auto& mechanism : plan.mechanisms) {
     std::vector<std::string>& names = out.emplace_back();
-    for (const std::int32_t point : mechanism) names.push_back(plan.points[static_cast<std::size_t>(point)].name);
+    for (const std::int32_t point : mechanism)
+      names.push_back(plan.points[static_cast<std::size_t>(point)].name);
   }
   return out;
 }
@@ -62,7 +63,8 @@ void print_modes_json(const Plan& plan, const Eigen::SelfAdjointEigenSolver<Eige
   out["links"] = plan.links.size();
   out["mass"] = plan.mass;
   out["centre"] = plan.p_SB;
-  out["principal_moments"] = {principal.eigenvalues()(0), principal.eigenvalues()(1), principal.eigenvalues()(2)};
+  out["principal_moments"] = {principal.eigenvalues()(0), principal.eigenvalues()(1),
+                              principal.eigenvalues()(2)};
   Json axes = Json::array();
   for (int k = 0; k < 3; ++k) {
     const Eigen::Vector3d axis = principal.eigenvectors().col(k);
@@ -75,7 +77,10 @@ void print_modes_json(const Plan& plan, const Eigen::SelfAdjointEigenSolver<Eige
   Json modes = Json::array();
   int mode = 0;
   for (const Frequency& frequency : frequencies(plan)) {
-    modes.push_back({{"mode", ++mode}, {"frequency", frequency.hertz}, {"damping_ratio", frequency.damping}, {"cluster", frequency.cluster}});
+    modes.push_back({{"mode", ++mode},
+                     {"frequency", frequency.hertz},
+                     {"damping_ratio", frequency.damping},
+                     {"cluster", frequency.cluster}});
   }
   out["modes"] = modes;
   out["mechanisms"] = mechanism_names(plan);
@@ -87,7 +92,7 @@ void print_frequencies(const Plan& plan, int limit) {
   const auto num_mechanisms = plan.mechanisms.size();
   std::printf("  mode  frequency [Hz]    damping\n");
   std::size_t shown = 0;
-  for (std::size_t first = num_mechanisms; first < all.size(); ) {
+  for (std::size_t first = num_mechanisms; first < all.size();) {
     std::size_t last = first;
     while (last + 1 < all.size() && all[last + 1].cluster == all[first].cluster) ++last;
     if (limit > 0 && shown >= static_cast<std::size_t>(limit)) break;
@@ -99,24 +104,29 @@ void print_frequencies(const Plan& plan, int limit) {
     first = last + 1;
   }
   if (num_mechanisms + shown < all.size()) {
-    std::printf("  ... %zu more up to %.10g Hz (--count 0 shows all)\n", all.size() - num_mechanisms - shown, all.back().hertz);
+    std::printf("  ... %zu more up to %.10g Hz (--count 0 shows all)\n", all.size() - num_mechanisms - shown,
+                all.back().hertz);
   }
 }
 
 int modes(const Options& options) {
   const std::optional<Plan> plan = load_or_explain(options.input, 0.0);
   if (!plan) return kExitUsage;
-  const Eigen::Matrix3d inertia = Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan->inertia.data());
+  const Eigen::Matrix3d inertia =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan->inertia.data());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(inertia);
   if (options.json) {
     print_modes_json(*plan, principal);
     return kExitOk;
   }
   const Eigen::Vector3d moments = principal.eigenvalues();
-  const char* kind = plan->rigid_freedoms == 6 ? "" : plan->rigid_freedoms == 5 ? " (collinear)" : " (one point)";
+  const char* kind = plan->rigid_freedoms == 6   ? ""
+                     : plan->rigid_freedoms == 5 ? " (collinear)"
+                                                 : " (one point)";
   std::printf("%s: %zu points, %zu links\n", plan->name.c_str(), plan->points.size(), plan->links.size());
   std::printf("mass               %.10g kg\n", plan->mass);
-  std::printf("centre of mass     %.10g %.10g %.10g m (scene axes)\n", plan->p_SB[0], plan->p_SB[1], plan->p_SB[2]);
+  std::printf("centre of mass     %.10g %.10g %.10g m (scene axes)\n", plan->p_SB[0], plan->p_SB[1],
+              plan->p_SB[2]);
   std::printf("principal moments  %.10g %.10g %.10g kg m^2\n", moments(0), moments(1), moments(2));
   for (int k = 0; k < 3; ++k) {
     const Eigen::Vector3d axis = principal.eigenvectors().col(k);
@@ -132,8 +142,8 @@ int modes(const Options& options) {
     }
   }
   if (plan->num_elastic > static_cast<int>(mechanisms.size())) {
-    std::printf("frequencies        lowest to a relative accuracy of %.1g, equal within %.1g\n", plan->frequency_accuracy,
-                cluster_width(*plan));
+    std::printf("frequencies        lowest to a relative accuracy of %.1g, equal within %.1g\n",
+                plan->frequency_accuracy, cluster_width(*plan));
     print_frequencies(*plan, options.count);
   }
   return kExitOk;
@@ -143,9 +153,12 @@ int modes(const Options& options) {
 
 void add_modes(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command = app.add_subcommand("modes", "mass, principal moments, freedoms, frequencies and mechanisms");
+  CLI::App* command =
+      app.add_subcommand("modes", "mass, principal moments, freedoms, frequencies and mechanisms");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
-  command->add_option("--count", options->count, "frequencies to print, 0 for all")->capture_default_str()->check(CLI::NonNegativeNumber);
+  command->add_option("--count", options->count, "frequencies to print, 0 for all")
+      ->capture_default_str()
+      ->check(CLI::NonNegativeNumber);
   command->add_flag("--json", options->json, "one JSON object on standard output, all frequencies");
   command->footer(
       "Example:\n  freeflex modes service/scenes/rotor.yaml --count 8\n"

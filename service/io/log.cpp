@@ -16,7 +16,7 @@ namespace {
 
 // record: sync word, event number, time stamp, channel length, data length, channel, data; big-endian
 constexpr std::uint32_t kSyncWord = 0xEDA1DA01;
-constexpr std::int64_t kHeaderBytes = 28;  // [bytes]
+constexpr std::int64_t kHeaderBytes = 28;       // [bytes]
 constexpr std::int64_t kMaxChannelBytes = 999;  // [bytes] liblcm refuses longer names
 
 std::string error_text(int error_number) {
@@ -31,7 +31,7 @@ std::uint32_t big_endian(const unsigned char* bytes) {
 }  // namespace
 
 LogReader::LogReader(const std::string& path) : path_(path) {
-  struct stat status{};
+  struct stat status {};
   if (stat(path.c_str(), &status) != 0) {
     error_ = path + ": " + error_text(errno);
     return;
@@ -102,7 +102,7 @@ bool LogReader::read_at(std::int64_t offset, LogEvent& event) {
 }
 
 PartialFile::PartialFile(std::string path) : path_(std::move(path)), working_path_(path_) {
-  struct stat status{};
+  struct stat status {};
   const bool is_special = stat(path_.c_str(), &status) == 0 && !S_ISREG(status.st_mode);
   if (!is_special) working_path_ += ".partial";
 }
@@ -139,7 +139,8 @@ void LogWriter::write(const std::string& channel, std::int64_t utime, std::span<
   event.channel = const_cast<char*>(channel.data());
   event.data = const_cast<std::byte*>(bytes.data());
   errno = 0;
-  if (lcm_eventlog_write_event(log_.get(), &event) != 0) error_ = file_.working_path() + ": " + error_text(errno);
+  if (lcm_eventlog_write_event(log_.get(), &event) != 0)
+    error_ = file_.working_path() + ": " + error_text(errno);
 }
 
 void LogWriter::finish() {
@@ -196,7 +197,8 @@ void CsvWriter::row(std::int64_t tick, std::span<const double> values) {
 void CsvWriter::finish() {
   if (!stream_) return;
   errno = 0;
-  if (std::fflush(stream_.get()) != 0 && error_.empty()) error_ = file_.working_path() + ": " + error_text(errno);
+  if (std::fflush(stream_.get()) != 0 && error_.empty())
+    error_ = file_.working_path() + ": " + error_text(errno);
   stream_.reset();
 }
 

@@ -21,9 +21,9 @@ struct LogEvent {
   std::vector<std::byte> bytes;
 };
 
-/// Reads an LCM event log record by record. liblcm's own reader skips to the next thing that looks like a record
-/// and takes damage for the end of the file; this one requires every record to follow the one before it, and the
-/// file to end where the last record does.
+/// Reads an LCM event log record by record. liblcm's own reader skips to the next thing that looks like a
+/// record and takes damage for the end of the file; this one requires every record to follow the one before
+/// it, and the file to end where the last record does.
 class LogReader {
  public:
   /// error() is not empty when the file cannot be read.

@@ -1,0 +1,61 @@
+// The live state of a structure on a terminal.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+
+#include "freeflex_msgs/points_t.hpp"
+#include "freeflex_msgs/state_t.hpp"
+#include "freeflex_msgs/status_t.hpp"
+#include "tools/bus.hpp"
+
+namespace freeflex::tools {
+
+/// Draws pages over each other on a terminal; elsewhere prints them one after another.
+class Screen {
+ public:
+  explicit Screen(bool is_terminal);
+  ~Screen();
+  Screen(const Screen&) = delete;
+  Screen& operator=(const Screen&) = delete;
+  void show(const std::string& text);
+
+ private:
+  bool is_terminal_;
+};
+
+/// Keeps the latest of what the daemon publishes and lays it out.
+class LiveView {
+ public:
+  void take(const std::string& suffix, const BusMessage& message);
+  /// The full view, several lines. \param bus  where it comes from
+  std::string page(const std::string& bus) const;
+  /// The most important figures in one line.
+  std::string line() const;
+
+ private:
+  void take_status(const freeflex_msgs::status_t& status);
+  void take_points(const freeflex_msgs::points_t& points);
+  void note(const std::string& text);
+  std::string header_text(const std::string& bus) const;
+  std::string motion_text() const;
+  std::string elastic_text() const;
+  std::string timing_text() const;
+  std::string commands_text() const;
+
+  SceneCatalogue scene_;
+  std::optional<freeflex_msgs::status_t> status_;
+  std::optional<freeflex_msgs::state_t> state_;
+  double measured_rate_ = 0.0;  // [Hz] ticks per second of wall clock
+  std::int64_t points_tick_ = -1;
+  double largest_displacement_ = 0.0;  // [m] of the published points at points_tick_
+  std::int32_t largest_point_ = -1;
+  std::int64_t last_heard_us_ = 0;  // [us] wall clock
+  std::deque<std::string> notes_;   // latest commands and answers
+};
+
+}  // namespace freeflex::tools

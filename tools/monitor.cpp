@@ -1,0 +1,256 @@
+// freeflex monitor: what goes over the bus.
+#include <unistd.h>
+
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "tools/bus.hpp"
+#include "tools/commands.hpp"
+#include "tools/console.hpp"
+#include "tools/live_view.hpp"
+#include "tools/message_json.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+using Clock = std::chrono::steady_clock;
+
+struct Options {
+  BusOptions bus;
+  std::string channel;
+  std::optional<std::int64_t> count;
+  std::optional<double> duration;  // [s]
+  double interval = 1.0;           // [s]
+  bool live = false;
+  bool json = false;
+};
+
+struct Channel {
+  std::int64_t count = 0;
+  std::int64_t bytes = 0;
+  std::int64_t recent_count = 0;  // since the last table
+  std::int64_t recent_bytes = 0;
+  std::size_t smallest = 0, largest = 0;  // [bytes]
+  std::int64_t gaps = 0;                  // messages that should have come in between
+  std::string stream;
+  std::int64_t last_number = 0;
+  std::int64_t step = 0;
+  std::string summary;
+  Json fields;
+};
+
+/// Counts what a numbered message shows to be missing.
+void count_gaps(Channel& channel, const DecodedMessage& message) {
+  if (message.stream.empty()) return;
+  if (message.stream == channel.stream && message.number > channel.last_number) {
+    const std::int64_t distance = message.number - channel.last_number;
+    if (message.step > 0) channel.step = message.step;
+    if (channel.step == 0 || distance < channel.step) channel.step = distance;
+    channel.gaps += (distance + channel.step / 2) / channel.step - 1;
+  }
+  channel.stream = message.stream;
+  channel.last_number = message.number;
+}
+
+std::string suffix_of(const std::string& prefix, std::string_view channel) {
+  return std::string(channel.starts_with(prefix) ? channel.substr(prefix.size()) : std::string_view{});
+}
+
+class Overview {
+ public:
+  explicit Overview(std::string prefix) : prefix_(std::move(prefix)) {}
+
+  void take(const BusMessage& message) {
+    Channel& channel = channels_[std::string(message.channel)];
+    const std::size_t size = message.bytes.size();
+    channel.smallest = channel.count == 0 ? size : std::min(channel.smallest, size);
+    channel.largest = std::max(channel.largest, size);
+    ++channel.count;
+    ++channel.recent_count;
+    channel.bytes += static_cast<std::int64_t>(size);
+    channel.recent_bytes += static_cast<std::int64_t>(size);
+    DecodedMessage decoded = decode_by_suffix(suffix_of(prefix_, message.channel), message.bytes);
+    count_gaps(channel, decoded);
+    channel.summary = std::move(decoded.summary);
+    channel.fields = std::move(decoded.fields);
+  }
+
+  /// \param seconds  [s] since the last table
+  std::string table(double seconds) {
+    std::string out = format_text("%-20s %9s %10s %8s %15s %6s  %s\n", "channel", "rate [Hz]", "[kB/s]",
+                                  "count", "size [B]", "gaps", "last message");
+    for (auto& [name, channel] : channels_) {
+      const std::string sizes = channel.smallest == channel.largest ? std::to_string(channel.largest)
+                                                                    : std::to_string(channel.smallest) + "-" +
+                                                                          std::to_string(channel.largest);
+      const std::string gaps = channel.stream.empty() ? "-" : std::to_string(channel.gaps);
+      out += format_text("%-20s %9.1f %10.2f %8lld %15s %6s  %s\n", name.c_str(),
+                         static_cast<double>(channel.recent_count) / seconds,
+                         static_cast<double>(channel.recent_bytes) * 1e-3 / seconds,
+                         static_cast<long long>(channel.count), sizes.c_str(), gaps.c_str(),
+                         channel.summary.c_str());
+      channel.recent_count = channel.recent_bytes = 0;
+    }
+    if (channels_.empty()) out += "(nothing heard yet)\n";
+    return out;
+  }
+
+  Json json(double seconds) {
+    Json out{{"utime", wall_clock_us()}};
+    out["channels"] = Json::object();
+    for (auto& [name, channel] : channels_) {
+      Json item{{"rate", static_cast<double>(channel.recent_count) / seconds},
+                {"bytes_per_second", static_cast<double>(channel.recent_bytes) / seconds},
+                {"count", channel.count},
+                {"bytes", channel.bytes},
+                {"smallest", channel.smallest},
+                {"largest", channel.largest}};
+      if (!channel.stream.empty()) item["gaps"] = channel.gaps;
+      item["last"] = channel.fields;
+      out["channels"][name] = item;
+      channel.recent_count = channel.recent_bytes = 0;
+    }
+    return out;
+  }
+
+ private:
+  std::string prefix_;
+  std::map<std::string, Channel> channels_;
+};
+
+/// Time left of a limited monitor, or a long time.
+std::chrono::milliseconds time_left(const Options& options, Clock::time_point start) {
+  if (!options.duration) return std::chrono::hours(24 * 365);
+  const auto total = std::chrono::milliseconds(static_cast<std::int64_t>(*options.duration * 1000.0));
+  return std::max(std::chrono::milliseconds(0),
+                  total - std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - start));
+}
+
+/// Calls show() every interval until the time is over, count messages came, or Ctrl-C.
+void watch(Bus& bus, const Options& options, const std::int64_t& num_messages,
+           const std::function<void(double)>& show) {
+  const Clock::time_point start = Clock::now();
+  const auto interval = std::chrono::milliseconds(static_cast<std::int64_t>(options.interval * 1000.0));
+  const auto is_enough = [&] { return options.count && num_messages >= *options.count; };
+  Clock::time_point shown = start;
+  while (!is_interrupted() && !is_enough() && time_left(options, start).count() > 0) {
+    bus.wait(std::min(interval, time_left(options, start)), is_enough);
+    const Clock::time_point now = Clock::now();
+    show(std::chrono::duration<double>(now - shown).count());
+    shown = now;
+  }
+}
+
+void monitor_channel(Bus& bus, const Options& options) {
+  // a short name means one of ours
+  const bool is_short = options.channel.find(options.bus.prefix) != 0;
+  const std::string name = is_short ? options.bus.prefix + "_" + options.channel : options.channel;
+  std::int64_t num_messages = 0;
+  bus.subscribe(name, [&](const BusMessage& message) {
+    if (options.count && num_messages >= *options.count) return;
+    ++num_messages;
+    const DecodedMessage decoded =
+        decode_by_suffix(suffix_of(options.bus.prefix, message.channel), message.bytes);
+    if (options.json) {
+      print_json({{"channel", message.channel},
+                  {"received", message.utime},
+                  {"bytes", message.bytes.size()},
+                  {"message", decoded.fields}},
+                 -1);
+      return;
+    }
+    std::printf("%.*s %zu bytes: %s\n", static_cast<int>(message.channel.size()), message.channel.data(),
+                message.bytes.size(), decoded.summary.c_str());
+    if (decoded.fields.is_object()) {
+      for (const auto& [key, value] : decoded.fields.items()) {
+        std::printf("  %-18s %s\n", key.c_str(),
+                    value.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+      }
+    }
+    std::fflush(stdout);
+  });
+  watch(bus, options, num_messages, [](double) {});
+}
+
+void monitor_all(Bus& bus, const Options& options) {
+  Overview overview(options.bus.prefix);
+  std::int64_t num_messages = 0;
+  bus.subscribe(".*", [&](const BusMessage& message) {
+    ++num_messages;
+    overview.take(message);
+  });
+  Screen screen(isatty(STDOUT_FILENO) == 1 && !options.json);
+  watch(bus, options, num_messages, [&](double seconds) {
+    if (options.json) {
+      print_json(overview.json(seconds), -1);
+    } else {
+      screen.show(overview.table(seconds));
+    }
+  });
+}
+
+void monitor_live(Bus& bus, const Options& options) {
+  LiveView view;
+  std::int64_t num_messages = 0;
+  bus.subscribe(options.bus.prefix + "_.*", [&](const BusMessage& message) {
+    ++num_messages;
+    view.take(suffix_of(options.bus.prefix, message.channel), message);
+  });
+  Options pace = options;
+  const bool is_terminal = isatty(STDOUT_FILENO) == 1;
+  if (is_terminal) pace.interval = std::min(0.2, options.interval);
+  Screen screen(is_terminal);
+  watch(bus, pace, num_messages,
+        [&](double) { screen.show(is_terminal ? view.page(bus.describe()) : view.line() + "\n"); });
+}
+
+int monitor(const Options& options) {
+  if (options.live && (options.json || !options.channel.empty()))
+    return print_error("--live goes with neither --json nor --channel"), kExitUsage;
+  Bus bus(options.bus);
+  if (!bus.error().empty()) return print_error(bus.error()), kExitDiffers;
+  if (options.live) {
+    monitor_live(bus, options);
+  } else if (!options.channel.empty()) {
+    monitor_channel(bus, options);
+  } else {
+    monitor_all(bus, options);
+  }
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_monitor(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command =
+      app.add_subcommand("monitor", "what goes over the bus: every channel, one channel, or the live state");
+  command->add_option("--channel", options->channel,
+                      "print the messages of one channel as they come: STATE or any full name");
+  command->add_flag("--live", options->live, "the live state of the structure");
+  command->add_option("--count", options->count, "end after so many messages")->check(CLI::PositiveNumber);
+  command->add_option("--duration", options->duration, "end after so long [s]")->check(CLI::PositiveNumber);
+  command->add_option("--interval", options->interval, "time between tables [s]")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  command->add_flag("--json", options->json,
+                    "one JSON object a line: a table each interval, or a message of --channel");
+  command->add_option("--lcm-url", options->bus.lcm_url, "LCM network, default LCM_DEFAULT_URL");
+  command->add_option("--prefix", options->bus.prefix, "first part of the channel names")
+      ->capture_default_str();
+  command->footer(
+      "Examples:\n  freeflex monitor\n  freeflex monitor --live\n  freeflex monitor --channel STATE --json "
+      "--count 10\n"
+      "Gaps count messages that are missing between two that came, where the messages are numbered.\n"
+      "Exit codes: 0 ended by --count, --duration or Ctrl-C, 1 no message bus, 2 wrong arguments.");
+  command->callback([options, &exit_code] { exit_code = monitor(*options); });
+}
+
+}  // namespace freeflex::tools

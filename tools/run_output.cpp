@@ -1,0 +1,167 @@
+#include "tools/run_output.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <filesystem>
+#include <vector>
+
+#include "core/model/compile.hpp"
+#include "core/step/readout.hpp"
+#include "messages/channels.hpp"
+#include "service/io/codec.hpp"
+#include "service/io/log.hpp"
+#include "service/io/outbound.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+/// [ticks] between two publications at a rate [Hz]; 0: off. The daemon's rule.
+std::int64_t ticks_between(double rate, double period) {
+  if (!(rate > 0.0)) return 0;
+  return std::max<std::int64_t>(1, std::llround(1.0 / (rate * period)));
+}
+
+bool is_due(std::int64_t every, std::int64_t tick, bool is_edge) {
+  return every > 0 && (is_edge || tick % every == 0);
+}
+
+class LogOutput : public RunOutput {
+ public:
+  LogOutput(const Plan& plan, const std::string& input, const std::string& prefix, const std::string& path)
+      : plan_(plan),
+        prefix_(prefix),
+        writer_(path),
+        state_every_(ticks_between(plan.state_rate, plan.period)),
+        points_every_(ticks_between(plan.points_rate, plan.period)),
+        loads_every_(ticks_between(plan.loads_rate, plan.period)),
+        scene_every_(ticks_between(1.0, plan.period)) {
+    std::error_code ignored;
+    input_ = std::filesystem::absolute(input, ignored).lexically_normal().string();
+    stamp_.session = 1;
+    stamp_.plan_fingerprint = plan_fingerprint(plan);
+  }
+
+  void publish(const State& state, bool is_edge) override {
+    stamp_.utime = utime(state.tick);
+    if (is_due(scene_every_, state.tick, false))
+      put_all(channels::kScene, io::make_scene_messages(plan_, input_, stamp_));
+    if (is_due(state_every_, state.tick, is_edge))
+      put(channels::kState, io::make_state_message(plan_, state, stamp_));
+    if (is_due(points_every_, state.tick, is_edge))
+      put_all(channels::kPoints, io::make_points_messages(plan_, state, stamp_));
+    if (is_due(loads_every_, state.tick, is_edge))
+      put_all(channels::kLoads, io::make_loads_messages(plan_, state, stamp_));
+  }
+  void applied_reset(std::int64_t tick) override {
+    stamp_.utime = utime(tick);
+    put(channels::kApplied, io::make_applied_reset(tick, stamp_.applied_count++, stamp_));
+  }
+  void applied_step(std::int64_t tick, const StepReport& report,
+                    std::span<const ForceCommand> commands) override {
+    stamp_.utime = utime(tick);
+    for (std::int32_t i = 0; i < report.num_expiries; ++i) {
+      const Expiry& expiry = report.expiries[static_cast<std::size_t>(i)];
+      put(channels::kApplied, io::make_applied_expiry(expiry, tick, stamp_.applied_count++, stamp_));
+    }
+    for (const ForceCommand& command : commands) {
+      put(channels::kApplied, io::make_applied_force(command, tick, stamp_.applied_count++, stamp_));
+    }
+  }
+  bool has_error() const override { return writer_.has_error(); }
+  std::string close(bool is_partial) override {
+    return is_partial ? writer_.close_partial() : writer_.close();
+  }
+  const std::string& working_path() const override { return writer_.working_path(); }
+
+ private:
+  std::int64_t utime(std::int64_t tick) const {
+    return std::llround(static_cast<double>(tick) * plan_.period * 1e6);
+  }
+
+  template <class Message>
+  void put(const char* channel, const Message& message) {
+    writer_.write(prefix_ + channel, stamp_.utime, io::encode(message));
+  }
+  template <class Message>
+  void put_all(const char* channel, const std::vector<Message>& pages) {
+    for (const Message& page : pages) put(channel, page);
+  }
+
+  const Plan& plan_;
+  std::string prefix_;
+  std::string input_;
+  io::LogWriter writer_;
+  io::Stamp stamp_;
+  std::int64_t state_every_, points_every_, loads_every_, scene_every_;  // [ticks]
+};
+
+class CsvOutput : public RunOutput {
+ public:
+  CsvOutput(const Plan& plan, const std::string& path)
+      : plan_(plan), writer_(path), every_(ticks_between(plan.state_rate, plan.period)) {
+    std::vector<std::string> names{"tick", "time", "x",  "y",  "z",  "qw", "qx", "qy", "qz",
+                                   "vx",   "vy",   "vz", "wx", "wy", "wz", "hx", "hy", "hz"};
+    for (const char* name : {"q", "q_dot"}) {
+      for (int mode = 1; mode <= plan.num_elastic; ++mode) names.push_back(name + std::to_string(mode));
+    }
+    for (const std::int32_t point : plan.published_points) {
+      for (const char* axis : {".x", ".y", ".z"})
+        names.push_back(plan.points[static_cast<std::size_t>(point)].name + axis);
+    }
+    for (const PlanLinkOutput& output : plan.link_outputs) {
+      const std::string& link = plan.links[static_cast<std::size_t>(output.link)].name;
+      for (int k = 1; k <= output.num_rows; ++k)
+        names.push_back(output.num_rows == 1 ? link : link + "." + std::to_string(k));
+    }
+    for (std::string& name : names) std::replace(name.begin(), name.end(), ',', '_');
+    writer_.header(names);
+  }
+
+  void publish(const State& state, bool is_edge) override {
+    if (!is_due(every_, state.tick, is_edge)) return;
+    const freeflex_msgs::state_t message = io::make_state_message(plan_, state, io::Stamp{});
+    values_.assign(1, message.time);
+    const auto append = [this](const double* first, std::size_t size) {
+      values_.insert(values_.end(), first, first + size);
+    };
+    append(message.position, 3);
+    append(message.attitude, 4);
+    append(message.velocity, 3);
+    append(message.angular_velocity, 3);
+    append(message.angular_momentum, 3);
+    append(message.q.data(), message.q.size());
+    append(message.q_dot.data(), message.q_dot.size());
+    for (const std::int32_t point : plan_.published_points)
+      append(read_point(plan_, state, point).p_W.data(), 3);
+    for (std::size_t i = 0; i < plan_.link_outputs.size(); ++i) {
+      std::array<double, 12> force{};
+      const auto rows = static_cast<std::size_t>(plan_.link_outputs[i].num_rows);
+      read_link(plan_, state, static_cast<int>(i), std::span(force).first(rows));
+      append(force.data(), rows);
+    }
+    writer_.row(state.tick, values_);
+  }
+  void applied_reset(std::int64_t) override {}
+  void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}
+  bool has_error() const override { return writer_.has_error(); }
+  std::string close(bool is_partial) override {
+    return is_partial ? writer_.close_partial() : writer_.close();
+  }
+  const std::string& working_path() const override { return writer_.working_path(); }
+
+ private:
+  const Plan& plan_;
+  io::CsvWriter writer_;
+  std::int64_t every_;  // [ticks]
+  std::vector<double> values_;
+};
+
+}  // namespace
+
+std::unique_ptr<RunOutput> make_run_output(const Plan& plan, const std::string& input,
+                                           const std::string& prefix, const std::string& path) {
+  if (path.ends_with(".csv")) return std::make_unique<CsvOutput>(plan, path);
+  return std::make_unique<LogOutput>(plan, input, prefix, path);
+}
+
+}  // namespace freeflex::tools

@@ -1,0 +1,36 @@
+// Where freeflex run puts what it computes.
+#pragma once
+
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+#include "core/step/step.hpp"
+
+namespace freeflex::tools {
+
+class RunOutput {
+ public:
+  virtual ~RunOutput() = default;
+  /// Writes what is due at the state's tick; everything when is_edge (start, end, reset).
+  virtual void publish(const State& state, bool is_edge) = 0;
+  /// A reset took effect at a tick.
+  virtual void applied_reset(std::int64_t tick) = 0;
+  /// What a step at this tick took in.
+  virtual void applied_step(std::int64_t tick, const StepReport& report,
+                            std::span<const ForceCommand> commands) = 0;
+  virtual bool has_error() const = 0;
+  /// Completes the file, or leaves it as NAME.partial. Empty, or what went wrong.
+  virtual std::string close(bool is_partial) = 0;
+  virtual const std::string& working_path() const = 0;
+};
+
+/// \param path   NAME.csv: a table; else an LCM log with the daemon's channels, deterministic: session 1,
+/// time
+///               stamps in simulated time
+/// \param input  scene or plan file, for FREEFLEX_SCENE
+std::unique_ptr<RunOutput> make_run_output(const Plan& plan, const std::string& input,
+                                           const std::string& prefix, const std::string& path);
+
+}  // namespace freeflex::tools
