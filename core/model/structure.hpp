@@ -50,4 +50,13 @@ struct Structure {
 /// Cost: O(rows n^2) with a dense factor; see tests/bench for times.
 std::optional<Structure> build_structure(const Scene& scene, Faults& faults);
 
+/// Neighbouring modes whose frequencies agree: their shapes are one choice among many.
+struct FrequencyCluster {
+  int first = 0;  // mode index from 0
+  int count = 1;
+};
+
+/// Groups ascending frequencies; a mode joins the one before when they differ by at most relative_gap.
+std::vector<FrequencyCluster> frequency_clusters(const Eigen::VectorXd& omega, double relative_gap);
+
 }  // namespace freeflex

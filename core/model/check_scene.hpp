@@ -1,0 +1,15 @@
+// The physics of a scene that can be judged before anything is computed.
+#pragma once
+
+#include "core/model/scene.hpp"
+
+namespace freeflex {
+
+/// Appends every fault of points, links, groups, damping, loads, initial state and publication: values out of range,
+/// indices that name nothing, links of no length.
+void check_scene(const Scene& scene, Faults& faults);
+
+/// Appends faults of what names elastic modes by number: damping and initial state.
+void check_modes(const Scene& scene, int num_elastic, Faults& faults);
+
+}  // namespace freeflex

@@ -1,0 +1,300 @@
+#include "core/model/compile.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/model/faults.hpp"
+#include "core/model/histories.hpp"
+#include "core/model/propagator.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+// [-] of the given displacements: a rigid part above this is said, below it is rounding of what a person typed
+constexpr double kRigidPart = 1e-9;
+
+Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+Mat3 to_array(const Eigen::Matrix3d& m) {
+  Mat3 rows{};
+  for (int i = 0; i < 3; ++i)
+    for (int j = 0; j < 3; ++j) rows[static_cast<std::size_t>(3 * i + j)] = m(i, j);
+  return rows;
+}
+
+// values over modes, zero beyond them
+std::vector<double> padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
+  std::vector<double> all(static_cast<std::size_t>(plan.num_padded), 0.0);
+  std::copy(values.begin(), values.end(), all.begin());
+  return all;
+}
+
+void append_row(const Plan& plan, const Eigen::RowVectorXd& values, std::vector<double>& rows) {
+  const std::vector<double> row = padded(plan, values.transpose());
+  rows.insert(rows.end(), row.begin(), row.end());
+}
+
+void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
+  plan.name = scene.name;
+  plan.scene_hash = scene.hash;
+  plan.mass = body.mass;
+  plan.rigid_freedoms = body.rigid_freedoms;
+  plan.p_SB = to_array(body.p_SB);
+  plan.inertia = to_array(body.inertia);
+  // through principal moments, which keep their digits for thin shapes; a moment of a freedom that is not there has none
+  Eigen::Vector3d inverse = Eigen::Vector3d::Zero();
+  for (int k = 0; k < 3; ++k) {
+    const bool turns = body.rigid_freedoms == 6 || (body.rigid_freedoms == 5 && k > 0);
+    if (turns) inverse[k] = 1.0 / body.principal[k];
+  }
+  plan.inverse_inertia =
+      to_array(Eigen::Matrix3d(body.principal_axes * inverse.asDiagonal() * body.principal_axes.transpose()));
+  plan.line = to_array(body.line);
+  plan.gravity_W = to_array(scene.gravity);
+}
+
+// X15: decay = zeta omega + alpha / 2 + beta omega^2 / 2
+Eigen::VectorXd decays(const Damping& damping, const Eigen::VectorXd& omega) {
+  Eigen::VectorXd ratio = Eigen::VectorXd::Constant(omega.size(), damping.modal_ratio);
+  for (const auto& [mode, zeta] : damping.mode_ratios) ratio[mode - 1] = zeta;
+  return ratio.array() * omega.array() + 0.5 * damping.alpha + 0.5 * damping.beta * omega.array().square();
+}
+
+void compile_modes(const Scene& scene, const Structure& structure, Plan& plan) {
+  plan.num_elastic = static_cast<std::int32_t>(structure.omega.size());
+  plan.num_padded = (plan.num_elastic + kLanes - 1) / kLanes * kLanes;
+  plan.omega = padded(plan, structure.omega);
+  plan.decay = padded(plan, decays(scene.damping, structure.omega));
+  plan.frequency_accuracy = structure.frequency_accuracy;
+  plan.conditioning = structure.conditioning;
+  for (const Mechanism& mechanism : structure.mechanisms)
+    plan.mechanisms.emplace_back(mechanism.moved_points.begin(), mechanism.moved_points.end());
+  // residuals of (2.2): sum m b and sum m r x b
+  const Eigen::Matrix3Xd& r = structure.mass_properties.r;
+  Eigen::MatrixXd residual = Eigen::MatrixXd::Zero(6, structure.omega.size());
+  for (Eigen::Index i = 0; i < r.cols(); ++i) {
+    const double mass = scene.points[static_cast<std::size_t>(i)].mass;
+    for (Eigen::Index mode = 0; mode < structure.omega.size(); ++mode) {
+      const Eigen::Vector3d b = structure.shapes.block<3, 1>(3 * i, mode);
+      residual.block<3, 1>(0, mode) += mass * b;
+      residual.block<3, 1>(3, mode) += mass * r.col(i).cross(b);
+    }
+  }
+  for (int row = 0; row < 6; ++row) append_row(plan, residual.row(row), plan.eckart_rows);
+}
+
+// points whose rows the step or the read-out can ask for
+std::vector<bool> points_with_rows(const Scene& scene) {
+  std::vector<bool> used(scene.points.size(), false);
+  const auto use = [&](int point) { used[static_cast<std::size_t>(point)] = true; };
+  std::for_each(scene.pushable.begin(), scene.pushable.end(), use);
+  std::for_each(scene.publication.points.begin(), scene.publication.points.end(), use);
+  // commands may put a wrench on any group
+  for (const Group& group : scene.groups) std::for_each(group.points.begin(), group.points.end(), use);
+  for (const Load& load : scene.loads)
+    for (const PointLoad& each : load.forces) use(each.point);
+  return used;
+}
+
+void compile_points(const Scene& scene, const Structure& structure, Plan& plan) {
+  const std::vector<bool> used = points_with_rows(scene);
+  std::int32_t num_blocks = 0;
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    const auto column = static_cast<Eigen::Index>(i);
+    PlanPoint point;
+    point.name = scene.points[i].name;
+    point.mass = scene.points[i].mass;
+    point.r = to_array(Eigen::Vector3d(structure.mass_properties.r.col(column)));
+    point.pushable = std::find(scene.pushable.begin(), scene.pushable.end(), static_cast<int>(i)) != scene.pushable.end();
+    if (used[i]) {
+      point.row = num_blocks++;
+      for (int axis = 0; axis < 3; ++axis) append_row(plan, structure.shapes.row(3 * column + axis), plan.rows);
+    }
+    plan.points.push_back(std::move(point));
+  }
+}
+
+void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
+  for (const Link& link : scene.links) {
+    static constexpr std::array<const char*, 4> kKinds{"spring", "bar", "beam", "matrix"};
+    PlanLink each;
+    each.name = link.name;
+    each.kind = kKinds.at(link.kind.index());
+    if (!std::holds_alternative<MatrixLink>(link.kind)) each.points = {link.points[0], link.points[1]};
+    plan.links.push_back(std::move(each));
+  }
+  std::int32_t first_row = 0;
+  for (const LinkForceRows& force : structure.link_forces) {
+    std::vector<int> columns;
+    for (const int point : force.columns_points)
+      for (int axis = 0; axis < 3; ++axis) columns.push_back(3 * point + axis);
+    const Eigen::MatrixXd rows = force.rows * structure.shapes(columns, Eigen::all);
+    for (Eigen::Index row = 0; row < rows.rows(); ++row) append_row(plan, rows.row(row), plan.link_rows);
+    const auto num_rows = static_cast<std::int32_t>(rows.rows());
+    plan.link_outputs.push_back({force.link, first_row, num_rows});
+    first_row += num_rows;
+  }
+}
+
+// X14: mass-weighted rigid weights of a group; a line takes no torque about itself, one place takes none at all
+PlanGroup compile_group(const Scene& scene, const Group& group, const MassProperties& body) {
+  const auto num_points = static_cast<Eigen::Index>(group.points.size());
+  PlanGroup plan;
+  plan.name = group.name;
+  plan.points.assign(group.points.begin(), group.points.end());
+  Eigen::VectorXd mass(num_points);
+  for (Eigen::Index k = 0; k < num_points; ++k)
+    mass[k] = scene.points[static_cast<std::size_t>(group.points[static_cast<std::size_t>(k)])].mass;
+  plan.mass = mass.sum();
+  Eigen::Matrix3Xd d = body.r(Eigen::all, group.points);
+  const Eigen::Vector3d centre = d * mass / plan.mass;
+  d.colwise() -= centre;
+  plan.centre = to_array(centre);
+
+  const Eigen::JacobiSVD<Eigen::MatrixXd> shape(d, Eigen::ComputeFullU);
+  const double length = std::sqrt(d.colwise().squaredNorm().maxCoeff());
+  // the same measure of a line as for the whole body; coordinates are from its centre
+  const double rounding = 64.0 * kEpsilon * std::max(1e-300, body.r.cwiseAbs().maxCoeff());
+  const Eigen::Vector3d line = shape.matrixU().col(0);
+  const Eigen::Matrix3Xd across = d - line * (line.transpose() * d);
+  const double width = std::sqrt(across.colwise().squaredNorm().maxCoeff());
+  plan.torque_rank = length <= rounding ? 0 : (num_points == 2 || width <= rounding ? 2 : 3);
+  if (plan.torque_rank == 2) plan.line = to_array(line);
+  if (plan.torque_rank == 0) return plan;
+
+  const Eigen::Matrix3Xd weighted = d * mass.cwiseSqrt().asDiagonal();
+  const Eigen::Matrix3d second_moment = weighted * weighted.transpose();
+  const Eigen::Matrix3d inertia = second_moment.trace() * Eigen::Matrix3d::Identity() - second_moment;
+  if (plan.torque_rank == 2) {
+    const Eigen::Matrix3d normal = Eigen::Matrix3d::Identity() - line * line.transpose();
+    plan.inverse_inertia = to_array(Eigen::Matrix3d(normal / second_moment.trace()));
+  } else {
+    plan.inverse_inertia = to_array(Eigen::Matrix3d(inertia.inverse()));
+  }
+  return plan;
+}
+
+// elastic coordinates from displacements given at points: q_l = sum m_i b_il . V_i / M   (THEORY X16)
+Eigen::VectorXd project(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V, const char* what,
+                        Faults& faults) {
+  Eigen::VectorXd weighted = V;
+  for (std::size_t i = 0; i < scene.points.size(); ++i)
+    weighted.segment<3>(3 * static_cast<Eigen::Index>(i)) *= scene.points[i].mass;
+  const Eigen::VectorXd q = structure.shapes.transpose() * weighted / structure.mass_properties.mass;
+  const double given = std::sqrt(V.dot(weighted));
+  const Eigen::VectorXd rest = V - structure.shapes * q;
+  double rest2 = 0.0;
+  for (std::size_t i = 0; i < scene.points.size(); ++i)
+    rest2 += scene.points[i].mass * rest.segment<3>(3 * static_cast<Eigen::Index>(i)).squaredNorm();
+  if (std::sqrt(rest2) > kRigidPart * given)
+    add_warning(faults, scene.initial.origin,
+                join_text("the initial ", what, " of the points hold ", 100.0 * std::sqrt(rest2) / given,
+                          " % of rigid motion (mass-weighted), which was taken out; give rigid motion by position, "
+                          "attitude and velocities"));
+  return q;
+}
+
+void compile_elastic_state(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
+  const Initial& initial = scene.initial;
+  Eigen::VectorXd V = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(scene.points.size()));
+  Eigen::VectorXd V_dot = V;
+  for (const auto& each : initial.points) {
+    V.segment<3>(3 * each.point) += each.displacement;
+    V_dot.segment<3>(3 * each.point) += each.velocity;
+  }
+  Eigen::VectorXd q = project(scene, structure, V, "displacements", faults);
+  Eigen::VectorXd q_dot = project(scene, structure, V_dot, "elastic velocities", faults);
+  for (const auto& each : initial.modes) {
+    q[each.mode - 1] += each.q;
+    q_dot[each.mode - 1] += each.q_dot;
+  }
+  plan.initial.q = padded(plan, q);
+  plan.initial.q_dot = padded(plan, q_dot);
+}
+
+void compile_initial(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
+  const Initial& initial = scene.initial;
+  const MassProperties& body = structure.mass_properties;
+  const Eigen::Vector4d w_x_y_z = initial.attitude.stableNormalized();
+  const Eigen::Quaterniond attitude(w_x_y_z[0], w_x_y_z[1], w_x_y_z[2], w_x_y_z[3]);
+  plan.initial.p_WB = to_array(Eigen::Vector3d(initial.position + attitude * body.p_SB));
+  plan.initial.v_WB = to_array(initial.velocity);
+  plan.initial.q_WB = {w_x_y_z[0], w_x_y_z[1], w_x_y_z[2], w_x_y_z[3]};
+
+  Eigen::Vector3d spin = initial.angular_velocity;
+  Eigen::Vector3d idle = Eigen::Vector3d::Zero();
+  if (body.rigid_freedoms == 5) idle = body.line * body.line.dot(spin);
+  if (body.rigid_freedoms == 3) idle = spin;
+  if (idle.norm() > kRigidPart * spin.norm())
+    add_warning(faults, initial.origin,
+                join_text("the initial angular velocity has ", idle.norm(), " rad/s ",
+                          body.rigid_freedoms == 3 ? "but one point does not turn" : "about the line of the points, "
+                          "which is no motion", "; it was taken out"));
+  spin -= idle;
+  plan.initial.w_WB_B = to_array(spin);
+  compile_elastic_state(scene, structure, plan, faults);
+}
+
+// a repeated name in a list publishes once
+std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
+  std::vector<std::int32_t> kept;
+  for (const int index : indices)
+    if (std::find(kept.begin(), kept.end(), index) == kept.end()) kept.push_back(index);
+  return kept;
+}
+
+void compile_publication(const Publication& publication, Plan& plan) {
+  plan.state_rate = publication.state_rate;
+  plan.points_rate = publication.points_rate;
+  plan.loads_rate = publication.loads_rate;
+  plan.status_rate = publication.status_rate;
+  plan.published_points = without_repeats(publication.points);
+  plan.published_groups = without_repeats(publication.groups);
+}
+
+}  // namespace
+
+std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure, Faults& faults) {
+  Plan plan;
+  compile_body(scene, structure.mass_properties, plan);
+  compile_modes(scene, structure, plan);
+  compile_points(scene, structure, plan);
+  compile_links(scene, structure, plan);
+  for (const Group& group : scene.groups) plan.groups.push_back(compile_group(scene, group, structure.mass_properties));
+  plan.force_limit = scene.force_limit;
+  plan.torque_limit = scene.torque_limit;
+  compile_initial(scene, structure, plan, faults);
+  compile_publication(scene.publication, plan);
+  compile_histories(scene, plan, faults);
+  set_rate(plan, scene.rate);
+  warn_of_shifted_edges(scene, plan, faults);
+  if (has_error(faults)) return std::nullopt;
+  if (const std::string error = find_inconsistency(plan); !error.empty()) {
+    add_error(faults, {}, "the compiled plan is not usable: " + error +
+                              "; values of the scene are too large or too small; use SI units");
+    return std::nullopt;
+  }
+  return plan;
+}
+
+void set_rate(Plan& plan, double rate) {
+  plan.period = 1.0 / rate;
+  Propagator& propagator = plan.propagator;
+  for (std::vector<double>* each :
+       {&propagator.c_qq, &propagator.c_qv, &propagator.c_vq, &propagator.c_vv, &propagator.l_qq,
+        &propagator.l_qv, &propagator.l_vq, &propagator.l_vv, &propagator.w_q0, &propagator.w_q1, &propagator.w_v0,
+        &propagator.w_v1})
+    each->assign(static_cast<std::size_t>(plan.num_padded), 0.0);
+  for (int mode = 0; mode < plan.num_elastic; ++mode) {
+    const auto l = static_cast<std::size_t>(mode);
+    set_mode(propagator, mode, plan.omega[l], plan.decay[l], plan.period, plan.mass);
+  }
+  for (PlanHistory& history : plan.histories) set_history_ticks(history, plan.period);
+}
+
+}  // namespace freeflex

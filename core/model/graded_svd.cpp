@@ -1,0 +1,113 @@
+#include "core/model/graded_svd.hpp"
+
+#include <Eigen/QR>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numeric>
+#include <vector>
+
+namespace freeflex {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+// Jacobi converges quadratically at the end; after QR with pivoting six to ten sweeps are usual.
+constexpr int kMaxSweeps = 40;
+
+// Turns columns p and q of x until they are orthogonal. norm2 holds the squared norms. True when it had to.
+bool rotate_pair(Eigen::MatrixXd& x, Eigen::VectorXd& norm2, Eigen::Index p, Eigen::Index q, double tolerance) {
+  const double product = x.col(p).dot(x.col(q));
+  const double sizes = std::sqrt(norm2[p]) * std::sqrt(norm2[q]);
+  if (std::abs(product) <= tolerance * sizes) return false;
+  const double zeta = (norm2[q] - norm2[p]) / (2.0 * product);
+  const double t = (zeta >= 0.0 ? 1.0 : -1.0) / (std::abs(zeta) + std::hypot(1.0, zeta));
+  const double c = 1.0 / std::hypot(1.0, t);
+  const double s = c * t;
+  double* const column_p = x.col(p).data();
+  double* const column_q = x.col(q).data();
+  for (Eigen::Index i = 0; i < x.rows(); ++i) {
+    const double a = column_p[i], b = column_q[i];
+    column_p[i] = c * a - s * b;
+    column_q[i] = s * a + c * b;
+  }
+  const auto update = [&](Eigen::Index column, double change) {
+    const double before = norm2[column];
+    norm2[column] += change;
+    // cancellation: take it afresh
+    if (norm2[column] < 0.1 * before) norm2[column] = x.col(column).squaredNorm();
+  };
+  update(p, -t * product);
+  update(q, t * product);
+  return true;
+}
+
+// Makes the columns of x orthogonal by plane rotations from the right.
+void orthogonalise_columns(Eigen::MatrixXd& x) {
+  const double tolerance = kEpsilon * std::sqrt(static_cast<double>(x.rows()));
+  for (int sweep = 0; sweep < kMaxSweeps; ++sweep) {
+    Eigen::VectorXd norm2 = x.colwise().squaredNorm();
+    bool rotated = false;
+    for (Eigen::Index p = 0; p + 1 < x.cols(); ++p) {
+      for (Eigen::Index q = p + 1; q < x.cols(); ++q) {
+        if (rotate_pair(x, norm2, p, q, tolerance)) rotated = true;
+      }
+      norm2[p] = x.col(p).squaredNorm();
+    }
+    if (!rotated) return;
+  }
+}
+
+// Relative error of the smallest value: roundings times the condition of R with its rows scaled to one, which is what
+// one-sided Jacobi on R' depends on.
+double scaled_condition(const Eigen::MatrixXd& R) {
+  const Eigen::VectorXd size = R.rowwise().norm();
+  const Eigen::MatrixXd scaled = size.cwiseInverse().asDiagonal() * R;
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Identity(R.rows(), R.cols());
+  scaled.triangularView<Eigen::Upper>().solveInPlace(inverse);
+  return inverse.norm();
+}
+
+}  // namespace
+
+void sort_rows(Eigen::MatrixXd& matrix) {
+  const Eigen::VectorXd size = matrix.rowwise().lpNorm<Eigen::Infinity>();
+  std::vector<int> order(static_cast<std::size_t>(matrix.rows()));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return size[a] > size[b]; });
+  matrix = matrix(order, Eigen::all).eval();
+}
+
+GradedSvd graded_svd(Eigen::MatrixXd matrix) {
+  GradedSvd svd;
+  const Eigen::Index n = matrix.cols();
+  if (n == 0) return svd;
+  sort_rows(matrix);
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(matrix);
+  Eigen::MatrixXd R = qr.matrixR().topRows(n).triangularView<Eigen::Upper>();
+
+  const double spread = std::abs(R(0, 0)) / std::abs(R(n - 1, n - 1));
+  Eigen::MatrixXd left;  // left singular vectors of R', largest value first
+  Eigen::VectorXd values;
+  if (n > kJacobiColumns && 8.0 * kEpsilon * spread < kMildLoss) {
+    const Eigen::BDCSVD<Eigen::MatrixXd> divided(R.transpose(), Eigen::ComputeThinU);
+    values = divided.singularValues();
+    left = divided.matrixU();
+    svd.accuracy = 8.0 * kEpsilon * values[0] / values[n - 1];
+  } else {
+    left = R.transpose();
+    orthogonalise_columns(left);
+    values = left.colwise().norm();
+    left.array().rowwise() /= values.transpose().array();
+    svd.accuracy = kEpsilon * scaled_condition(R);
+  }
+  std::vector<int> order(static_cast<std::size_t>(n));
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return values[a] < values[b]; });
+  svd.values = values(order);
+  svd.vectors = qr.colsPermutation() * left(Eigen::all, order).eval();
+  return svd;
+}
+
+}  // namespace freeflex

@@ -1,0 +1,28 @@
+// Singular values of matrices whose rows and columns differ by many orders of magnitude.
+#pragma once
+
+#include <Eigen/Core>
+
+namespace freeflex {
+
+/// Reorders rows by falling largest entry. Householder QR with column pivoting is then accurate row by row, so that a
+/// soft link keeps its digits beside a stiff one   (Cox and Higham 1998, stability of Householder QR).
+void sort_rows(Eigen::MatrixXd& matrix);
+
+struct GradedSvd {
+  Eigen::VectorXd values;   // ascending (num_columns)
+  Eigen::MatrixXd vectors;  // right singular vectors, one a column (num_columns x num_columns)
+  double accuracy = 0.0;    // [-] stated relative accuracy of the smallest value
+};
+
+/// Row-sorted, column-pivoted Householder QR, then one-sided Jacobi on R': each singular value keeps its digits however
+/// the rows and columns are scaled   (THEORY X12; Drmac and Veselic 2008, SIAM J. Matrix Anal. Appl. 29, 1322-1362).
+/// Above kJacobiColumns columns, where Jacobi would take minutes, and only while the ratio of the singular values costs
+/// fewer than the digits kMildLoss allows, a bidiagonal divide and conquer takes over.
+/// \pre at least as many rows as columns, full column rank
+GradedSvd graded_svd(Eigen::MatrixXd matrix);
+
+inline constexpr Eigen::Index kJacobiColumns = 700;
+inline constexpr double kMildLoss = 1e-11;  // [-] largest relative error that divide and conquer may cause
+
+}  // namespace freeflex

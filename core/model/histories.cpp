@@ -1,0 +1,102 @@
+#include "core/model/histories.hpp"
+
+#include <cmath>
+
+#include "core/model/faults.hpp"
+#include "core/step/loads.hpp"
+
+namespace freeflex {
+namespace {
+
+// [-] of a period: an edge nearer to a tick than this is on it, the rest being rounding of what a person typed
+constexpr double kOnTick = 1e-6;
+
+// [-] of a torque: a part that the group cannot take above this is an error
+constexpr double kIdleTorque = 1e-9;
+
+Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
+
+void check_torque(const Scene& scene, const Plan& plan, const Load& load, const WrenchLoad& wrench, Faults& faults) {
+  const PlanGroup& group = plan.groups[static_cast<std::size_t>(wrench.group)];
+  Eigen::Vector3d idle = Eigen::Vector3d::Zero();
+  if (group.torque_rank == 0) idle = wrench.torque;
+  // about a line only a torque in body axes can be judged now; in world axes the part about the line turns with the body
+  if (group.torque_rank == 2 && load.axes == Axes::kBody) {
+    const Eigen::Vector3d line(group.line[0], group.line[1], group.line[2]);
+    idle = line * line.dot(wrench.torque);
+  }
+  if (idle.norm() <= kIdleTorque * wrench.torque.norm()) return;
+  add_error(faults, load.origin,
+            join_text("load ", quoted(load.name, static_cast<int>(&load - scene.loads.data())), ": group ",
+                      quoted(group.name, wrench.group), " cannot take ", idle.norm(), " N m of the torque: its points lie ",
+                      group.torque_rank == 0 ? "in one place" : "on a line and it is about that line",
+                      "; put points beside them into the group or leave that torque out"));
+}
+
+// X13: what the amplitude is made of
+void set_kind(const History& history, PlanHistory& plan) {
+  // constant unless told
+  if (const auto* pulse = std::get_if<PulseHistory>(&history)) {
+    plan.kind = PlanHistory::Kind::kPulse;
+    plan.pulse_start = pulse->start;
+    plan.pulse_duration = pulse->duration;
+  } else if (const auto* sine = std::get_if<SineHistory>(&history)) {
+    plan.kind = PlanHistory::Kind::kSine;
+    plan.frequency = sine->frequency;
+    plan.phase = sine->phase / (2.0 * M_PI);
+  } else if (const auto* table = std::get_if<TableHistory>(&history)) {
+    plan.kind = PlanHistory::Kind::kTable;
+    plan.times = table->times;
+    plan.values = table->values;
+  }
+}
+
+}  // namespace
+
+void compile_histories(const Scene& scene, Plan& plan, Faults& faults) {
+  for (const Load& load : scene.loads) {
+    std::vector<PointForce> forces;
+    for (const PointLoad& each : load.forces) forces.push_back({each.point, 0, to_array(each.force)});
+    std::vector<Wrench> wrenches;
+    for (const WrenchLoad& each : load.wrenches) {
+      check_torque(scene, plan, load, each, faults);
+      wrenches.push_back({each.group, 0, to_array(each.force), to_array(each.torque)});
+    }
+    PlanHistory history;
+    history.name = load.name;
+    set_kind(load.history, history);
+    history.pattern = build_pattern(plan, static_cast<std::int32_t>(load.axes), forces, wrenches);
+    plan.histories.push_back(std::move(history));
+  }
+}
+
+void set_history_ticks(PlanHistory& history, double period) {
+  if (history.kind != PlanHistory::Kind::kPulse) return;
+  // beyond this a pulse outlasts any run; keeps the rounding inside 64 bits
+  constexpr double kNever = 9e18;
+  history.start_tick = std::llround(std::min(history.pulse_start / period, kNever));
+  history.end_tick = std::llround(std::min((history.pulse_start + history.pulse_duration) / period, kNever));
+}
+
+void warn_of_shifted_edges(const Scene& scene, const Plan& plan, Faults& faults) {
+  for (std::size_t k = 0; k < plan.histories.size(); ++k) {
+    const PlanHistory& history = plan.histories[k];
+    if (history.kind != PlanHistory::Kind::kPulse) continue;
+    const auto warn = [&](const char* edge, double time, std::int64_t tick) {
+      const double shift = static_cast<double>(tick) * plan.period - time;
+      // a late edge carries the rounding of its own time besides
+      if (std::abs(shift) <= kOnTick * plan.period + 1e-15 * time) return;
+      add_warning(faults, scene.loads[k].origin,
+                  join_text("load ", quoted(history.name, static_cast<int>(k)), ": the pulse ", edge, " at ", time,
+                            " s, which is no tick at ", 1.0 / plan.period, " Hz; it was moved by ", shift, " s"));
+    };
+    warn("starts", history.pulse_start, history.start_tick);
+    warn("ends", history.pulse_start + history.pulse_duration, history.end_tick);
+    if (history.start_tick == history.end_tick)
+      add_warning(faults, scene.loads[k].origin,
+                  join_text("load ", quoted(history.name, static_cast<int>(k)),
+                            ": the pulse is shorter than half a tick and never acts; lengthen it or raise the rate"));
+  }
+}
+
+}  // namespace freeflex

@@ -1,0 +1,116 @@
+#include "core/model/mass_properties.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <limits>
+
+#include "core/model/faults.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+// a width below this many roundings of the largest coordinate cannot be told from a line; the rest positions
+// carry one rounding each from the subtraction of the centre of mass and the fit of the line a few more
+constexpr double kCollinearRoundings = 64.0;
+
+// [-] width over length below which half or more of the digits of the spin about the line are lost
+constexpr double kNearlyCollinear = 1e-6;
+
+// (1.1), (1.2): centre of mass, and rest positions from it, corrected once for the rounding of the sum
+void find_centre(const std::vector<PointMass>& points, MassProperties& properties) {
+  const auto num_points = static_cast<Eigen::Index>(points.size());
+  properties.r.resize(3, num_points);
+  Eigen::VectorXd mass(num_points);
+  for (Eigen::Index i = 0; i < num_points; ++i) {
+    mass[i] = points[static_cast<std::size_t>(i)].mass;
+    properties.r.col(i) = points[static_cast<std::size_t>(i)].position;
+  }
+  properties.mass = mass.sum();
+  // sums start from the first point: a scene far from its origin keeps its digits
+  const Eigen::Vector3d first = properties.r.col(0);
+  properties.r.colwise() -= first;
+  const Eigen::Vector3d offset = properties.r * mass / properties.mass;
+  properties.r.colwise() -= offset;
+  const Eigen::Vector3d correction = properties.r * mass / properties.mass;
+  properties.r.colwise() -= correction;
+  properties.p_SB = first + offset + correction;
+}
+
+// (1.3), (1.4), X1: principal moments from the singular values s of sqrt(m) r, I_1 = s_2^2 + s_3^2 and so on. Squares of
+// singular values keep the digits that an eigensolver on the inertia tensor loses for thin shapes.
+void find_inertia(const std::vector<PointMass>& points, MassProperties& properties) {
+  const auto num_points = static_cast<Eigen::Index>(points.size());
+  Eigen::Matrix3Xd weighted = Eigen::Matrix3Xd::Zero(3, std::max<Eigen::Index>(3, num_points));
+  for (Eigen::Index i = 0; i < num_points; ++i)
+    weighted.col(i) = std::sqrt(points[static_cast<std::size_t>(i)].mass) * properties.r.col(i);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(weighted, Eigen::ComputeThinU);
+  const Eigen::Array3d square = svd.singularValues().array().square();
+  properties.principal << square[1] + square[2], square[0] + square[2], square[0] + square[1];
+  properties.principal_axes = svd.matrixU();
+  if (properties.principal_axes.determinant() < 0.0) properties.principal_axes.col(2) *= -1.0;
+  const Eigen::Matrix3d second_moment = weighted * weighted.transpose();
+  properties.inertia = second_moment.trace() * Eigen::Matrix3d::Identity() - second_moment;
+}
+
+}  // namespace
+
+MassProperties find_mass_properties(const std::vector<PointMass>& points, Faults& faults) {
+  MassProperties properties;
+  find_centre(points, properties);
+  find_inertia(points, properties);
+  properties.line.setZero();
+  if (points.size() == 1) {
+    properties.rigid_freedoms = 3;
+    properties.principal_axes.setIdentity();
+    return properties;
+  }
+  const double length = std::sqrt(properties.r.colwise().squaredNorm().maxCoeff());
+  double largest_coordinate = 0.0;
+  for (const PointMass& point : points)
+    largest_coordinate = std::max(largest_coordinate, point.position.cwiseAbs().maxCoeff());
+  if (length <= 4.0 * kEpsilon * largest_coordinate) {
+    add_error(faults, points.front().origin,
+              join_text("all ", points.size(), " points are in one place; a structure of more than one point needs "
+                        "at least two places: move a point or keep only one"));
+    return properties;
+  }
+  // X2: distance of the farthest point from the best line. Unweighted, so that light points count as heavy ones do.
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(properties.r, Eigen::ComputeThinU);
+  const Eigen::Vector3d line = svd.matrixU().col(0);
+  const Eigen::Matrix3Xd across = properties.r - line * (line.transpose() * properties.r);
+  const double width = std::sqrt(across.colwise().squaredNorm().maxCoeff());
+  if (points.size() == 2 || width <= kCollinearRoundings * kEpsilon * std::max(length, largest_coordinate)) {
+    properties.rigid_freedoms = 5;
+    properties.line = line;
+    properties.principal[0] = 0.0;
+    properties.principal_axes.col(0) = line;
+    properties.principal_axes.col(1) = line.unitOrthogonal();
+    properties.principal_axes.col(2) = line.cross(properties.principal_axes.col(1));
+  } else if (width < kNearlyCollinear * length) {
+    add_warning(faults, points.front().origin,
+                join_text("the points lie within ", width, " m of a line ", length,
+                          " m long: the spin about the line is poorly determined; put the points exactly on the line "
+                          "if that is what is meant"));
+  }
+  return properties;
+}
+
+Eigen::MatrixXd rigid_motions(const MassProperties& properties) {
+  const Eigen::Index num_points = properties.r.cols();
+  Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(3 * num_points, properties.rigid_freedoms);
+  for (int axis = 0; axis < 3; ++axis)
+    for (Eigen::Index i = 0; i < num_points; ++i) motions(3 * i + axis, axis) = 1.0;
+  // the axes of the largest moments first: the first principal axis is the one a collinear shape has no freedom about
+  for (int column = 3; column < properties.rigid_freedoms; ++column) {
+    const Eigen::Vector3d axis = properties.principal_axes.col(5 - column);
+    for (Eigen::Index i = 0; i < num_points; ++i)
+      motions.block<3, 1>(3 * i, column) = axis.cross(properties.r.col(i));
+  }
+  motions.colwise().normalize();
+  return motions;
+}
+
+}  // namespace freeflex

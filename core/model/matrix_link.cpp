@@ -1,0 +1,120 @@
+// Matrix links: a stiffness matrix from elsewhere, turned into rows.
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <cmath>
+#include <limits>
+
+#include "core/model/faults.hpp"
+#include "core/model/link_factor.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+// [-] relative to the largest entry. Matrices travel as decimal text: tables with seven digits pass.
+constexpr double kSymmetryTolerance = 1e-6;
+
+// [-] |K u| over |K| |u| for a rigid motion u. Coordinates and matrices are often written with seven digits (single
+// precision), which leaves residuals of some 1e-7; a link to ground leaves its whole share, far above this.
+constexpr double kRigidTolerance = 1e-5;
+
+// [-] relative to the largest eigenvalue. What clipping an eigenvalue changes is of the size that the two
+// tolerances above let pass.
+constexpr double kNegativeTolerance = 1e-6;
+
+// rigid motions of the link's own points, orthonormal columns; five when they lie on a line, three for one place
+Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points) {
+  const auto num_points = static_cast<Eigen::Index>(points.size());
+  Eigen::Matrix3Xd position(3, num_points);
+  for (Eigen::Index k = 0; k < num_points; ++k)
+    position.col(k) = scene.points[static_cast<std::size_t>(points[static_cast<std::size_t>(k)])].position;
+  position.colwise() -= Eigen::Vector3d(position.col(0));
+  position.colwise() -= Eigen::Vector3d(position.rowwise().mean());
+  const double length = std::max(position.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
+  Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(3 * num_points, 6);
+  for (Eigen::Index k = 0; k < num_points; ++k) {
+    motions.block<3, 3>(3 * k, 0).setIdentity();
+    const Eigen::Vector3d d = position.col(k) / length;
+    motions.block<3, 3>(3 * k, 3) << 0.0, d.z(), -d.y(), -d.z(), 0.0, d.x(), d.y(), -d.x(), 0.0;
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(motions);
+  // a rotation whose displacements are under a rounding or so of the coordinates is none
+  qr.setThreshold(64.0 * kEpsilon);
+  Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(3 * num_points, qr.rank());
+  basis.applyOnTheLeft(qr.householderQ());
+  return basis;
+}
+
+// checks the matrix; false on an error
+bool check_matrix(const Link& link, const std::string& who, const Eigen::MatrixXd& K, Faults& faults) {
+  const double largest = K.cwiseAbs().maxCoeff();
+  if (!std::isfinite(largest) || largest <= 0.0) {
+    add_error(faults, link.origin,
+              join_text("link ", who, ": the stiffness matrix ",
+                        largest <= 0.0 ? "is zero" : "has an entry that is not finite",
+                        "; it must have finite entries and at least one that is not zero"));
+    return false;
+  }
+  const double asymmetry = (K - K.transpose()).cwiseAbs().maxCoeff() / largest;
+  if (asymmetry > kSymmetryTolerance) {
+    add_error(faults, link.origin,
+              join_text("link ", who, ": the stiffness matrix is not symmetric: entries across the diagonal differ by ",
+                        asymmetry, " of the largest entry, allowed ", kSymmetryTolerance,
+                        "; give a symmetric matrix"));
+    return false;
+  }
+  return true;
+}
+
+}  // namespace
+
+std::vector<DeformationRow> matrix_rows(const Scene& scene, const Link& link, int link_index, double& accuracy,
+                                        Faults& faults) {
+  const auto& matrix = std::get<MatrixLink>(link.kind);
+  const std::string who = quoted(link.name, link_index);
+  Eigen::MatrixXd K = matrix.stiffness;
+  if (!check_matrix(link, who, K, faults)) return {};
+  K = (0.5 * (K + K.transpose())).eval();
+
+  const Eigen::MatrixXd rigid = rigid_basis(scene, matrix.points);
+  const Eigen::MatrixXd K_rigid = K * rigid;
+  // X6: K <- (1 - R R') K (1 - R R')
+  K.noalias() -= K_rigid * rigid.transpose();
+  K -= (rigid * (rigid.transpose() * K)).eval();
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (K + K.transpose()));
+  const Eigen::VectorXd& value = eigen.eigenvalues();
+  const double largest = std::max(value.cwiseAbs().maxCoeff(), K_rigid.colwise().norm().maxCoeff());
+  const double residual = K_rigid.colwise().norm().maxCoeff() / largest;
+  if (residual > kRigidTolerance) {
+    add_error(faults, link.origin,
+              join_text("link ", who, ": the stiffness matrix resists rigid motion of its points: |K u| / (|K| |u|) is ",
+                        residual, " for one, allowed ", kRigidTolerance,
+                        "; a free structure has no link to ground: check supports, units and the order of points"));
+    return {};
+  }
+  if (value[0] < -kNegativeTolerance * largest) {
+    add_error(faults, link.origin,
+              join_text("link ", who, ": the stiffness matrix is not positive semidefinite: eigenvalue ", value[0],
+                        " N/m beside the largest, ", largest, " N/m, allowed -", kNegativeTolerance,
+                        " of it; such a link would release energy without end"));
+    return {};
+  }
+  // eigenvalues are known to a few roundings of the largest: what is below is null space
+  const double null_below = 8.0 * static_cast<double>(K.rows()) * kEpsilon * largest;
+  std::vector<DeformationRow> rows;
+  for (Eigen::Index mode = 0; mode < value.size(); ++mode) {
+    if (value[mode] <= null_below) continue;
+    if (rows.empty()) accuracy = std::max(accuracy, kEpsilon * largest / value[mode]);
+    DeformationRow row;
+    for (std::size_t k = 0; k < matrix.points.size(); ++k)
+      for (int axis = 0; axis < 3; ++axis)
+        row.coefficients.emplace_back(3 * matrix.points[k] + axis,
+                                      eigen.eigenvectors()(3 * static_cast<Eigen::Index>(k) + axis, mode));
+    row.root_stiffness = std::sqrt(value[mode]);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace freeflex

@@ -1,0 +1,244 @@
+// Plan <-> bytes. One list of fields serves writing and reading.
+#include <xxhash.h>
+
+#include <algorithm>
+#include <bit>
+#include <type_traits>
+
+#include "core/model/compile.hpp"
+
+namespace freeflex {
+namespace {
+
+// "FFPLAN" and the two bytes that text-mode transfers damage
+constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
+constexpr std::uint32_t kVersion = 1;
+constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
+
+// T is U or const U
+template <typename T, typename U>
+concept Is = std::is_same_v<std::remove_const_t<T>, U>;
+
+template <typename Archive>
+void all_of(Archive& archive, auto&... fields) {
+  (archive(fields), ...);
+}
+
+template <typename Archive, Is<Propagator> T>
+void fields(Archive& archive, T& p) {
+  all_of(archive, p.c_qq, p.c_qv, p.c_vq, p.c_vv, p.l_qq, p.l_qv, p.l_vq, p.l_vv, p.w_q0, p.w_q1, p.w_v0, p.w_v1);
+}
+
+template <typename Archive, Is<PlanPoint> T>
+void fields(Archive& archive, T& p) {
+  all_of(archive, p.name, p.mass, p.r, p.row, p.pushable);
+}
+
+template <typename Archive, Is<PlanLink> T>
+void fields(Archive& archive, T& l) {
+  all_of(archive, l.name, l.kind, l.points);
+}
+
+template <typename Archive, Is<PlanGroup> T>
+void fields(Archive& archive, T& g) {
+  all_of(archive, g.name, g.points, g.mass, g.centre, g.inverse_inertia, g.torque_rank, g.line);
+}
+
+template <typename Archive, Is<LoadPattern> T>
+void fields(Archive& archive, T& p) {
+  all_of(archive, p.force_W, p.moment_W, p.has_world, p.num_direct, p.direct_row, p.direct_force_W, p.uses_table, p.table,
+         p.force_B, p.torque_B, p.has_body, p.Q_B);
+}
+
+template <typename Archive, Is<PlanHistory> T>
+void fields(Archive& archive, T& h) {
+  all_of(archive, h.name, h.kind, h.pulse_start, h.pulse_duration, h.start_tick, h.end_tick, h.frequency, h.phase,
+         h.times, h.values);
+  archive(h.pattern);
+}
+
+template <typename Archive, Is<PlanLinkOutput> T>
+void fields(Archive& archive, T& o) {
+  all_of(archive, o.link, o.first_row, o.num_rows);
+}
+
+template <typename Archive, Is<PlanInitial> T>
+void fields(Archive& archive, T& i) {
+  all_of(archive, i.p_WB, i.v_WB, i.q_WB, i.w_WB_B, i.q, i.q_dot);
+}
+
+template <typename Archive, Is<Plan> T>
+void fields(Archive& archive, T& p) {
+  all_of(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia, p.inverse_inertia,
+         p.line, p.gravity_W, p.num_elastic, p.num_padded, p.omega, p.decay, p.frequency_accuracy, p.conditioning);
+  all_of(archive, p.propagator, p.points, p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs,
+         p.mechanisms, p.histories, p.force_limit, p.torque_limit, p.initial, p.state_rate, p.points_rate,
+         p.loads_rate, p.status_rate, p.published_points, p.published_groups);
+}
+
+template <typename T>
+concept Scalar = std::is_arithmetic_v<T> || std::is_enum_v<T>;
+
+template <typename T>
+using BitsOf = std::conditional_t<sizeof(T) == 1, std::uint8_t,
+                                  std::conditional_t<sizeof(T) == 4, std::uint32_t, std::uint64_t>>;
+
+// appends values, least significant byte first
+class Writer {
+ public:
+  template <typename T>
+  void operator()(const T& value) {
+    if constexpr (Scalar<T>) {
+      const auto bits = static_cast<std::uint64_t>(std::bit_cast<BitsOf<T>>(value));
+      for (std::size_t i = 0; i < sizeof(T); ++i) bytes_.push_back(static_cast<std::byte>(bits >> (8 * i) & 0xff));
+    } else {
+      fields(*this, value);
+    }
+  }
+  void operator()(const std::string& text) { sequence(text); }
+  template <typename T>
+  void operator()(const std::vector<T>& values) {
+    sequence(values);
+  }
+  template <typename T, std::size_t N>
+  void operator()(const std::array<T, N>& values) {
+    for (const T& each : values) (*this)(each);
+  }
+  std::vector<std::byte> take() { return std::move(bytes_); }
+
+ private:
+  template <typename Sequence>
+  void sequence(const Sequence& values) {
+    (*this)(static_cast<std::uint64_t>(values.size()));
+    for (const auto& each : values) (*this)(each);
+  }
+  std::vector<std::byte> bytes_;
+};
+
+// takes values off the front of bytes; after the first failure it leaves everything as it is
+class Reader {
+ public:
+  explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+
+  template <typename T>
+  void operator()(T& value) {
+    if constexpr (Scalar<T>) {
+      scalar(value);
+    } else {
+      fields(*this, value);
+    }
+  }
+  void operator()(std::string& text) { sequence(text); }
+  template <typename T>
+  void operator()(std::vector<T>& values) {
+    sequence(values);
+  }
+  template <typename T, std::size_t N>
+  void operator()(std::array<T, N>& values) {
+    for (T& each : values) (*this)(each);
+  }
+  bool is_good() const { return error_.empty(); }
+  std::size_t num_left() const { return bytes_.size(); }
+  const std::string& error() const { return error_; }
+
+ private:
+  template <Scalar T>
+  void scalar(T& value) {
+    if (bytes_.size() < sizeof(T)) fail("it ends in the middle of a value");
+    if (!is_good()) return;
+    std::uint64_t bits = 0;
+    for (std::size_t i = 0; i < sizeof(T); ++i) bits |= static_cast<std::uint64_t>(bytes_[i]) << (8 * i);
+    bytes_ = bytes_.subspan(sizeof(T));
+    if constexpr (std::is_same_v<T, bool>) {
+      if (bits > 1) fail("a flag is neither 0 nor 1");
+      value = bits == 1;
+    } else {
+      value = std::bit_cast<T>(static_cast<BitsOf<T>>(bits));
+    }
+  }
+
+  // every element takes a byte at least, numbers their size: a false count is seen before anything is allocated
+  template <typename Sequence>
+  void sequence(Sequence& values) {
+    using T = typename Sequence::value_type;
+    constexpr std::size_t kSmallest = Scalar<T> ? sizeof(T) : 1;
+    std::uint64_t count = 0;
+    scalar(count);
+    if (is_good() && count > bytes_.size() / kSmallest) fail("a count is larger than what follows can hold");
+    values.clear();
+    for (std::uint64_t i = 0; i < count && is_good(); ++i) {
+      values.push_back({});
+      (*this)(values.back());
+    }
+  }
+
+  void fail(const char* what) {
+    if (error_.empty()) error_ = what;
+  }
+
+  std::span<const std::byte> bytes_;
+  std::string error_;
+};
+
+std::vector<std::byte> content_of(const Plan& plan) {
+  Writer writer;
+  writer(plan);
+  return writer.take();
+}
+
+}  // namespace
+
+std::vector<std::byte> plan_to_bytes(const Plan& plan) {
+  const std::vector<std::byte> content = content_of(plan);
+  Writer header;
+  header(kMagic);
+  header(kVersion);
+  header(static_cast<std::uint64_t>(content.size()));
+  header(static_cast<std::uint64_t>(XXH3_64bits(content.data(), content.size())));
+  std::vector<std::byte> bytes = header.take();
+  bytes.insert(bytes.end(), content.begin(), content.end());
+  return bytes;
+}
+
+std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::string& error) {
+  const auto refuse = [&](const std::string& why) {
+    error = why;
+    return std::nullopt;
+  };
+  std::array<char, 8> magic{};
+  std::uint32_t version = 0;
+  std::uint64_t length = 0, checksum = 0;
+  Reader header(bytes.first(std::min(bytes.size(), kHeaderSize)));
+  header(magic);
+  if (!header.is_good() || magic != kMagic) return refuse("not a plan: it does not start with the mark of one");
+  header(version);
+  header(length);
+  header(checksum);
+  if (!header.is_good()) return refuse("truncated plan: the header is not complete");
+  if (version != kVersion)
+    return refuse("plan of version " + std::to_string(version) + ", this program reads version " +
+                  std::to_string(kVersion) + "; compile the scene again");
+  const std::span<const std::byte> content = bytes.subspan(kHeaderSize);
+  if (content.size() < length)
+    return refuse("truncated plan: " + std::to_string(content.size()) + " bytes of " + std::to_string(length));
+  if (content.size() > length)
+    return refuse("trailing bytes after the plan: " + std::to_string(content.size() - length));
+  if (XXH3_64bits(content.data(), content.size()) != checksum)
+    return refuse("damaged plan: the checksum does not agree");
+
+  std::optional<Plan> plan(std::in_place);
+  Reader reader(content);
+  reader(*plan);
+  if (!reader.is_good()) return refuse("inconsistent plan: " + reader.error());
+  if (reader.num_left() > 0)
+    return refuse("inconsistent plan: " + std::to_string(reader.num_left()) + " bytes belong to no field");
+  if (const std::string why = find_inconsistency(*plan); !why.empty()) return refuse("inconsistent plan: " + why);
+  return plan;
+}
+
+std::uint64_t plan_fingerprint(const Plan& plan) {
+  const std::vector<std::byte> content = content_of(plan);
+  return XXH3_64bits(content.data(), content.size());
+}
+
+}  // namespace freeflex

@@ -1,0 +1,240 @@
+// What must hold in a plan before it is stepped: sizes, indices, ranges.
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <set>
+
+#include "core/model/compile.hpp"
+#include "core/model/faults.hpp"
+
+namespace freeflex {
+namespace {
+
+// more than any message carries; keeps every index product far inside 32 bits
+constexpr std::int32_t kMaxElastic = 3704;
+constexpr std::size_t kMaxItems = 1U << 20U;
+
+template <typename Sequence>
+bool are_finite(const Sequence& values) {
+  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+}
+
+bool is_at_least(double value, double bound) { return std::isfinite(value) && value >= bound; }
+bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
+
+bool is_index(std::int64_t index, std::size_t size) {
+  return index >= 0 && static_cast<std::uint64_t>(index) < size;
+}
+
+// indices into size items, none twice
+bool are_indices(const std::vector<std::int32_t>& indices, std::size_t size) {
+  std::set<std::int32_t> seen;
+  return std::all_of(indices.begin(), indices.end(),
+                     [&](std::int32_t index) { return is_index(index, size) && seen.insert(index).second; });
+}
+
+class PlanCheck {
+ public:
+  explicit PlanCheck(const Plan& plan) : plan_(plan) {}
+
+  std::string find() {
+    check_body();
+    check_modes();
+    // what follows is indexed by modes and points, so these must stand first
+    if (error_.empty()) check_propagator();
+    if (error_.empty()) check_points();
+    if (error_.empty()) check_links();
+    if (error_.empty()) check_groups();
+    if (error_.empty()) check_histories();
+    if (error_.empty()) check_initial();
+    if (error_.empty()) check_publication();
+    return error_;
+  }
+
+ private:
+  void require(bool holds, const std::string& what) {
+    if (!holds && error_.empty()) error_ = what;
+  }
+  // one value a mode, finite, zero in the padding
+  void require_modal(const std::vector<double>& values, const std::string& what) {
+    require(values.size() == num_padded(), what + " does not have one value a mode");
+    require(are_finite(values), what + " is not finite");
+    if (!error_.empty()) return;
+    require(std::all_of(values.begin() + plan_.num_elastic, values.end(), [](double v) { return v == 0.0; }),
+            what + " is not zero in the padding");
+  }
+  // rows of modes
+  void require_rows(const std::vector<double>& values, std::size_t num_rows, const std::string& what) {
+    require(values.size() == num_rows * num_padded(), what + " do not have the size of their rows");
+    require(are_finite(values), what + " are not finite");
+  }
+  std::size_t num_padded() const { return static_cast<std::size_t>(plan_.num_padded); }
+
+  void check_body();
+  void check_modes();
+  void check_propagator();
+  void check_points();
+  void check_links();
+  void check_groups();
+  void check_pattern(const LoadPattern& pattern, const std::string& who);
+  void check_histories();
+  void check_initial();
+  void check_publication();
+
+  const Plan& plan_;
+  std::size_t num_blocks_ = 0;  // blocks of three rows
+  std::string error_;
+};
+
+void PlanCheck::check_body() {
+  require(is_positive(plan_.period), "the period is not > 0");
+  require(is_positive(plan_.mass), "the mass is not > 0");
+  require(plan_.rigid_freedoms == 6 || plan_.rigid_freedoms == 5 || plan_.rigid_freedoms == 3,
+          "the rigid freedoms are not 6, 5 or 3");
+  require(are_finite(plan_.p_SB) && are_finite(plan_.inertia) && are_finite(plan_.inverse_inertia) &&
+              are_finite(plan_.line) && are_finite(plan_.gravity_W),
+          "a property of the rigid body is not finite");
+}
+
+void PlanCheck::check_modes() {
+  require(plan_.num_elastic >= 0 && plan_.num_elastic <= kMaxElastic, "the number of modes is out of range");
+  require(plan_.num_padded == (plan_.num_elastic + kLanes - 1) / kLanes * kLanes || !error_.empty(),
+          "the modes are not padded as they must be");
+  if (!error_.empty()) return;
+  require_modal(plan_.omega, "omega");
+  require_modal(plan_.decay, "decay");
+  const auto is_not_negative = [](double value) { return value >= 0.0; };
+  require(std::all_of(plan_.omega.begin(), plan_.omega.end(), is_not_negative), "a frequency is negative");
+  require(std::all_of(plan_.decay.begin(), plan_.decay.end(), is_not_negative), "a decay is negative");
+  require(is_at_least(plan_.frequency_accuracy, 0.0) && is_at_least(plan_.conditioning, 0.0),
+          "accuracy or conditioning is not >= 0");
+}
+
+void PlanCheck::check_propagator() {
+  const Propagator& p = plan_.propagator;
+  for (const std::vector<double>* each : {&p.c_qq, &p.c_qv, &p.c_vq, &p.c_vv, &p.l_qq, &p.l_qv, &p.l_vq,
+                                          &p.l_vv, &p.w_q0, &p.w_q1, &p.w_v0, &p.w_v1})
+    require_modal(*each, "the propagator");
+}
+
+void PlanCheck::check_points() {
+  require(!plan_.points.empty() && plan_.points.size() <= kMaxItems, "the number of points is out of range");
+  std::set<std::int32_t> rows;
+  for (const PlanPoint& point : plan_.points) {
+    require(is_positive(point.mass) && are_finite(point.r), "a point has no proper mass or position");
+    require(point.row >= -1, "a point has a negative row");
+    require(point.row >= 0 || !point.pushable, "a pushable point has no rows");
+    if (point.row >= 0) require(rows.insert(point.row).second, "two points share rows");
+  }
+  num_blocks_ = rows.size();
+  require(rows.empty() || is_index(*rows.rbegin(), rows.size()), "the rows of points are not contiguous");
+  require_rows(plan_.rows, 3 * num_blocks_, "the rows of points");
+  require_rows(plan_.eckart_rows, 6, "the Eckart rows");
+  for (const auto& mechanism : plan_.mechanisms)
+    require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that is not there");
+  require(plan_.mechanisms.size() <= static_cast<std::size_t>(plan_.num_elastic), "more mechanisms than modes");
+}
+
+void PlanCheck::check_links() {
+  require(plan_.links.size() <= kMaxItems, "too many links");
+  for (const PlanLink& link : plan_.links)
+    for (const std::int32_t point : link.points)
+      require(point == -1 || is_index(point, plan_.points.size()), "a link joins a point that is not there");
+  std::size_t num_rows = 0;
+  for (const PlanLinkOutput& output : plan_.link_outputs) {
+    require(is_index(output.link, plan_.links.size()), "a link output names a link that is not there");
+    require(output.num_rows == 1 || output.num_rows == 12, "a link output has neither 1 nor 12 rows");
+    require(output.first_row >= 0 && static_cast<std::size_t>(output.first_row) == num_rows,
+            "the rows of link outputs do not follow each other");
+    if (!error_.empty()) return;
+    num_rows += static_cast<std::size_t>(output.num_rows);
+  }
+  require_rows(plan_.link_rows, num_rows, "the rows of links");
+}
+
+void PlanCheck::check_groups() {
+  require(plan_.groups.size() <= kMaxItems, "too many groups");
+  for (const PlanGroup& group : plan_.groups) {
+    require(!group.points.empty() && are_indices(group.points, plan_.points.size()),
+            "a group is empty or names a point that is not there");
+    if (!error_.empty()) return;
+    require(std::all_of(group.points.begin(), group.points.end(),
+                        [&](std::int32_t point) { return plan_.points[static_cast<std::size_t>(point)].row >= 0; }),
+            "a point of a group has no rows");
+    require(is_positive(group.mass) && are_finite(group.centre) && are_finite(group.inverse_inertia) &&
+                are_finite(group.line),
+            "a property of a group is not finite");
+    require(group.torque_rank == 3 || group.torque_rank == 2 || group.torque_rank == 0,
+            "the torque rank of a group is not 3, 2 or 0");
+  }
+}
+
+void PlanCheck::check_pattern(const LoadPattern& pattern, const std::string& who) {
+  require(are_finite(pattern.force_W) && are_finite(pattern.moment_W) &&
+              are_finite(pattern.force_B) && are_finite(pattern.torque_B),
+          who + ": a force is not finite");
+  require(pattern.num_direct >= 0 && pattern.num_direct <= LoadPattern::kMaxDirect,
+          who + ": the number of direct points is out of range");
+  for (std::int32_t k = 0; k < pattern.num_direct && error_.empty(); ++k) {
+    const auto index = static_cast<std::size_t>(k);
+    require(is_index(pattern.direct_row[index], num_blocks_), who + ": a direct point has no rows");
+    require(are_finite(pattern.direct_force_W[index]), who + ": a direct force is not finite");
+  }
+  require_rows(pattern.table, pattern.uses_table ? 9 : 0, who + ": the table");
+  if (pattern.has_body)
+    require_modal(pattern.Q_B, who + ": Q_B");
+  else
+    require(pattern.Q_B.empty(), who + ": Q_B without a load in body axes");
+}
+
+void PlanCheck::check_histories() {
+  require(plan_.histories.size() <= kMaxItems, "too many histories");
+  for (const PlanHistory& history : plan_.histories) {
+    const std::string who = "history '" + history.name + "'";
+    require(history.kind >= PlanHistory::Kind::kConstant && history.kind <= PlanHistory::Kind::kTable,
+            who + " is of no known kind");
+    require(is_at_least(history.pulse_start, 0.0) && is_at_least(history.pulse_duration, 0.0) &&
+                is_at_least(history.frequency, 0.0) && std::isfinite(history.phase),
+            who + " has a parameter out of range");
+    require(history.start_tick >= 0 && history.end_tick >= history.start_tick, who + " ends before it starts");
+    require(history.times.size() == history.values.size(), who + " has a table of unequal columns");
+    require(history.kind != PlanHistory::Kind::kTable || !history.times.empty(), who + " has an empty table");
+    require(are_finite(history.times) && are_finite(history.values), who + " has a table that is not finite");
+    require(std::adjacent_find(history.times.begin(), history.times.end(), std::greater_equal<>()) ==
+                history.times.end(),
+            who + " has times that do not increase");
+    check_pattern(history.pattern, who);
+    if (!error_.empty()) return;
+  }
+}
+
+void PlanCheck::check_initial() {
+  const PlanInitial& initial = plan_.initial;
+  require(are_finite(initial.p_WB) && are_finite(initial.v_WB) && are_finite(initial.w_WB_B) &&
+              are_finite(initial.q_WB),
+          "the initial state is not finite");
+  double norm2 = 0.0;
+  for (const double component : initial.q_WB) norm2 += component * component;
+  require(std::abs(norm2 - 1.0) < 1e-12, "the initial attitude is not a unit quaternion");
+  require_modal(initial.q, "the initial q");
+  require_modal(initial.q_dot, "the initial q_dot");
+}
+
+void PlanCheck::check_publication() {
+  require(is_at_least(plan_.state_rate, 0.0) && is_at_least(plan_.points_rate, 0.0) &&
+              is_at_least(plan_.loads_rate, 0.0) && is_at_least(plan_.status_rate, 0.0),
+          "a publication rate is not >= 0");
+  require(is_at_least(plan_.force_limit, 0.0) && is_at_least(plan_.torque_limit, 0.0), "a limit is not >= 0");
+  require(are_indices(plan_.published_points, plan_.points.size()), "a published point is not there");
+  require(are_indices(plan_.published_groups, plan_.groups.size()), "a published group is not there");
+  if (!error_.empty()) return;
+  require(std::all_of(plan_.published_points.begin(), plan_.published_points.end(),
+                      [&](std::int32_t point) { return plan_.points[static_cast<std::size_t>(point)].row >= 0; }),
+          "a published point has no rows");
+}
+
+}  // namespace
+
+std::string find_inconsistency(const Plan& plan) { return PlanCheck(plan).find(); }
+
+}  // namespace freeflex

@@ -1,0 +1,141 @@
+#include "core/model/structure.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/model/check_scene.hpp"
+#include "core/model/eckart_complement.hpp"
+#include "core/model/faults.hpp"
+#include "core/model/graded_svd.hpp"
+#include "core/model/link_factor.hpp"
+#include "core/model/mass_properties.hpp"
+#include "core/model/mechanisms.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+// [-] components of a shape this close to the largest count as equal, so that rounding does not choose the sign
+constexpr double kEqualComponents = 1e-6;
+
+constexpr int kNamesInWarning = 8;
+
+bool are_sound(const std::vector<PointMass>& points) {
+  return !points.empty() && std::all_of(points.begin(), points.end(), [](const PointMass& point) {
+    return std::isfinite(point.mass) && point.mass > 0.0 && point.position.allFinite();
+  });
+}
+
+// matrices are judged while they are factored; with other errors about, judge those that can be
+void check_matrices(const Scene& scene, Faults& faults) {
+  for (std::size_t i = 0; i < scene.links.size(); ++i) {
+    const auto* matrix = std::get_if<MatrixLink>(&scene.links[i].kind);
+    if (matrix == nullptr || matrix->points.size() < 2) continue;
+    const auto size = 3 * static_cast<Eigen::Index>(matrix->points.size());
+    const bool is_known = std::all_of(matrix->points.begin(), matrix->points.end(), [&](int point) {
+      return point >= 0 && point < static_cast<int>(scene.points.size());
+    });
+    double accuracy = 0.0;
+    if (is_known && matrix->stiffness.rows() == size && matrix->stiffness.cols() == size)
+      matrix_rows(scene, scene.links[i], static_cast<int>(i), accuracy, faults);
+  }
+}
+
+// Relative error of the directions in the unit rows: one rounding of a coordinate over the shortest link.
+double direction_rounding(const Scene& scene) {
+  double largest = 0.0;
+  for (const PointMass& point : scene.points) largest = std::max(largest, point.position.cwiseAbs().maxCoeff());
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const Link& link : scene.links) {
+    if (std::holds_alternative<MatrixLink>(link.kind)) continue;
+    const auto a = static_cast<std::size_t>(link.points[0]), b = static_cast<std::size_t>(link.points[1]);
+    shortest = std::min(shortest, (scene.points[b].position - scene.points[a].position).stableNorm());
+  }
+  return kEpsilon * std::max(1.0, largest / shortest);
+}
+
+void fix_signs(Eigen::MatrixXd& shapes) {
+  for (Eigen::Index mode = 0; mode < shapes.cols(); ++mode) {
+    const double largest = shapes.col(mode).cwiseAbs().maxCoeff();
+    for (const double component : shapes.col(mode)) {
+      if (std::abs(component) < (1.0 - kEqualComponents) * largest) continue;
+      if (component < 0.0) shapes.col(mode) *= -1.0;
+      break;
+    }
+  }
+}
+
+void warn_of_mechanisms(const Scene& scene, const std::vector<Mechanism>& mechanisms, Faults& faults) {
+  for (std::size_t k = 0; k < mechanisms.size(); ++k) {
+    const std::vector<int>& moved = mechanisms[k].moved_points;
+    add_warning(faults, scene.points[static_cast<std::size_t>(moved.front())].origin,
+                join_text("mechanism ", k + 1, " of ", mechanisms.size(), ": ", point_names(scene, moved, kNamesInWarning),
+                          moved.size() == 1 ? " moves" : " move",
+                          " without straining any link; it is kept with frequency zero; add links if that is not meant"));
+  }
+}
+
+// modes from the singular values of sqrt(D) B M^-1/2 H (THEORY X12); mechanisms first, with omega exactly zero
+void find_modes(const LinkFactor& factor, const EckartComplement& complement, Structure& structure) {
+  const GradedSvd svd = graded_svd(complement.reduce(factor.rows));
+  const auto num_mechanisms = static_cast<Eigen::Index>(structure.mechanisms.size());
+  const Eigen::Index num_elastic = num_mechanisms + svd.values.size();
+  structure.omega = Eigen::VectorXd::Zero(num_elastic);
+  structure.omega.tail(svd.values.size()) = svd.values;
+  structure.shapes.resize(factor.rows.cols(), num_elastic);
+  structure.shapes << complement.mechanism_shapes(), complement.shapes(svd.vectors);
+  fix_signs(structure.shapes);
+  structure.frequency_accuracy = std::max(svd.accuracy, factor.matrix_accuracy);
+  if (svd.values.size() > 0) structure.conditioning = svd.values[svd.values.size() - 1] / svd.values[0];
+}
+
+}  // namespace
+
+std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
+  check_scene(scene, faults);
+  Structure structure;
+  if (are_sound(scene.points)) {
+    structure.mass_properties = find_mass_properties(scene.points, faults);
+    const int num_freedoms = 3 * static_cast<int>(scene.points.size());
+    check_modes(scene, num_freedoms - structure.mass_properties.rigid_freedoms, faults);
+  }
+  if (has_error(faults)) {
+    check_matrices(scene, faults);
+    return std::nullopt;
+  }
+
+  const bool publishes_beam = std::any_of(
+      scene.publication.links.begin(), scene.publication.links.end(),
+      [&](int link) { return std::holds_alternative<Beam>(scene.links[static_cast<std::size_t>(link)].kind); });
+  const LinkFactor factor = factor_links(scene, publishes_beam, faults);
+  if (has_error(faults)) return std::nullopt;
+
+  Mechanisms mechanisms = find_mechanisms(factor.unit_rows, structure.mass_properties, direction_rounding(scene));
+  structure.mechanisms = std::move(mechanisms.names);
+  warn_of_mechanisms(scene, structure.mechanisms, faults);
+  const EckartComplement complement(scene.points, structure.mass_properties, mechanisms.motions);
+  find_modes(factor, complement, structure);
+  if (!structure.omega.allFinite() || !structure.shapes.allFinite()) {
+    add_error(faults, {}, "the frequencies are not finite: masses or stiffnesses are too large or too small; use SI units");
+    return std::nullopt;
+  }
+  structure.link_forces = link_force_rows(scene, factor);
+  return structure;
+}
+
+std::vector<FrequencyCluster> frequency_clusters(const Eigen::VectorXd& omega, double relative_gap) {
+  std::vector<FrequencyCluster> clusters;
+  for (int mode = 0; mode < omega.size(); ++mode) {
+    const bool joins = mode > 0 && omega[mode] - omega[mode - 1] <= relative_gap * omega[mode];
+    if (joins) {
+      ++clusters.back().count;
+    } else {
+      clusters.push_back({mode, 1});
+    }
+  }
+  return clusters;
+}
+
+}  // namespace freeflex
