@@ -71,9 +71,10 @@ void add_link_forces(const CartesianSystem& system, std::span<const double> e, s
       for (std::size_t a = 0; a < 3; ++a) rate += x[a] * (e_dot[j + a] - e_dot[i + a]);
       tension += system.link_damping * link.stiffness * rate / l;
     }
+    const double tension_over_l = tension / l;
     for (std::size_t a = 0; a < 3; ++a) {
-      force[i + a] += tension * x[a] / l;
-      force[j + a] -= tension * x[a] / l;
+      force[i + a] += tension_over_l * x[a];
+      force[j + a] -= tension_over_l * x[a];
     }
   }
 }

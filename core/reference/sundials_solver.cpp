@@ -55,12 +55,46 @@ void keep_message(int, const char*, const char* function, char* text, void* user
   static_cast<SundialsSolver::Members*>(user)->message = std::string(function) + ": " + text;
 }
 
+/// The method's table with one more stage, of weight zero at the start of the step. SUNDIALS before 6.6 takes
+/// every explicit method whose last abscissa is 1 for one whose last stage is the next step's first, and
+/// starts the next step from a wrong slope (llnl/sundials issue 311); with this stage last it does not. Costs
+/// one evaluation a step.
+ARKodeButcherTable with_idle_stage(int stages, int order, int embedded_order, const double* c,
+                                   const double* A, const double* b, const double* d) {
+  const auto s = static_cast<std::size_t>(stages);
+  std::vector<double> c_more(s + 1, 0.0), A_more((s + 1) * (s + 1), 0.0), b_more(s + 1, 0.0),
+      d_more(s + 1, 0.0);
+  for (std::size_t i = 0; i < s; ++i) {
+    c_more[i] = c[i];
+    b_more[i] = b[i];
+    if (d != nullptr) d_more[i] = d[i];
+    for (std::size_t j = 0; j < s; ++j) A_more[i * (s + 1) + j] = A[i * s + j];
+  }
+  return ARKodeButcherTable_Create(stages + 1, order, embedded_order, c_more.data(), A_more.data(),
+                                   b_more.data(), d != nullptr ? d_more.data() : nullptr);
+}
+
 /// The classical method of order 4 (Kutta 1901), which SUNDIALS does not list; no embedded method.
 ARKodeButcherTable classical_table() {
-  double c[] = {0.0, 0.5, 0.5, 1.0};
-  double A[] = {0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
-  double b[] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
-  return ARKodeButcherTable_Create(4, 4, 0, c, A, b, nullptr);
+  constexpr double c[] = {0.0, 0.5, 0.5, 1.0};
+  constexpr double A[] = {0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
+  constexpr double b[] = {1.0 / 6.0, 1.0 / 3.0, 1.0 / 3.0, 1.0 / 6.0};
+  return with_idle_stage(4, 4, 0, c, A, b, nullptr);
+}
+
+/// Fehlberg's method of order 8 with an embedded one of order 7 (NASA TR R-287, 1968), from SUNDIALS' own
+/// table.
+ARKodeButcherTable fehlberg_table() {
+  ARKodeButcherTable table = ARKodeButcherTable_LoadERK(ARKODE_FEHLBERG_13_7_8);
+  if (table == nullptr) return nullptr;
+  const auto s = static_cast<std::size_t>(table->stages);
+  std::vector<double> A(s * s);
+  for (std::size_t i = 0; i < s; ++i)
+    std::copy_n(table->A[i], s, A.begin() + static_cast<std::ptrdiff_t>(i * s));
+  ARKodeButcherTable extended =
+      with_idle_stage(table->stages, table->q, table->p, table->c, A.data(), table->b, table->d);
+  ARKodeButcherTable_Free(table);
+  return extended;
 }
 
 char* name_of_nothing(long) { return nullptr; }
@@ -112,16 +146,13 @@ void SundialsSolver::Members::start_erk() {
   if (!ok(ERKStepSetUserData(erk, this), "ERKStepSetUserData")) return;
   if (!ok(ERKStepSVtolerances(erk, kRelativeTolerance, tolerance), "ERKStepSVtolerances")) return;
   if (!ok(ERKStepSetMaxNumSteps(erk, kNoStepLimit), "ERKStepSetMaxNumSteps")) return;
-  if (options.method == ReferenceMethod::kFehlberg78) {
-    ok(ERKStepSetTableNum(erk, ARKODE_FEHLBERG_13_7_8), "ERKStepSetTableNum");
-    return;
-  }
-  ARKodeButcherTable table = classical_table();
+  const bool is_fixed = options.fixed_step > 0.0;
+  // a method without an embedded one is taken only once the step is fixed
+  if (is_fixed && !ok(ERKStepSetFixedStep(erk, options.fixed_step), "ERKStepSetFixedStep")) return;
+  ARKodeButcherTable table =
+      options.method == ReferenceMethod::kRungeKutta4 ? classical_table() : fehlberg_table();
   if (!check_created(table, "ARKodeButcherTable_Create")) return;
-  // without an embedded method ERKStep takes the table only once the step is fixed
-  if (ok(ERKStepSetFixedStep(erk, options.fixed_step), "ERKStepSetFixedStep")) {
-    ok(ERKStepSetTable(erk, table), "ERKStepSetTable");
-  }
+  ok(ERKStepSetTable(erk, table), "ERKStepSetTable");
   ARKodeButcherTable_Free(table);
 }
 
