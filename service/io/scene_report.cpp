@@ -12,7 +12,7 @@
 
 namespace freeflex::io::reader {
 
-std::string read_whole_file(const std::string& path, std::string& text) {
+std::string read_whole_file(const std::string& path, std::size_t max_bytes, std::string& text) {
   if (path.empty()) return "the file name is empty";
   if (path.find('\0') != std::string::npos) return "the file name holds a zero byte";
   // O_NONBLOCK: opening a named pipe must not wait for a writer
@@ -26,22 +26,21 @@ std::string read_whole_file(const std::string& path, std::string& text) {
   if (::fstat(file, &status) != 0) return std::strerror(errno);
   if (S_ISDIR(status.st_mode)) return "it is a directory";
   if (!S_ISREG(status.st_mode)) return "it is not a regular file";
-  const auto too_large = [](std::size_t bytes) {
-    return "it has " + std::to_string(bytes) + " bytes, at most " + std::to_string(kMaxFileBytes) +
-           " are read";
+  const auto too_large = [&](std::size_t bytes) {
+    return "it has " + std::to_string(bytes) + " bytes, at most " + std::to_string(max_bytes) + " are read";
   };
   const auto size = static_cast<std::size_t>(status.st_size);
-  if (size > kMaxFileBytes) return too_large(size);
+  if (size > max_bytes) return too_large(size);
   text.resize(size + 1);  // one more, to see a file that grew
   std::size_t filled = 0;
   while (true) {
-    if (filled == text.size()) text.resize(std::min(2 * text.size(), kMaxFileBytes + 1));
+    if (filled == text.size()) text.resize(std::min(2 * text.size(), max_bytes + 1));
     const ssize_t got = ::read(file, text.data() + filled, text.size() - filled);
     if (got < 0 && errno == EINTR) continue;
     if (got < 0) return std::strerror(errno);
     if (got == 0) break;
     filled += static_cast<std::size_t>(got);
-    if (filled > kMaxFileBytes) return too_large(filled);
+    if (filled > max_bytes) return too_large(filled);
   }
   text.resize(filled);
   return {};
@@ -74,7 +73,7 @@ std::optional<int> Report::open(const std::string& path, Origin asked) {
     return std::nullopt;
   }
   auto text = std::make_unique<std::string>();
-  if (const std::string problem = read_whole_file(path, *text); !problem.empty()) {
+  if (const std::string problem = read_whole_file(path, kMaxFileBytes, *text); !problem.empty()) {
     opened_[path] = -1;
     if (asked.source < 0) {  // the scene itself
       sources_.push_back(path);

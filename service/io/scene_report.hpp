@@ -28,8 +28,8 @@ inline constexpr std::size_t kMaxMatrixEntries = std::size_t{16} << 20;  // befo
 inline constexpr std::size_t kMaxMentions = std::size_t{8} << 20;  // points, links and groups named in lists
 inline constexpr std::size_t kMaxFaults = 1000;
 
-/// Why the file at path cannot be read, or its bytes in `text`. Regular files up to kMaxFileBytes only.
-std::string read_whole_file(const std::string& path, std::string& text);
+/// Why the file at path cannot be read, or its bytes in `text`. Regular files of at most max_bytes only.
+std::string read_whole_file(const std::string& path, std::size_t max_bytes, std::string& text);
 
 /// Collects faults and keeps every file that was read, hashed in order of first mention.
 class Report {

@@ -1,0 +1,128 @@
+// Plans on disk, and the choice between a plan and a scene.
+#include <fcntl.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <cerrno>
+#include <cstring>
+#include <filesystem>
+#include <utility>
+
+#include "service/io/input.hpp"
+#include "service/io/scene_report.hpp"
+
+namespace freeflex::io {
+namespace {
+
+constexpr std::size_t kMaxPlanBytes = std::size_t{2}
+                                      << 30;  // 20 times the rows of 1000 points and 3000 modes
+
+// true when the file can be read and starts as plans do; anything else is read as a scene, which says what is
+// wrong
+bool starts_as_plan(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0) return false;
+  struct stat status {};
+  char start[kPlanMark.size()];
+  const bool is_plan = ::fstat(file, &status) == 0 && S_ISREG(status.st_mode) &&
+                       ::pread(file, start, sizeof start, 0) == static_cast<ssize_t>(sizeof start) &&
+                       std::string_view(start, sizeof start) == kPlanMark;
+  ::close(file);
+  return is_plan;
+}
+
+PlanResult load_plan_file(const std::string& path) {
+  PlanResult result;
+  result.sources = {path};
+  std::string text;
+  std::string problem = reader::read_whole_file(path, kMaxPlanBytes, text);
+  if (problem.empty()) result.plan = plan_from_bytes(std::as_bytes(std::span(text)), problem);
+  if (!result.plan) result.faults.push_back({Fault::Severity::kError, {0, 0, 0}, problem});
+  return result;
+}
+
+// a file that is removed again unless it is kept
+class TemporaryFile {
+ public:
+  explicit TemporaryFile(const std::string& path_template) : path_(path_template) {
+    file_ = ::mkostemp(path_.data(), O_CLOEXEC);
+    exists_ = file_ >= 0;
+  }
+  ~TemporaryFile() {
+    close();
+    if (exists_) ::unlink(path_.c_str());
+  }
+  TemporaryFile(const TemporaryFile&) = delete;
+  TemporaryFile& operator=(const TemporaryFile&) = delete;
+
+  bool is_open() const { return file_ >= 0; }
+  bool write(std::span<const std::byte> bytes) {
+    while (!bytes.empty()) {
+      const ssize_t written = ::write(file_, bytes.data(), bytes.size());
+      if (written < 0 && errno == EINTR) continue;
+      if (written < 0) return false;
+      bytes = bytes.subspan(static_cast<std::size_t>(written));
+    }
+    return true;
+  }
+  // mkostemp makes files for the owner alone; others get what the umask allows
+  bool open_to_others() {
+    const mode_t mask = ::umask(0);
+    ::umask(mask);
+    return ::fchmod(file_, 0666 & ~mask) == 0;
+  }
+  bool sync() { return ::fsync(file_) == 0; }
+  bool close() { return file_ < 0 || ::close(std::exchange(file_, -1)) == 0; }
+  bool rename_to(const std::string& path) {
+    if (::rename(path_.c_str(), path.c_str()) != 0) return false;
+    exists_ = false;
+    return true;
+  }
+
+ private:
+  std::string path_;
+  int file_ = -1;
+  bool exists_ = false;
+};
+
+// the new name itself survives a power cut only when its folder is synced; some file systems cannot
+void sync_folder(const std::filesystem::path& file) {
+  const std::filesystem::path folder = file.has_parent_path() ? file.parent_path() : ".";
+  const int descriptor = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
+  if (descriptor < 0) return;
+  static_cast<void>(::fsync(descriptor));
+  ::close(descriptor);
+}
+
+}  // namespace
+
+PlanResult load_plan(const std::string& path) {
+  if (starts_as_plan(path)) return load_plan_file(path);
+  SceneResult scene = read_scene(path);
+  PlanResult result;
+  result.faults = std::move(scene.faults);
+  result.sources = std::move(scene.sources);
+  if (!scene.scene) return result;
+  const std::optional<Structure> structure = build_structure(*scene.scene, result.faults);
+  if (structure) result.plan = compile_plan(*scene.scene, *structure, result.faults);
+  return result;
+}
+
+std::string save_plan(const Plan& plan, const std::string& path) {
+  const auto fail = [&](const std::string& why) { return "cannot write '" + path + "': " + why; };
+  struct stat status {};
+  if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
+    return fail(S_ISDIR(status.st_mode) ? "it is a directory" : "it is not a regular file");
+  const std::vector<std::byte> bytes = plan_to_bytes(plan);
+  if (bytes.size() > kMaxPlanBytes)
+    return fail("the plan has " + std::to_string(bytes.size()) + " bytes, at most " +
+                std::to_string(kMaxPlanBytes) + " are read back; publish fewer points and links");
+  TemporaryFile file(path + ".XXXXXX");
+  if (!file.is_open() || !file.open_to_others() || !file.write(bytes) || !file.sync() || !file.close() ||
+      !file.rename_to(path))
+    return fail(std::strerror(errno));
+  sync_folder(path);
+  return {};
+}
+
+}  // namespace freeflex::io
