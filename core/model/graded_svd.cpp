@@ -85,17 +85,23 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
   if (n == 0) return svd;
   sort_rows(matrix);
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(matrix);
-  Eigen::MatrixXd R = qr.matrixR().topRows(n).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd R = qr.matrixR().topRows(n).triangularView<Eigen::Upper>();
 
-  const double spread = std::abs(R(0, 0)) / std::abs(R(n - 1, n - 1));
-  Eigen::MatrixXd left;  // left singular vectors of R', largest value first
+  const double limit = n > kLarge ? kMildLossLarge : kMildLoss;
+  // roundings of the largest value that reach the smallest
+  const auto loss = [](double largest, double smallest) { return 8.0 * kEpsilon * std::abs(largest / smallest); };
+  Eigen::MatrixXd left;  // left singular vectors of R'
   Eigen::VectorXd values;
-  if (n > kJacobiColumns && 8.0 * kEpsilon * spread < kMildLoss) {
+  bool is_done = false;
+  if (n > kSmall && loss(R(0, 0), R(n - 1, n - 1)) < limit) {
     const Eigen::BDCSVD<Eigen::MatrixXd> divided(R.transpose(), Eigen::ComputeThinU);
     values = divided.singularValues();
     left = divided.matrixU();
-    svd.accuracy = 8.0 * kEpsilon * values[0] / values[n - 1];
-  } else {
+    svd.accuracy = loss(values[0], values[n - 1]);
+    // the diagonal of R may flatter; a comparison that is false for what is not a number
+    is_done = svd.accuracy < limit;
+  }
+  if (!is_done) {
     left = R.transpose();
     orthogonalise_columns(left);
     values = left.colwise().norm();

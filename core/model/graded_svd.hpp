@@ -17,12 +17,14 @@ struct GradedSvd {
 
 /// Row-sorted, column-pivoted Householder QR, then one-sided Jacobi on R': each singular value keeps its digits however
 /// the rows and columns are scaled   (THEORY X12; Drmac and Veselic 2008, SIAM J. Matrix Anal. Appl. 29, 1322-1362).
-/// Above kJacobiColumns columns, where Jacobi would take minutes, and only while the ratio of the singular values costs
-/// fewer than the digits kMildLoss allows, a bidiagonal divide and conquer takes over.
+/// Above kSmall columns Jacobi takes seconds, above kLarge minutes. There a bidiagonal divide and conquer on R takes over
+/// as long as what it loses, 8 eps times the ratio of the largest to the smallest value, stays below the two limits.
 /// \pre at least as many rows as columns, full column rank
 GradedSvd graded_svd(Eigen::MatrixXd matrix);
 
-inline constexpr Eigen::Index kJacobiColumns = 700;
-inline constexpr double kMildLoss = 1e-11;  // [-] largest relative error that divide and conquer may cause
+inline constexpr Eigen::Index kSmall = 200;    // columns
+inline constexpr Eigen::Index kLarge = 700;    // columns
+inline constexpr double kMildLoss = 1e-12;     // [-] allowed up to kLarge columns
+inline constexpr double kMildLossLarge = 1e-10;  // [-] allowed beyond
 
 }  // namespace freeflex

@@ -1,7 +1,9 @@
 #include "core/model/mechanisms.hpp"
 
+#include <Eigen/Cholesky>
 #include <Eigen/LU>
 #include <Eigen/QR>
+#include <Eigen/SparseCore>
 #include <algorithm>
 #include <numeric>
 
@@ -47,6 +49,16 @@ Eigen::MatrixXd localise(const Eigen::MatrixXd& space) {
   return own.transpose().fullPivLu().solve(basis.transpose()).transpose();
 }
 
+// True when no singular value of the rows is anywhere near zero: B'B - kSafe^2 has a Cholesky factor. Cheap beside the
+// rank-revealing QR, which decides where this does not.
+bool has_full_rank(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid) {
+  constexpr double kSafe = 1e-5;  // [-] its square is far above the rounding of B'B, some 1e-12 at 3000 columns
+  const Eigen::SparseMatrix<double> sparse = unit_rows.sparseView();
+  Eigen::MatrixXd gram = rigid * rigid.transpose() + Eigen::MatrixXd(sparse.transpose() * sparse);
+  gram.diagonal().array() -= kSafe * kSafe;
+  return gram.llt().info() == Eigen::Success;
+}
+
 std::vector<int> moved_points(const Eigen::VectorXd& motion) {
   const Eigen::Index num_points = motion.size() / 3;
   Eigen::VectorXd size(num_points);
@@ -64,12 +76,14 @@ std::vector<int> moved_points(const Eigen::VectorXd& motion) {
 
 Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const MassProperties& properties, double rounding) {
   const Eigen::MatrixXd rigid = orthonormal(rigid_motions(properties));
+  Mechanisms mechanisms;
+  mechanisms.motions.resize(unit_rows.cols(), 0);
+  if (has_full_rank(unit_rows, rigid)) return mechanisms;
+
   Eigen::MatrixXd all_rows(unit_rows.rows() + rigid.cols(), unit_rows.cols());
   all_rows << unit_rows, rigid.transpose();
   const double threshold = 4.0 * static_cast<double>(all_rows.cols()) * rounding;
   const Eigen::MatrixXd null = null_space(all_rows, threshold);
-  Mechanisms mechanisms;
-  mechanisms.motions.resize(unit_rows.cols(), 0);
   if (null.cols() == 0) return mechanisms;
 
   Eigen::MatrixXd space(rigid.rows(), rigid.cols() + null.cols());
