@@ -1,0 +1,278 @@
+// The ingress process: commands come through from UDP, and packets that kill liblcm cost nothing but a
+// restart. This program is both the daemon and, spawned with --ingress-fd, the ingress.
+#include "service/ingress.hpp"
+
+#include <gtest/gtest.h>
+#include <lcm/lcm.h>
+#include <signal.h>
+#include <sys/wait.h>
+
+#include <thread>
+
+#include "freeflex_msgs/status_t.hpp"
+#include "tests/messages/commands.hpp"
+#include "tests/support/lcm_packets.hpp"
+#include "tests/support/private_network.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using io::Reason;
+using service::InboundEntry;
+using service::IngressProcess;
+using service::RejectionEntry;
+
+std::string no_network;  // why there is none
+
+constexpr auto kPatience =
+    std::chrono::seconds(60);  // far above any machine's need: only a hang is a failure
+
+/// Looks every millisecond until it holds.
+template <class Condition>
+bool eventually(Condition&& condition) {
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    std::this_thread::sleep_for(std::chrono::milliseconds(1));
+  }
+  return true;
+}
+
+class Ingress : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!no_network.empty()) GTEST_SKIP() << no_network;
+    IngressProcess::Options options;
+    options.session = kSession;
+    options.channel_prefix = "TEST";
+    options.timeout = std::chrono::seconds(60);
+    const std::string fault = ingress_.start(options, make_names());
+    ASSERT_EQ(fault, "");
+  }
+
+  void send(std::int64_t sequence) {
+    freeflex_msgs::force_t message = make_force();
+    message.sequence = sequence;
+    ASSERT_TRUE(packets_.publish("TEST_FORCE", io::encode(message)));
+  }
+  bool receives(std::int64_t sequence) {
+    return eventually([&] {
+      ingress_.poll();
+      return ingress_.block().inbound.try_pop(entry_) && entry_.force.sequence == sequence;
+    });
+  }
+  bool rejects(Reason reason) {
+    return eventually([&] {
+      ingress_.poll();
+      return ingress_.block().rejected.try_pop(rejection_) && rejection_.verdict.reason == reason;
+    });
+  }
+  /// The ingress has died of it and another is subscribed.
+  bool restarts() {
+    const std::int64_t before = ingress_.num_restarts();
+    return eventually([&] {
+      if (const std::string event = ingress_.poll(); !event.empty()) events_.push_back(event);
+      return ingress_.num_restarts() > before && ingress_.block().is_ready.load() == 1;
+    });
+  }
+
+  IngressProcess ingress_;
+  PacketSender packets_;
+  InboundEntry entry_{};
+  RejectionEntry rejection_{};
+  std::vector<std::string> events_;
+};
+
+TEST_F(Ingress, BringsCommandsThroughFromLcm) {
+  lcm_t* lcm = lcm_create("udpm://239.255.76.67:7667?ttl=0");
+  ASSERT_NE(lcm, nullptr);
+  const freeflex_msgs::force_t message = make_force();
+  const std::vector<std::byte> bytes = io::encode(message);
+  ASSERT_EQ(lcm_publish(lcm, "TEST_FORCE", bytes.data(), static_cast<unsigned>(bytes.size())), 0);
+  ASSERT_TRUE(receives(42));
+  EXPECT_EQ(entry_.kind, 1);
+  EXPECT_EQ(io::encode(io::to_message(entry_.force, message.session, message.utime)), bytes);
+  const std::vector<std::byte> control = io::encode(make_control());
+  ASSERT_EQ(lcm_publish(lcm, "TEST_CONTROL", control.data(), static_cast<unsigned>(control.size())), 0);
+  ASSERT_TRUE(eventually([&] { return ingress_.block().inbound.try_pop(entry_); }));
+  EXPECT_EQ(entry_.kind, 2);
+  EXPECT_EQ(entry_.control.command, freeflex_msgs::control_t::RUN);
+  lcm_destroy(lcm);
+}
+
+TEST_F(Ingress, AnswersBadCommandsAndSeesAnotherDaemon) {
+  freeflex_msgs::force_t message = make_force();
+  message.forces[0].point = 5000;
+  packets_.publish("TEST_FORCE", io::encode(message));
+  ASSERT_TRUE(rejects(Reason::kUnknownPoint));
+  EXPECT_TRUE(io::is_sane(rejection_.verdict));
+  packets_.publish("OTHER_FORCE", io::encode(make_force()));
+  freeflex_msgs::status_t status{};
+  status.session = 4711;
+  packets_.publish("TEST_STATUS", io::encode(status));
+  EXPECT_TRUE(eventually([&] { return ingress_.block().other_session.load() == 4711; }));
+  EXPECT_EQ(ingress_.block().received.load(), 1) << "what is on other channels is not ours";
+  EXPECT_GT(ingress_.block().receive_buffer.load(), 0);
+}
+
+TEST_F(Ingress, APacketThatEndsInsideTheChannelNameIsHarmless) {
+  // the first fills liblcm's buffers with the channel's name, the cut ones may then claim a payload of 2^32 -
+  // n bytes
+  send(1);
+  ASSERT_TRUE(receives(1));
+  for (int i = 0; i < 100; ++i) packets_.send_cut_channel("TEST_FORCE");
+  send(2);
+  EXPECT_TRUE(receives(2));
+  EXPECT_EQ(ingress_.num_restarts(), 0);
+}
+
+TEST_F(Ingress, AFragmentThatWrapsKillsItAndItComesBackWithItsSequences) {
+  send(1);
+  ASSERT_TRUE(receives(1));
+  ASSERT_TRUE(packets_.send_wrapping_fragment("TEST_FORCE"));
+  ASSERT_TRUE(restarts());
+  ASSERT_FALSE(events_.empty());
+  EXPECT_NE(events_[0].find("restarting it"), std::string::npos) << events_[0];
+  send(1);
+  EXPECT_TRUE(rejects(Reason::kStaleSequence)) << "the table of sequences outlives the process";
+  send(2);
+  EXPECT_TRUE(receives(2));
+}
+
+TEST_F(Ingress, AFragmentRuntKillsItAndItComesBackWithItsSequences) {
+  send(1);
+  ASSERT_TRUE(receives(1));
+  ASSERT_TRUE(packets_.send_fragment_runt("TEST_FORCE"));
+  ASSERT_TRUE(restarts());
+  send(1);
+  EXPECT_TRUE(rejects(Reason::kStaleSequence));
+  send(2);
+  EXPECT_TRUE(receives(2));
+}
+
+TEST_F(Ingress, SurvivesBeingKilledAgainAndAgain) {
+  for (std::int64_t i = 1; i <= 10; ++i) {
+    ASSERT_TRUE(i % 2 == 0 ? packets_.send_wrapping_fragment("TEST_FORCE")
+                           : packets_.send_fragment_runt("TEST_FORCE"));
+    ASSERT_TRUE(restarts()) << i;
+    send(i);
+    ASSERT_TRUE(receives(i)) << i;
+  }
+  EXPECT_EQ(ingress_.num_restarts(), 10);
+}
+
+TEST_F(Ingress, CannotWriteWhatItIsCheckedAgainst) {
+  // an ingress under somebody else's control still maps the settings read-only: see the kernel's word
+  const std::string path = "/proc/" + std::to_string(ingress_.pid()) + "/maps";
+  std::FILE* maps = std::fopen(path.c_str(), "r");
+  ASSERT_NE(maps, nullptr);
+  char line[512];
+  std::vector<std::string> rights;
+  while (std::fgets(line, sizeof(line), maps) != nullptr) {
+    if (std::string(line).find("freeflex-ingress") == std::string::npos) continue;
+    rights.push_back(std::string(line).substr(std::string(line).find(' ') + 1, 4));
+  }
+  std::fclose(maps);
+  EXPECT_EQ(rights, (std::vector<std::string>{"r--s", "rw-s"}));
+}
+
+TEST_F(Ingress, IgnoresCtrlCAndEndsWhenStopped) {
+  const pid_t pid = ingress_.pid();
+  ASSERT_EQ(kill(pid, SIGINT), 0);
+  send(1);
+  EXPECT_TRUE(receives(1));
+  EXPECT_EQ(ingress_.pid(), pid);
+  ingress_.stop();
+  EXPECT_EQ(kill(pid, 0), -1) << "gone and reaped";
+  EXPECT_EQ(ingress_.poll(), "") << "and not restarted";
+}
+
+TEST_F(Ingress, StartsAfreshWithAnEmptyTable) {
+  send(5);
+  ASSERT_TRUE(receives(5));
+  ingress_.stop();
+  IngressProcess::Options options;
+  options.session = kSession;
+  options.channel_prefix = "TEST";
+  ASSERT_EQ(ingress_.start(options, make_names()), "");
+  send(5);
+  EXPECT_TRUE(receives(5));
+}
+
+TEST(IngressStart, SaysWhatIsWrongWithAUrlOrAPrefix) {
+  IngressProcess ingress;
+  IngressProcess::Options options;
+  options.channel_prefix = "TEST";
+  const std::vector<std::pair<std::string, std::string>> bad = {
+      {"memq://", "use udpm://"},
+      {"file:///tmp/log", "use udpm://"},
+      {"tcpq://localhost:7700", "must be udpm://"},
+      {"239.255.76.67:7667", "must be udpm://"},
+      {"udpm://239.255.76.67:7667?ttl=0&" + std::string(300, 'x'), "too long"}};
+  for (const auto& [url, text] : bad) {
+    options.lcm_url = url;
+    const std::string fault = ingress.start(options, make_names());
+    EXPECT_NE(fault.find(text), std::string::npos) << fault;
+    EXPECT_EQ(ingress.poll(), "");
+  }
+  options.lcm_url.clear();
+  for (const char* prefix : {"", "A.*", "A B", "123456789012345678901234567890123"}) {
+    options.channel_prefix = prefix;
+    EXPECT_NE(ingress.start(options, make_names()).find("channel prefix"), std::string::npos);
+  }
+}
+
+TEST(IngressStart, NamesTheTwoCommandsWhenTheAddressCannotBeReceivedOn) {
+  if (!no_network.empty()) GTEST_SKIP() << no_network;
+  IngressProcess ingress;
+  IngressProcess::Options options;
+  options.session = kSession;
+  options.channel_prefix = "TEST";
+  options.lcm_url = "udpm://10.1.2.3:7667?ttl=0";  // not multicast, and no route to it in here
+  const std::string fault = ingress.start(options, make_names());
+  EXPECT_NE(fault.find("ip link set lo multicast on"), std::string::npos) << fault;
+  EXPECT_NE(fault.find("ip route add 239.0.0.0/8 dev lo"), std::string::npos) << fault;
+  EXPECT_EQ(ingress.pid(), -1);
+}
+
+/// A daemon that starts an ingress, says its pid on a pipe and dies at once.
+TEST(IngressStart, DiesWithItsDaemon) {
+  if (!no_network.empty()) GTEST_SKIP() << no_network;
+  int channel[2];
+  ASSERT_EQ(pipe(channel), 0);
+  const pid_t daemon = fork();
+  if (daemon == 0) {
+    auto* ingress = new IngressProcess;
+    IngressProcess::Options options;
+    options.session = kSession;
+    options.channel_prefix = "TEST";
+    const bool started = ingress->start(options, make_names()).empty();
+    const pid_t pid = started ? ingress->pid() : -1;
+    if (write(channel[1], &pid, sizeof(pid)) != sizeof(pid)) _exit(2);
+    raise(SIGKILL);
+  }
+  pid_t pid = -1;
+  ASSERT_EQ(read(channel[0], &pid, sizeof(pid)), static_cast<ssize_t>(sizeof(pid)));
+  close(channel[0]);
+  close(channel[1]);
+  waitpid(daemon, nullptr, 0);
+  ASSERT_GT(pid, 0);
+  EXPECT_TRUE(eventually([pid] {
+    // a process that nobody reaps yet is a zombie: its command line is empty
+    std::FILE* file = std::fopen(("/proc/" + std::to_string(pid) + "/cmdline").c_str(), "r");
+    if (file == nullptr) return true;
+    const bool is_empty = std::fgetc(file) == EOF;
+    std::fclose(file);
+    return is_empty;
+  }));
+}
+
+}  // namespace
+}  // namespace freeflex::testing
+
+int main(int argc, char** argv) {
+  if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;
+  ::testing::InitGoogleTest(&argc, argv);
+  freeflex::testing::no_network = freeflex::testing::enter_private_network();
+  return RUN_ALL_TESTS();
+}

@@ -1,0 +1,260 @@
+// Each reason that needs no tick is given for its cause, with what was found and what is allowed.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+#include <ostream>
+#include <set>
+
+#include "tests/messages/commands.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using freeflex_msgs::control_t;
+using freeflex_msgs::force_t;
+using io::Reason;
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+constexpr double kInfinity = std::numeric_limits<double>::infinity();
+
+struct BadForce {
+  const char* name;
+  Reason reason;
+  const char* text;
+  std::function<void(force_t&)> spoil;
+};
+
+void PrintTo(const BadForce& bad, std::ostream* out) { *out << bad.name; }
+
+void set_forces(force_t& m, std::vector<freeflex_msgs::point_force_t> forces) {
+  m.forces = std::move(forces);
+  m.num_forces = static_cast<std::int32_t>(m.forces.size());
+}
+void set_wrench(force_t& m, const freeflex_msgs::wrench_t& wrench) {
+  m.wrenches = {wrench};
+  m.num_wrenches = 1;
+}
+
+const std::vector<BadForce> kBadForces = {
+    {"OtherSession", Reason::kWrongSession, "session 8, this daemon's is 7000000001 (status_t.session)",
+     [](force_t& m) { m.session = 8; }},
+    {"NoSender", Reason::kBadSender, "sender \"\" of 0 characters, must be 1 to 31 of A-Z a-z 0-9 _ . -",
+     [](force_t& m) { m.sender.clear(); }},
+    {"SenderOf32", Reason::kBadSender, "of 32 characters, must be 1 to 31",
+     [](force_t& m) { m.sender.assign(32, 'a'); }},
+    {"SenderWithEscape", Reason::kBadSender, "sender \"a?[31mb\" of 7 characters",
+     [](force_t& m) { m.sender = "a\033[31mb"; }},
+    {"SlotBelow", Reason::kBadSlot, "slot -1, must be 0 to 63", [](force_t& m) { m.slot = -1; }},
+    {"SlotAbove", Reason::kBadSlot, "slot 64, must be 0 to 63", [](force_t& m) { m.slot = 64; }},
+    {"Axes", Reason::kBadAxes, "axes 2, must be 0 (world) or 1 (body)", [](force_t& m) { m.axes = 2; }},
+    {"StartBelow", Reason::kBadTiming, "start_tick -2, must be -1 (at once) or a tick",
+     [](force_t& m) { m.start_tick = -2; }},
+    {"LatePolicy", Reason::kBadTiming, "late_policy 2, must be 0 (reject) or 1 (take at the next tick)",
+     [](force_t& m) { m.late_policy = 2; }},
+    {"NoEnd", Reason::kBadTiming, "duration_ticks 0 and lease_ticks 0: one must be 0 and the other 1 to",
+     [](force_t& m) { m.duration_ticks = 0; }},
+    {"TwoEnds", Reason::kBadTiming,
+     "duration_ticks 77 and lease_ticks 1:", [](force_t& m) { m.lease_ticks = 1; }},
+    {"NegativeDuration", Reason::kBadTiming, "duration_ticks -1 and",
+     [](force_t& m) { m.duration_ticks = -1; }},
+    {"EndlessDuration", Reason::kBadTiming, "the other 1 to 1000000000000000",
+     [](force_t& m) { m.duration_ticks = std::numeric_limits<std::int64_t>::max(); }},
+    {"TooManyForces", Reason::kTooManyPoints, "257 forces and 2 wrenches, must be at most 256 and 16",
+     [](force_t& m) { set_forces(m, std::vector<freeflex_msgs::point_force_t>(257)); }},
+    {"TooManyWrenches", Reason::kTooManyPoints, "3 forces and 17 wrenches, must be at most 256 and 16",
+     [](force_t& m) { m.wrenches.resize(17), m.num_wrenches = 17; }},
+    {"PointBelow", Reason::kUnknownPoint, "forces[1]: point -1, the scene has 0 to 299",
+     [](force_t& m) { m.forces[1].point = -1; }},
+    {"PointAbove", Reason::kUnknownPoint, "forces[2]: point 300, the scene has 0 to 299",
+     [](force_t& m) { m.forces[2].point = 300; }},
+    {"NotPushable", Reason::kNotPushable, "forces[0]: point 299 may not be pushed",
+     [](force_t& m) { m.forces[0].point = 299; }},
+    {"GroupWithoutRows", Reason::kNotPushable, "wrenches[0]: group 3 has points that may not be pushed",
+     [](force_t& m) { m.wrenches[0].group = 3; }},
+    {"GroupBelow", Reason::kUnknownGroup, "wrenches[0]: group -1, the scene has 4 groups from 0",
+     [](force_t& m) { m.wrenches[0].group = -1; }},
+    {"GroupAbove", Reason::kUnknownGroup, "wrenches[1]: group 4, the scene has 4",
+     [](force_t& m) { m.wrenches[1].group = 4; }},
+    {"PointTwice", Reason::kDuplicatePoint, "forces[2]: point 0 is named twice",
+     [](force_t& m) { m.forces[2].point = 0; }},
+    {"GroupTwice", Reason::kDuplicatePoint, "wrenches[1]: group 0 is named twice",
+     [](force_t& m) { m.wrenches[1].group = 0; }},
+    {"ForceNaN", Reason::kNotFinite, "forces[1]: point 298: force (0, nan, 4.94066e-324) N, must be finite",
+     [](force_t& m) { m.forces[1].force[1] = kNaN; }},
+    {"ForceInfinite", Reason::kNotFinite, "must be finite",
+     [](force_t& m) { m.forces[0].force[2] = -kInfinity; }},
+    {"WrenchForceNaN", Reason::kNotFinite, "wrenches[0]: group 0: force (nan, 2, 3) N, torque",
+     [](force_t& m) { m.wrenches[0].force[0] = kNaN; }},
+    {"TorqueInfinite", Reason::kNotFinite, "wrenches[1]: group 1: force",
+     [](force_t& m) { m.wrenches[1].torque[2] = kInfinity; }},
+    {"ForceOverLimit", Reason::kOverLimit,
+     "forces[0]: point 0: |force| 100.001 N, the scene allows at most 100 N",
+     [](force_t& m) {
+       set_forces(m, {{0, {60.001, 80.0, 0.0}}});
+     }},
+    {"ForceThatWouldOverflow", Reason::kOverLimit, "the scene allows at most 100 N",
+     [](force_t& m) {
+       set_forces(m, {{0, {1e300, 1e300, 0.0}}});
+     }},
+    {"WrenchForceOverLimit", Reason::kOverLimit, "wrenches[0]: group 0: |force| 101 N",
+     [](force_t& m) {
+       m.wrenches[0].force[2] = 101.0;
+       m.wrenches[0].force[0] = m.wrenches[0].force[1] = 0.0;
+     }},
+    {"TorqueOverLimit", Reason::kOverLimit,
+     "wrenches[0]: group 0: |torque| 50.1 N m, the scene allows at most 50 N m",
+     [](force_t& m) {
+       set_wrench(m, {0, {0.0, 0.0, 0.0}, {0.0, 50.1, 0.0}});
+     }},
+    {"TorqueAboutTheLine", Reason::kUnreachableTorque,
+     "wrenches[0]: group 1 cannot take the torque (1e-06, 1, 0) N m: its points lie on a line",
+     [](force_t& m) {
+       set_wrench(m, {1, {0.0, 0.0, 0.0}, {1e-6, 1.0, 0.0}});
+     }},
+    {"TorqueOnOnePoint", Reason::kUnreachableTorque,
+     "wrenches[0]: group 2 cannot take the torque (0, 0, 0.1) N m: it is a single point",
+     [](force_t& m) {
+       set_wrench(m, {2, {0.0, 0.0, 0.0}, {0.0, 0.0, 0.1}}), m.axes = 0;
+     }},
+};
+
+class ForceIsRejected : public ::testing::TestWithParam<BadForce> {};
+
+TEST_P(ForceIsRejected, WithItsReasonInWords) {
+  ASSERT_EQ(decode(make_force()).reason, Reason::kAccepted) << "before it is spoilt";
+  force_t message = make_force();
+  GetParam().spoil(message);
+  const io::Verdict verdict = decode(message);
+  EXPECT_EQ(verdict.reason, GetParam().reason);
+  EXPECT_NE(std::string(verdict.text.data()).find(GetParam().text), std::string::npos) << verdict.text.data();
+  EXPECT_EQ(verdict.sequence, 42);
+  const bool has_good_sender = GetParam().reason != Reason::kBadSender;
+  EXPECT_STREQ(verdict.sender.data(), has_good_sender ? "pusher-1.a_B" : "");
+  EXPECT_TRUE(io::is_sane(verdict)) << "every answer may go out";
+}
+
+TEST_P(ForceIsRejected, AlsoWhenItComesOutOfALog) {
+  if (GetParam().reason == Reason::kWrongSession) return;  // a log is read in whatever session it has
+  force_t message = make_force();
+  GetParam().spoil(message);
+  ForceCommand command;
+  EXPECT_EQ(io::from_message(message, make_names(), command).reason, GetParam().reason);
+  EXPECT_FALSE(io::is_sane(command, make_names()) && GetParam().reason != Reason::kBadSender);
+}
+
+INSTANTIATE_TEST_SUITE_P(Each, ForceIsRejected, ::testing::ValuesIn(kBadForces),
+                         [](const auto& tested) { return tested.param.name; });
+
+TEST(Force, OfAnotherTypeIsNamedByItsFingerprint) {
+  ForceCommand command;
+  const io::Verdict verdict = io::decode_force(io::encode(make_control()), kSession, make_names(), command);
+  EXPECT_EQ(verdict.reason, Reason::kWrongType);
+  EXPECT_NE(std::string(verdict.text.data()).find("another type or version of the protocol"),
+            std::string::npos);
+  EXPECT_STREQ(verdict.sender.data(), "");
+}
+
+TEST(Force, BoundaryValuesAreTaken) {
+  force_t message = make_force();
+  message.sender.assign(31, 'z');
+  message.slot = 63;
+  message.start_tick = -1;
+  message.duration_ticks = io::kMaxDurationTicks;
+  // |(60, 80, 0)| = 100 exactly; |(48, 60, 64)| = 100 with three squares to round
+  set_forces(message, {{0, {60.0, 80.0, 0.0}}, {1, {48.0, -60.0, 64.0}}, {2, {0.0, -100.0, 0.0}}});
+  set_wrench(message, {1, {0.0, 0.0, 0.0}, {0.0, 30.0, 40.0}});
+  const io::Verdict verdict = decode(message);
+  EXPECT_EQ(verdict.reason, Reason::kAccepted) << verdict.text.data();
+}
+
+TEST(Force, WithoutContentsNeedsNoEnd) {
+  force_t message = make_force();
+  set_forces(message, {});
+  message.wrenches.clear();
+  message.num_wrenches = 0;
+  message.duration_ticks = 0;
+  EXPECT_EQ(decode(message).reason, Reason::kAccepted);
+}
+
+TEST(Force, WithFullListsIsTaken) {
+  std::mt19937_64 engine(5);
+  force_t message = random_force(engine);
+  while (message.num_forces != 256) message = random_force(engine);
+  EXPECT_EQ(decode(message).reason, Reason::kAccepted);
+}
+
+TEST(Force, InWorldAxesMayAskForATorqueAboutALineThatTurns) {
+  force_t message = make_force();
+  message.axes = 0;
+  set_wrench(message, {1, {0.0, 0.0, 0.0}, {1.0, 0.0, 0.0}});
+  EXPECT_EQ(decode(message).reason, Reason::kAccepted);
+}
+
+TEST(Force, WithoutLimitsMayBeAnyFiniteSize) {
+  io::NameTable names = make_names();
+  names.force_limit = names.torque_limit = 0.0;
+  force_t message = make_force();
+  message.forces[0].force[0] = 1e308;
+  ForceCommand command;
+  EXPECT_EQ(decode(message, names, command).reason, Reason::kAccepted);
+}
+
+TEST(Control, OutOfRangeIsRejectedWithTheRange) {
+  const std::vector<std::pair<std::int32_t, std::int64_t>> bad = {{0, 0},
+                                                                  {7, 0},
+                                                                  {-1, 0},
+                                                                  {control_t::RUN, 1},
+                                                                  {control_t::HOLD, -1},
+                                                                  {control_t::RESET, 5},
+                                                                  {control_t::STOP, 1},
+                                                                  {control_t::STEP, 0},
+                                                                  {control_t::STEP, 1'000'000'001},
+                                                                  {control_t::SHAPES, 0},
+                                                                  {control_t::SHAPES, -3}};
+  for (const auto& [command, count] : bad) {
+    control_t message = make_control();
+    message.command = command;
+    message.count = count;
+    const io::Verdict verdict = decode(message);
+    EXPECT_EQ(verdict.reason, Reason::kBadControl) << command << " " << count;
+    EXPECT_NE(std::string(verdict.text.data()).find("must be"), std::string::npos);
+    EXPECT_STREQ(verdict.sender.data(), "desk");
+    EXPECT_FALSE(io::is_sane(io::ControlCommand{verdict.sender, 3, command, count}));
+  }
+}
+
+TEST(Control, OfEachKindIsTaken) {
+  for (const std::int32_t command : {1, 2, 3, 4, 5, 6}) {
+    control_t message = make_control();
+    message.command = command;
+    message.count = command == control_t::STEP || command == control_t::SHAPES ? 1 : 0;
+    EXPECT_EQ(decode(message).reason, Reason::kAccepted) << command;
+  }
+}
+
+TEST(Control, IsCheckedForSessionSenderAndType) {
+  control_t message = make_control();
+  message.session = 1;
+  EXPECT_EQ(decode(message).reason, Reason::kWrongSession);
+  message = make_control();
+  message.sender = "a b";
+  EXPECT_EQ(decode(message).reason, Reason::kBadSender);
+  io::ControlCommand command;
+  EXPECT_EQ(io::decode_control(io::encode(make_force()), kSession, command).reason, Reason::kWrongType);
+}
+
+TEST(Reason, EachHasAName) {
+  std::set<std::string> names;
+  for (int i = 0; i < io::kNumReasons; ++i) names.insert(io::reason_name(static_cast<Reason>(i)));
+  EXPECT_EQ(names.size(), static_cast<std::size_t>(io::kNumReasons));
+  EXPECT_EQ(names.count("unknown_reason"), 0u);
+  EXPECT_STREQ(io::reason_name(static_cast<Reason>(io::kNumReasons)), "unknown_reason");
+  EXPECT_STREQ(io::reason_name(static_cast<Reason>(-1)), "unknown_reason");
+  EXPECT_STREQ(io::reason_name(Reason::kUnknownPoint), "unknown_point");
+  EXPECT_STREQ(io::reason_name(Reason::kEpochEnded), "epoch_ended");
+}
+
+}  // namespace
+}  // namespace freeflex::testing

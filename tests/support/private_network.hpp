@@ -1,0 +1,77 @@
+// A network of this process alone: UDP multicast works over its loopback and nothing leaves it. Header only.
+#pragma once
+
+#include <arpa/inet.h>
+#include <errno.h>
+#include <fcntl.h>
+#include <net/if.h>
+#include <net/route.h>
+#include <netinet/in.h>
+#include <sched.h>
+#include <sys/ioctl.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <string>
+
+namespace freeflex::testing {
+
+inline bool write_file(const char* path, const std::string& text) {
+  const int fd = open(path, O_WRONLY | O_CLOEXEC);
+  if (fd < 0) return false;
+  const bool is_whole = write(fd, text.data(), text.size()) == static_cast<ssize_t>(text.size());
+  close(fd);
+  return is_whole;
+}
+
+/// Loopback up, able to multicast, with the route that LCM asks for.
+inline std::string set_up_loopback() {
+  const int fd = socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  if (fd < 0) return std::string("socket: ") + std::strerror(errno);
+  ifreq interface {};
+  std::strcpy(interface.ifr_name, "lo");
+  interface.ifr_flags = IFF_UP | IFF_RUNNING | IFF_LOOPBACK | IFF_MULTICAST;
+  rtentry route{};
+  const auto put = [](sockaddr& where, const char* address) {
+    sockaddr_in internet{};
+    internet.sin_family = AF_INET;
+    inet_pton(AF_INET, address, &internet.sin_addr);
+    std::memcpy(&where, &internet, sizeof(internet));
+  };
+  put(route.rt_dst, "224.0.0.0");
+  put(route.rt_genmask, "240.0.0.0");
+  route.rt_flags = RTF_UP;
+  route.rt_dev = interface.ifr_name;
+  std::string fault;
+  if (ioctl(fd, SIOCSIFFLAGS, &interface) != 0) {
+    fault = std::string("lo up: ") + std::strerror(errno);
+  } else if (ioctl(fd, SIOCADDRT, &route) != 0) {
+    fault = std::string("multicast route: ") + std::strerror(errno);
+  }
+  close(fd);
+  return fault;
+}
+
+/// Moves this process, and every process and thread it starts from now on, into a network namespace of its
+/// own, with a user namespace when it is not root. Call it in main, before any thread. Returns an empty
+/// string, or why the kernel refuses: then the process is where it was, and tests that need the network skip
+/// with that text.
+inline std::string enter_private_network() {
+  const uid_t user = getuid();
+  const gid_t group = getgid();
+  const int flags = geteuid() == 0 ? CLONE_NEWNET : CLONE_NEWUSER | CLONE_NEWNET;
+  if (unshare(flags) != 0)
+    return std::string("no private network namespace: unshare: ") + std::strerror(errno);
+  if ((flags & CLONE_NEWUSER) != 0) {
+    // a process that its user namespace does not name loses its rights with the next exec; failing is
+    // harmless
+    write_file("/proc/self/setgroups", "deny");
+    write_file("/proc/self/uid_map", "0 " + std::to_string(user) + " 1");
+    write_file("/proc/self/gid_map", "0 " + std::to_string(group) + " 1");
+  }
+  const std::string fault = set_up_loopback();
+  return fault.empty() ? fault : "no private network namespace: " + fault;
+}
+
+}  // namespace freeflex::testing
