@@ -1,0 +1,43 @@
+// The publishing end of LCM. Never subscribes: what parses the network runs in the ingress process.
+#pragma once
+
+#include <lcm/lcm.h>
+
+#include <cstddef>
+#include <cstdint>
+#include <memory>
+#include <span>
+#include <string>
+
+namespace freeflex::service {
+
+inline constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
+
+/// --lcm-url when given, else LCM_DEFAULT_URL, else kDefaultUrl.
+std::string choose_url(const std::string& given);
+
+/// Empty when a packet for the url's group has a way out; else what is missing and the commands that mend it.
+/// Asks the routing table and sends nothing.  \pre check_lcm_url(url) is empty
+std::string find_route_fault(const std::string& url);
+
+/// One publishing connection; one thread.
+class Bus {
+ public:
+  /// Throws std::runtime_error when liblcm refuses the url.
+  Bus(const std::string& url, std::string prefix);
+
+  /// Sends to prefix + suffix. A failed send is counted; the network may come back.
+  void send(const char* suffix, std::span<const std::byte> bytes);
+  std::int64_t num_failed() const { return num_failed_; }
+
+ private:
+  struct Destroy {
+    void operator()(lcm_t* lcm) const { lcm_destroy(lcm); }
+  };
+  std::unique_ptr<lcm_t, Destroy> lcm_;
+  std::string prefix_;
+  std::string channel_;
+  std::int64_t num_failed_ = 0;
+};
+
+}  // namespace freeflex::service

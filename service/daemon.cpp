@@ -1,0 +1,233 @@
+#include "service/daemon.hpp"
+
+#include <spdlog/spdlog.h>
+
+#include <chrono>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <stdexcept>
+#include <thread>
+
+#include "service/bus.hpp"
+#include "service/ingress.hpp"
+#include "service/io/input.hpp"
+#include "service/publisher.hpp"
+#include "service/realtime.hpp"
+#include "service/session.hpp"
+#include "service/signals.hpp"
+
+namespace freeflex::service {
+
+namespace {
+
+using std::chrono::milliseconds;
+
+constexpr milliseconds kSupervision{2};  // between looks at the ingress
+// a daemon publishes its status every 100 ms or more often, so one that is there is heard within this
+constexpr milliseconds kListening{300};
+
+/// A reason to end before the first tick, with its exit code.
+struct StartFault : std::runtime_error {
+  StartFault(ExitCode code_, const std::string& text) : std::runtime_error(text), code(code_) {}
+  ExitCode code;
+};
+
+Plan read_plan(const DaemonOptions& options) {
+  io::PlanResult result = io::load_plan(options.input);
+  // faults are for the person who wrote the file: plain, where compilers write theirs
+  for (const Fault& fault : result.faults)
+    std::fputs((io::format_fault(fault, result.sources) + "\n").c_str(), stderr);
+  if (!result.plan) throw StartFault(kUsage, fmt::format("'{}' gives no plan, see above", options.input));
+  Plan plan = std::move(*result.plan);
+  if (options.rate > 0.0) set_rate(plan, options.rate);
+  if (plan.points.size() > io::NameTable::kMaxPoints || plan.groups.size() > io::NameTable::kMaxGroups) {
+    throw StartFault(
+        kUsage, fmt::format("{} points and {} groups: the daemon takes up to {} and {}", plan.points.size(),
+                            plan.groups.size(), io::NameTable::kMaxPoints, io::NameTable::kMaxGroups));
+  }
+  return plan;
+}
+
+/// The running parts. Constructed in order; taken apart in the reverse one.
+class Daemon {
+ public:
+  Daemon(const DaemonOptions& options, SignalWatch& signals);
+  ~Daemon();
+  int run();
+
+ private:
+  void start_ingress();
+  void claim_prefix();
+  std::int64_t listen(milliseconds time);
+  void start_simulation();
+  void supervise();
+  void log_start() const;
+  void log_end() const;
+
+  const DaemonOptions& options_;
+  SignalWatch& signals_;
+  Plan plan_;
+  Identity identity_;
+  std::string url_;
+  Output output_;
+  IngressProcess ingress_;
+  std::atomic<std::int64_t> ingress_restarts_{0};
+  MonotonicClock clock_;
+  std::unique_ptr<Bus> bus_;
+  std::unique_ptr<Publisher> publisher_;
+  std::unique_ptr<Simulation> simulation_;
+  std::thread publishing_;
+  std::thread simulating_;
+};
+
+Daemon::Daemon(const DaemonOptions& options, SignalWatch& signals)
+    : options_(options),
+      signals_(signals),
+      plan_(read_plan(options)),
+      url_(choose_url(options.lcm_url)),
+      output_(plan_) {
+  identity_ = {make_session(), plan_fingerprint(plan_), std::filesystem::absolute(options.input).string(),
+               options.timing};
+  if (std::string fault = check_lcm_url(url_); !fault.empty()) throw StartFault(kUsage, fault);
+  if (std::string fault = find_route_fault(url_); !fault.empty()) throw StartFault(kRuntimeFailure, fault);
+}
+
+Daemon::~Daemon() {
+  if (simulation_) simulation_->request_stop();
+  if (simulating_.joinable()) simulating_.join();
+  if (publisher_) publisher_->request_stop();
+  if (publishing_.joinable()) publishing_.join();
+  ingress_.stop();
+}
+
+int Daemon::run() {
+  log_start();
+  start_ingress();
+  claim_prefix();
+  start_simulation();
+  supervise();
+  simulating_.join();
+  publishing_.join();
+  log_end();
+  return kClean;
+}
+
+void Daemon::start_ingress() {
+  auto names = std::make_unique<io::NameTable>();
+  io::fill_name_table(plan_, *names);
+  const IngressProcess::Options ingress{
+      .session = identity_.session, .lcm_url = url_, .channel_prefix = options_.prefix};
+  if (std::string fault = ingress_.start(ingress, *names); !fault.empty())
+    throw StartFault(kRuntimeFailure, fault);
+  spdlog::debug("commands are received by process {}", ingress_.pid());
+}
+
+/// One daemon a prefix. Whoever is there already is heard before a word is said; of two that start at the
+/// same moment the one with the smaller session, the older, stays.
+void Daemon::claim_prefix() {
+  const auto refuse = [this](std::int64_t other) {
+    throw StartFault(
+        kRuntimeFailure,
+        fmt::format("another freeflexd (session {}) is on prefix '{}' at {}: stop it, or give this one "
+                    "--prefix or --lcm-url of its own",
+                    other, options_.prefix, url_));
+  };
+  if (const std::int64_t other = listen(kListening); other != 0) refuse(other);
+  bus_ = std::make_unique<Bus>(url_, options_.prefix);
+  publisher_ =
+      std::make_unique<Publisher>(plan_, identity_, *bus_, output_, ingress_.block(), ingress_restarts_);
+  publishing_ = std::thread([this] { publisher_->run(); });
+  if (const std::int64_t other = listen(kListening); other != 0 && other < identity_.session) refuse(other);
+}
+
+/// Session of another daemon, as soon as one is heard; 0: none.
+std::int64_t Daemon::listen(milliseconds time) {
+  const auto until = std::chrono::steady_clock::now() + time;
+  std::int64_t other = 0;
+  while (other == 0 && std::chrono::steady_clock::now() < until) {
+    std::this_thread::sleep_for(kSupervision);
+    ingress_.poll();
+    other = ingress_.block().other_session.load(std::memory_order_relaxed);
+  }
+  return other;
+}
+
+void Daemon::start_simulation() {
+  const LoopSettings settings{.timing = options_.timing,
+                              .starts_holding = options_.starts_holding,
+                              .until_tick = std::llround(options_.until / plan_.period)};
+  simulation_ = std::make_unique<Simulation>(plan_, settings, clock_, ingress_.block().inbound, output_);
+  if (!has_default_arithmetic()) {
+    throw StartFault(kRuntimeFailure,
+                     "the processor flushes denormals or does not round to nearest (a library built "
+                     "with -ffast-math?): results would not be reproducible");
+  }
+  const bool is_paced = options_.timing.is_paced();
+  if (is_paced) {
+    if (const std::string refused = lock_memory(); !refused.empty()) spdlog::warn("{}", refused);
+  }
+  signals_.end_start_up();
+  std::string refused;
+  std::atomic<bool> is_set{false};
+  simulating_ = std::thread([this, is_paced, &refused, &is_set] {
+    if (is_paced) refused = raise_priority();
+    is_set.store(true, std::memory_order_release);
+    is_set.notify_one();
+    simulation_->run();
+  });
+  is_set.wait(false);
+  if (!refused.empty()) spdlog::warn("{}", refused);
+  spdlog::info("session {}: {}", identity_.session, options_.starts_holding ? "holding" : "running");
+}
+
+/// Keeps the ingress alive until the simulation has ended, by itself or by a signal.
+void Daemon::supervise() {
+  std::int64_t noted_other = ingress_.block().other_session.load(std::memory_order_relaxed);
+  while (!output_.is_finished.load(std::memory_order_acquire)) {
+    std::this_thread::sleep_for(kSupervision);
+    if (signals_.received() != 0) simulation_->request_stop();
+    if (const std::string event = ingress_.poll(); !event.empty()) spdlog::warn("{}", event);
+    ingress_restarts_.store(ingress_.num_restarts(), std::memory_order_relaxed);
+    const std::int64_t other = ingress_.block().other_session.load(std::memory_order_relaxed);
+    if (other != noted_other) {
+      spdlog::error("another freeflexd (session {}) publishes on prefix '{}' as well: stop one of the two",
+                    other, options_.prefix);
+      noted_other = other;
+    }
+  }
+}
+
+void Daemon::log_start() const {
+  spdlog::info("{}: {} points, {} kg, {} rigid freedoms, {} elastic modes", plan_.name, plan_.points.size(),
+               plan_.mass, plan_.rigid_freedoms, plan_.num_elastic);
+  spdlog::info("{} Hz, {}, on {} with prefix {}", 1.0 / plan_.period, timing_name(options_.timing), url_,
+               options_.prefix);
+}
+
+void Daemon::log_end() const {
+  const int number = signals_.received();
+  const char* const cause = number == SIGINT ? "SIGINT" : number == SIGTERM ? "SIGTERM" : "ended as told";
+  spdlog::info("{}: {} ticks, {} overruns, {} slips, {} commands accepted, {} ingress restarts", cause,
+               output_.tick.load(), output_.num_overruns.load(), output_.num_slips.load(),
+               output_.num_accepted.load(), ingress_.num_restarts());
+}
+
+}  // namespace
+
+int run_daemon(const DaemonOptions& options) {
+  SignalWatch signals;
+  try {
+    auto daemon = std::make_unique<Daemon>(options, signals);
+    return daemon->run();
+  } catch (const StartFault& fault) {
+    spdlog::error("{}", fault.what());
+    return fault.code;
+  } catch (const std::exception& fault) {
+    spdlog::error("{}", fault.what());
+    return kRuntimeFailure;
+  }
+}
+
+}  // namespace freeflex::service

@@ -1,0 +1,27 @@
+// Puts the parts of freeflexd together and takes them apart again.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "service/loop.hpp"
+
+namespace freeflex::service {
+
+struct DaemonOptions {
+  std::string input;    // scene or plan file
+  std::string lcm_url;  // empty: LCM_DEFAULT_URL, else LCM's default
+  std::string prefix;   // of every channel
+  double rate = 0.0;    // [Hz] 0: the scene's
+  double until = 0.0;   // [s] simulated; 0: until told to stop
+  bool starts_holding = false;
+  Timing timing;
+};
+
+/// What the process ends with.
+enum ExitCode : int { kClean = 0, kRuntimeFailure = 1, kUsage = 2 };
+
+/// Runs the daemon until it is told to stop. Log: spdlog's default logger.
+int run_daemon(const DaemonOptions& options);
+
+}  // namespace freeflex::service

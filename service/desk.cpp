@@ -1,0 +1,107 @@
+#include "service/desk.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+namespace freeflex::service {
+
+using io::Reason;
+
+CommandDesk::CommandDesk() : pool_(kMaxPending), free_places_(kMaxPending), due_(kMaxPending) { clear(); }
+
+void CommandDesk::clear() {
+  std::iota(free_places_.begin(), free_places_.end(), std::size_t{0});
+  num_pending_ = num_due_ = num_due_received_ = num_claims_ = num_in_force_ = 0;
+}
+
+CommandDesk::Decision CommandDesk::submit(const ForceCommand& command, std::int64_t received_ns,
+                                          std::int64_t tick, int applied_free) {
+  const bool is_at_once = command.start_tick < 0;
+  const bool is_late = !is_at_once && command.start_tick < tick;
+  if (is_late && command.late_policy == 0) return {Reason::kLate, tick};
+  if (command.start_tick > tick + io::kMaxAheadTicks) return {Reason::kTooFarAhead, tick};
+  // the command, its end, and one entry kept for a reset
+  if (num_pending_ == kMaxPending || applied_free < num_owed() + 3) return {Reason::kQueueFull, tick};
+  // slots in force and slots promised together never exceed what the step has, so no promise is broken
+  if (!is_clearing(command)) {
+    Claim* claim = find_claim(command.sender, command.slot);
+    if (claim == nullptr) {
+      if (num_claims_ == kMaxSlots) return {Reason::kNoSlotFree, tick};
+      claim = &claims_[static_cast<std::size_t>(num_claims_++)];
+      *claim = {command.sender, command.slot, 0, false};
+    }
+    ++claim->num_pending;
+  }
+  const bool waits = command.start_tick > tick;
+  const std::int64_t start = waits ? command.start_tick : tick;
+  insert(command, {start, waits ? 0 : received_ns, 0});
+  return {Reason::kAccepted, start};
+}
+
+void CommandDesk::insert(const ForceCommand& command, const Pending& entry) {
+  Pending* const first = order_.data();
+  Pending* const last = first + num_pending_;
+  Pending* const place = std::upper_bound(first, last, entry,
+                                          [](const Pending& a, const Pending& b) { return a.tick < b.tick; });
+  std::move_backward(place, last, last + 1);
+  *place = entry;
+  place->place = free_places_[static_cast<std::size_t>(kMaxPending - 1 - num_pending_)];
+  ++num_pending_;
+  pool_[place->place] = command;
+}
+
+std::span<const ForceCommand> CommandDesk::take_due(std::int64_t tick) {
+  num_due_ = num_due_received_ = 0;
+  while (num_due_ < num_pending_ && order_[static_cast<std::size_t>(num_due_)].tick <= tick) {
+    const Pending& entry = order_[static_cast<std::size_t>(num_due_)];
+    if (entry.received_ns != 0)
+      due_received_ns_[static_cast<std::size_t>(num_due_received_++)] = entry.received_ns;
+    due_[static_cast<std::size_t>(num_due_++)] = pool_[entry.place];
+  }
+  return {due_.data(), static_cast<std::size_t>(num_due_)};
+}
+
+void CommandDesk::settle(const StepReport& report) {
+  // the step's order: ends first, then commands
+  for (int i = 0; i < report.num_expiries; ++i) {
+    const Expiry& expiry = report.expiries[static_cast<std::size_t>(i)];
+    if (Claim* claim = find_claim(expiry.sender, expiry.slot); claim != nullptr && claim->is_in_force) {
+      claim->is_in_force = false;
+      --num_in_force_;
+      drop_if_idle(*claim);
+    }
+  }
+  for (int i = 0; i < num_due_; ++i) {
+    const ForceCommand& command = due_[static_cast<std::size_t>(i)];
+    Claim* claim = find_claim(command.sender, command.slot);
+    if (claim == nullptr) continue;  // cleared a slot that was empty
+    const bool fills = !is_clearing(command);
+    if (fills) --claim->num_pending;
+    num_in_force_ += static_cast<int>(fills) - static_cast<int>(claim->is_in_force);
+    claim->is_in_force = fills;
+    drop_if_idle(*claim);
+  }
+  // the places of the due ones go back on the stack of free places
+  for (int i = 0; i < num_due_; ++i) {
+    free_places_[static_cast<std::size_t>(kMaxPending - num_pending_ + i)] =
+        order_[static_cast<std::size_t>(i)].place;
+  }
+  std::move(order_.begin() + num_due_, order_.begin() + num_pending_, order_.begin());
+  num_pending_ -= num_due_;
+  num_due_ = num_due_received_ = 0;
+}
+
+CommandDesk::Claim* CommandDesk::find_claim(const std::array<char, kSenderSize>& sender, std::int32_t slot) {
+  for (int i = 0; i < num_claims_; ++i) {
+    Claim& claim = claims_[static_cast<std::size_t>(i)];
+    if (claim.slot == slot && claim.sender == sender) return &claim;
+  }
+  return nullptr;
+}
+
+void CommandDesk::drop_if_idle(Claim& claim) {
+  if (claim.is_in_force || claim.num_pending > 0) return;
+  claim = claims_[static_cast<std::size_t>(--num_claims_)];
+}
+
+}  // namespace freeflex::service

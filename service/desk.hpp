@@ -1,0 +1,87 @@
+// Decides on a force command what depends on the tick, and keeps the accepted ones until theirs comes.
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <span>
+#include <vector>
+
+#include "core/step/step.hpp"
+#include "service/io/reason.hpp"
+
+namespace freeflex::service {
+
+/// Simulation thread only. Allocates in the constructor and never again.
+class CommandDesk {
+ public:
+  static constexpr int kMaxPending = 256;
+
+  CommandDesk();
+
+  struct Decision {
+    io::Reason reason = io::Reason::kAccepted;
+    std::int64_t tick = 0;  // accepted: takes effect at this tick
+  };
+  /// Accepts a command or says why not: kLate, kTooFarAhead, kNoSlotFree, kQueueFull.
+  /// An accepted command is sure of its slot and of its entries on APPLIED.
+  /// \param received_ns  [ns] CLOCK_MONOTONIC, reception
+  /// \param tick         next tick to be executed
+  /// \param applied_free entries that the APPLIED ring would take now
+  Decision submit(const ForceCommand& command, std::int64_t received_ns, std::int64_t tick, int applied_free);
+
+  /// Accepted commands that take effect at this tick, in the order of (start tick, arrival). They stay
+  /// pending until settle().
+  std::span<const ForceCommand> take_due(std::int64_t tick);
+  /// The step with the commands of the last take_due was made.
+  void settle(const StepReport& report);
+  /// [ns] reception of the commands of the last take_due that did not wait for a tick of their own choice.
+  std::span<const std::int64_t> due_received_ns() const {
+    return {due_received_ns_.data(), static_cast<std::size_t>(num_due_received_)};
+  }
+
+  int num_pending() const { return num_pending_; }
+  /// Most entries that the accepted commands can still put on APPLIED: each itself and its end.
+  int num_owed() const { return 2 * num_pending_ + num_in_force_; }
+  /// A pending command, in order; for the answers when a reset ends the epoch.
+  const ForceCommand& pending(int index) const {
+    return pool_[order_[static_cast<std::size_t>(index)].place];
+  }
+  /// Forgets every command and slot (reset).
+  void clear();
+
+ private:
+  /// A slot spoken for: in force, or named by a pending command that fills it.
+  struct Claim {
+    std::array<char, kSenderSize> sender;
+    std::int32_t slot;
+    std::int32_t num_pending;
+    bool is_in_force;
+  };
+  struct Pending {
+    std::int64_t tick;
+    std::int64_t received_ns;  // 0: waited for its start tick
+    std::size_t place;         // in pool_
+  };
+  Claim* find_claim(const std::array<char, kSenderSize>& sender, std::int32_t slot);
+  void drop_if_idle(Claim& claim);
+  void insert(const ForceCommand& command, const Pending& entry);
+
+  std::vector<ForceCommand> pool_;          // (kMaxPending)
+  std::vector<std::size_t> free_places_;    // stack, num_free = kMaxPending - num_pending_
+  std::array<Pending, kMaxPending> order_;  // first num_pending_, by (tick, arrival)
+  int num_pending_ = 0;
+  std::vector<ForceCommand> due_;  // (kMaxPending) commands of the tick, side by side
+  int num_due_ = 0;
+  std::array<std::int64_t, kMaxPending> due_received_ns_{};
+  int num_due_received_ = 0;
+  std::array<Claim, kMaxSlots> claims_;
+  int num_claims_ = 0;
+  int num_in_force_ = 0;
+};
+
+/// True when the command clears its slot.
+inline bool is_clearing(const ForceCommand& command) {
+  return command.num_points == 0 && command.num_wrenches == 0;
+}
+
+}  // namespace freeflex::service

@@ -1,0 +1,52 @@
+#include "service/histogram.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+
+namespace freeflex::service {
+
+int Histogram::bucket(std::int64_t duration_ns) noexcept {
+  const auto ns = static_cast<std::uint64_t>(std::max<std::int64_t>(duration_ns, 0));
+  if (ns < (1ULL << kFirstOctave)) return 0;
+  // the octave is the top bit, the place in it the five bits below
+  const int octave = static_cast<int>(std::bit_width(ns)) - 1;
+  const int place = static_cast<int>((ns >> (octave - 5)) & (kPerOctave - 1));
+  return std::min((octave - kFirstOctave) * kPerOctave + place, kNumBuckets - 1);
+}
+
+std::int64_t Histogram::upper_edge(int bucket) noexcept {
+  const int octave = bucket / kPerOctave + kFirstOctave;
+  const std::int64_t place = bucket % kPerOctave + 1;
+  return (1LL << octave) + (place << (octave - 5));
+}
+
+void SlidingPercentiles::turn() noexcept {
+  histogram_.read(starts_[static_cast<std::size_t>(oldest_)]);
+  oldest_ = (oldest_ + 1) % kSpan;
+}
+
+Percentiles SlidingPercentiles::read() const noexcept {
+  static constexpr std::array<double, 4> kQuantiles{0.5, 0.99, 0.999, 1.0};
+  Histogram::Counts counts;
+  histogram_.read(counts);
+  Percentiles result;
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    counts[i] -= starts_[static_cast<std::size_t>(oldest_)][i];  // modulo 2^32, so a wrap does no harm
+    result.count += counts[i];
+  }
+  // the smallest bucket edge below which the quantile lies
+  std::size_t quantile = 0;
+  std::int64_t below = 0;
+  for (int i = 0; i < Histogram::kNumBuckets && quantile < kQuantiles.size(); ++i) {
+    below += counts[static_cast<std::size_t>(i)];
+    while (quantile < kQuantiles.size() && below > 0 &&
+           static_cast<double>(below) >=
+               std::ceil(kQuantiles[quantile] * static_cast<double>(result.count))) {
+      result.us[quantile++] = static_cast<double>(Histogram::upper_edge(i)) * 1e-3;
+    }
+  }
+  return result;
+}
+
+}  // namespace freeflex::service

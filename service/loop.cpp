@@ -1,0 +1,243 @@
+#include "service/loop.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cmath>
+
+#include "freeflex_msgs/applied_t.hpp"
+
+namespace freeflex::service {
+
+namespace {
+
+constexpr std::int64_t kIdleLockstep = 100'000;   // [ns] between looks at the ring while told to wait
+constexpr std::int64_t kIdleHolding = 1'000'000;  // [ns]
+constexpr std::int64_t kReaderWait = 20'000;      // [ns] between looks at a box that must be read first
+constexpr std::int64_t kReaderPatience = 1'000'000'000;  // [ns]
+constexpr std::int64_t kReofferEvery = 1'000'000'000;    // [ns] state of a standing loop, for late joiners
+
+/// [ticks] between two publications at rate [Hz]; 0: off.
+std::int64_t ticks_between(double rate, double period) {
+  if (!(rate > 0.0)) return 0;
+  return std::max<std::int64_t>(1, std::llround(1.0 / (rate * period)));
+}
+
+bool is_zero(const Vec3& v) noexcept { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
+
+/// What of a state is read by publication; both own vectors of the plan's sizes, so nothing is allocated.
+void copy_motion(const State& from, State& to) noexcept {
+  to.tick = from.tick;
+  to.epoch = from.epoch;
+  to.epoch_start_tick = from.epoch_start_tick;
+  to.p_WB = from.p_WB, to.p_WB_low = from.p_WB_low;
+  to.v_WB = from.v_WB, to.v_WB_low = from.v_WB_low;
+  to.q_WB = from.q_WB, to.q_WB_low = from.q_WB_low;
+  to.H_W = from.H_W, to.H_W_low = from.H_W_low;
+  std::ranges::copy(from.q, to.q.begin());
+  std::ranges::copy(from.q_low, to.q_low.begin());
+  std::ranges::copy(from.q_dot, to.q_dot.begin());
+  std::ranges::copy(from.q_dot_low, to.q_dot_low.begin());
+  to.force_W = from.force_W;
+  to.moment_B = from.moment_B;
+  std::ranges::copy(from.Q, to.Q.begin());
+}
+
+}  // namespace
+
+std::optional<Timing> parse_timing(const std::string& text) {
+  if (text == "realtime") return Timing{};
+  if (text == "lockstep") return Timing{Timing::Kind::kLockstep, 1.0};
+  if (text == "asap") return Timing{Timing::Kind::kAsap, 1.0};
+  const std::string prefix = "scaled=";
+  if (!text.starts_with(prefix)) return {};
+  double scale = 0.0;
+  const char* const end = text.data() + text.size();
+  const auto [rest, error] = std::from_chars(text.data() + prefix.size(), end, scale);
+  if (error != std::errc{} || rest != end || !std::isfinite(scale) || scale <= 0.0) return {};
+  return Timing{Timing::Kind::kScaled, scale};
+}
+
+std::string timing_name(const Timing& timing) {
+  switch (timing.kind) {
+    case Timing::Kind::kRealtime:
+      return "realtime";
+    case Timing::Kind::kLockstep:
+      return "lockstep";
+    case Timing::Kind::kAsap:
+      return "asap";
+    case Timing::Kind::kScaled:
+      break;
+  }
+  std::array<char, 32> digits{};
+  const auto [end, error] = std::to_chars(digits.data(), digits.data() + digits.size(), timing.scale);
+  return "scaled=" + std::string(digits.data(), end);
+}
+
+Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& clock, InboundRing& inbound,
+                       Output& output)
+    : plan_(plan),
+      settings_(settings),
+      clock_(clock),
+      inbound_(inbound),
+      output_(output),
+      names_(std::make_unique<io::NameTable>()),
+      state_every_(ticks_between(plan.state_rate, plan.period)),
+      points_every_(ticks_between(plan.points_rate, plan.period)),
+      loads_every_(ticks_between(plan.loads_rate, plan.period)),
+      state_(make_state(plan)),
+      workspace_(make_workspace(plan)),
+      pacer_(plan.period / settings.timing.scale * 1e9),
+      inbound_entry_(std::make_unique<InboundEntry>()),
+      applied_entry_(std::make_unique<AppliedEntry>()) {
+  io::fill_name_table(plan, *names_);
+}
+
+void Simulation::run() noexcept {
+  const bool runs = settings_.timing.kind != Timing::Kind::kLockstep && !settings_.starts_holding;
+  set_steps(runs ? kForever : 0);
+  offer_all();
+  while (!is_stopping()) {
+    const bool stood = !is_advancing();
+    const std::int64_t woken_ns = stood ? wait_idle() : wait_for_tick();
+    drain();
+    if (!stood && is_advancing() && !is_stopping()) advance(woken_ns);
+    if (output_.is_status_wanted.exchange(false, std::memory_order_acquire)) offer(output_.status);
+  }
+  offer_all();
+  offer(output_.status);
+  output_.is_finished.store(true, std::memory_order_release);
+}
+
+/// Mode as published.
+Mode Simulation::mode() const noexcept {
+  if (is_stopping()) return Mode::kStopped;
+  if (has_faulted_) return Mode::kFault;
+  return is_advancing() ? Mode::kRunning : Mode::kHolding;
+}
+
+/// Sleeps to the deadline of the next tick; [ns] when it woke.
+std::int64_t Simulation::wait_for_tick() noexcept {
+  if (!settings_.timing.is_paced()) return clock_.now_ns();
+  clock_.sleep_until(pacer_.deadline_ns());
+  const std::int64_t woken_ns = clock_.now_ns();
+  output_.lateness.record(woken_ns - pacer_.deadline_ns());
+  return woken_ns;
+}
+
+/// Sleeps while told to stand; [ns] when it woke.
+std::int64_t Simulation::wait_idle() noexcept {
+  const bool is_lockstep = settings_.timing.kind == Timing::Kind::kLockstep;
+  const std::int64_t now_ns = clock_.now_ns();
+  if (now_ns >= next_reoffer_ns_) offer_all();
+  clock_.sleep_until(now_ns + (is_lockstep ? kIdleLockstep : kIdleHolding));
+  return clock_.now_ns();
+}
+
+/// Every change of pace goes through here: a loop that starts again has no deadline in the past.
+void Simulation::set_steps(std::int64_t steps) noexcept {
+  if (!is_advancing() && steps != 0) pacer_.rebase(clock_.now_ns());
+  steps_left_ = steps;
+}
+
+/// Executes one tick.
+void Simulation::advance(std::int64_t woken_ns) noexcept {
+  const std::span<const ForceCommand> due = desk_.take_due(state_.tick);
+  const std::int64_t tick = state_.tick;
+  step(plan_, state_, Inputs{due}, workspace_, report_);
+  if (report_.status != StepStatus::kOk) return enter_fault(due);
+  // ends come before commands, as the step takes them
+  for (int i = 0; i < report_.num_expiries; ++i) {
+    const Expiry& expiry = report_.expiries[static_cast<std::size_t>(i)];
+    std::int32_t kind = freeflex_msgs::applied_t::EXPIRED;
+    if (expiry.was_lease) kind = freeflex_msgs::applied_t::LEASE_LOST;
+    applied_entry_->tick = tick;
+    push_applied(kind, nullptr, &expiry);
+  }
+  for (const ForceCommand& command : due) {
+    applied_entry_->tick = tick;
+    push_applied(freeflex_msgs::applied_t::FORCE, &command, nullptr);
+  }
+  note_load();
+  output_.tick.store(state_.tick, std::memory_order_relaxed);
+  if (steps_left_ != kForever) --steps_left_;
+  if (settings_.until_tick > 0 && state_.tick >= settings_.until_tick) request_stop();
+  offer_due();
+  const std::int64_t end_ns = clock_.now_ns();
+  output_.compute.record(end_ns - woken_ns);
+  for (const std::int64_t received_ns : desk_.due_received_ns())
+    output_.command_latency.record(end_ns - received_ns);
+  desk_.settle(report_);
+  if (!settings_.timing.is_paced()) return;
+  pacer_.finish_tick(end_ns);
+  output_.num_overruns.store(pacer_.num_overruns(), std::memory_order_relaxed);
+  output_.num_slips.store(pacer_.num_slips(), std::memory_order_relaxed);
+}
+
+/// The desk and reset() made sure that the ring takes it.
+void Simulation::push_applied(std::int32_t kind, const ForceCommand* command, const Expiry* expiry) noexcept {
+  applied_entry_->sequence = applied_count_++;
+  applied_entry_->kind = kind;
+  if (command != nullptr) applied_entry_->command = *command;
+  if (expiry != nullptr) applied_entry_->expiry = *expiry;
+  output_.applied.try_push(*applied_entry_);
+}
+
+/// Drift of the invariants counts from the last tick at which anything pushed.
+void Simulation::note_load() noexcept {
+  const bool pushes =
+      state_.num_slots > 0 || !is_zero(state_.force_W) || !is_zero(state_.moment_B) ||
+      (!plan_.histories.empty() && std::ranges::any_of(state_.Q, [](double Q) { return Q != 0.0; }));
+  if (pushes) last_load_tick_ = state_.tick;
+}
+
+/// The state is as it was before the step; it is held. The commands of the tick stay pending, so that a
+/// reset answers them.
+void Simulation::enter_fault(std::span<const ForceCommand> due) noexcept {
+  has_faulted_ = true;
+  ran_before_fault_ = steps_left_ == kForever;
+  set_steps(0);
+  fault_ = {.tick = state_.tick, .num_commands = static_cast<std::int32_t>(due.size())};
+  if (!due.empty()) {
+    fault_.sender = due.back().sender;
+    fault_.sequence = due.back().sequence;
+  }
+  offer_all();
+}
+
+void Simulation::offer(Box<Snapshot>& box) noexcept {
+  // without a pace every due state is published: the reader is waited for, but not for ever
+  if (!settings_.timing.is_paced() && box.has_unread()) {
+    const std::int64_t give_up_ns = clock_.now_ns() + kReaderPatience;
+    for (std::int64_t now_ns = clock_.now_ns(); box.has_unread() && now_ns < give_up_ns;
+         now_ns = clock_.now_ns()) {
+      clock_.sleep_until(now_ns + kReaderWait);
+    }
+  }
+  Snapshot& draft = box.draft();
+  copy_motion(state_, draft.state);
+  draft.applied_count = applied_count_;
+  draft.last_load_tick = last_load_tick_;
+  draft.num_slots = state_.num_slots;
+  draft.mode = mode();
+  draft.fault = fault_;
+  box.offer();
+}
+
+/// At the start, the end, a reset, a fault, the end of a STEP, and now and then while standing.
+void Simulation::offer_all() noexcept {
+  if (state_every_ > 0) offer(output_.state);
+  if (points_every_ > 0) offer(output_.points);
+  if (loads_every_ > 0) offer(output_.loads);
+  next_reoffer_ns_ = clock_.now_ns() + kReofferEvery;
+}
+
+/// After a tick: what stands at a multiple of its interval; everything when it was the last of a STEP.
+void Simulation::offer_due() noexcept {
+  if (!is_advancing()) return offer_all();
+  const auto is_due = [tick = state_.tick](std::int64_t every) { return every > 0 && tick % every == 0; };
+  if (is_due(state_every_)) offer(output_.state);
+  if (is_due(points_every_)) offer(output_.points);
+  if (is_due(loads_every_)) offer(output_.loads);
+}
+
+}  // namespace freeflex::service

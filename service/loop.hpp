@@ -1,0 +1,112 @@
+// The simulation thread: drains commands, steps, hands out what happened. One step function; only the pace
+// differs.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <memory>
+#include <optional>
+#include <string>
+
+#include "core/step/step.hpp"
+#include "service/clock.hpp"
+#include "service/desk.hpp"
+#include "service/output.hpp"
+#include "service/shared.hpp"
+
+namespace freeflex::service {
+
+/// How simulated time follows wall time.
+struct Timing {
+  enum class Kind { kRealtime, kScaled, kLockstep, kAsap };
+  Kind kind = Kind::kRealtime;
+  double scale = 1.0;  // [-] simulated seconds per wall second; realtime and scaled only
+
+  bool is_paced() const { return kind == Kind::kRealtime || kind == Kind::kScaled; }
+};
+/// "realtime", "scaled=K" (K finite, > 0), "lockstep", "asap"; empty for anything else.
+std::optional<Timing> parse_timing(const std::string& text);
+std::string timing_name(const Timing& timing);
+
+struct LoopSettings {
+  Timing timing;
+  bool starts_holding = false;
+  std::int64_t until_tick = 0;  // the loop ends at this tick; 0: never
+};
+
+using InboundRing = decltype(SharedBlock::inbound);
+
+/// run() is the body of the simulation thread: no allocation, lock, log, file or system call but the sleep.
+class Simulation {
+ public:
+  /// Commands drained at one tick; the rest waits in the ring for the next.
+  static constexpr int kMaxDrained = 64;
+
+  Simulation(const Plan& plan, const LoopSettings& settings, Clock& clock, InboundRing& inbound,
+             Output& output);
+
+  void run() noexcept;
+  /// Any thread: run() returns after the tick in hand.
+  void request_stop() noexcept { is_stopping_.store(true, std::memory_order_relaxed); }
+
+  /// \pre run() is not running
+  const State& state() const { return state_; }
+  std::int64_t applied_count() const { return applied_count_; }
+
+ private:
+  static constexpr std::int64_t kForever = -1;
+
+  // loop.cpp: the pace
+  bool is_stopping() const noexcept { return is_stopping_.load(std::memory_order_relaxed); }
+  bool is_advancing() const noexcept { return steps_left_ != 0; }
+  Mode mode() const noexcept;
+  std::int64_t wait_for_tick() noexcept;
+  std::int64_t wait_idle() noexcept;
+  void advance(std::int64_t woken_ns) noexcept;
+  void set_steps(std::int64_t steps) noexcept;
+
+  // loop.cpp: what goes out
+  void push_applied(std::int32_t kind, const ForceCommand* command, const Expiry* expiry) noexcept;
+  void note_load() noexcept;
+  void enter_fault(std::span<const ForceCommand> due) noexcept;
+  void offer(Box<Snapshot>& box) noexcept;
+  void offer_all() noexcept;
+  void offer_due() noexcept;
+
+  // loop_control.cpp: commands
+  void drain() noexcept;
+  void handle_force(const ForceCommand& command, std::int64_t received_ns) noexcept;
+  void handle_control(const io::ControlCommand& control) noexcept;
+  io::Reason obey(const io::ControlCommand& control) noexcept;
+  io::Reason reset() noexcept;
+  void answer(const std::array<char, kSenderSize>& sender, std::int64_t sequence, io::Reason reason,
+              std::int64_t tick, std::int64_t found) noexcept;
+
+  const Plan& plan_;
+  const LoopSettings settings_;
+  Clock& clock_;
+  InboundRing& inbound_;
+  Output& output_;
+  std::unique_ptr<io::NameTable> names_;  // own copy: the shared one is not trusted
+  // publication, in ticks between two; 0: off
+  std::int64_t state_every_, points_every_, loads_every_;
+
+  State state_;
+  Workspace workspace_;
+  StepReport report_;
+  CommandDesk desk_;
+  Pacer pacer_;
+  std::unique_ptr<InboundEntry> inbound_entry_;
+  std::unique_ptr<AppliedEntry> applied_entry_;
+
+  std::int64_t steps_left_ = 0;  // kForever: running
+  bool has_faulted_ = false;
+  bool ran_before_fault_ = false;
+  FaultNote fault_;
+  std::int64_t applied_count_ = 0;
+  std::int64_t last_load_tick_ = 0;
+  std::int64_t next_reoffer_ns_ = 0;
+  std::atomic<bool> is_stopping_{false};
+};
+
+}  // namespace freeflex::service

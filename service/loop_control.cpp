@@ -1,0 +1,111 @@
+// Commands at the loop: what is taken off the ring, decided and answered.
+#include "freeflex_msgs/applied_t.hpp"
+#include "freeflex_msgs/control_t.hpp"
+#include "service/loop.hpp"
+
+namespace freeflex::service {
+
+using freeflex_msgs::control_t;
+using io::Reason;
+
+namespace {
+constexpr std::int32_t kForceEntry = 1, kControlEntry = 2;
+}
+
+/// Takes commands in the order they came. A command is only taken while its answer, and the answers that a
+/// reset would owe to the pending ones, have room; otherwise it waits where it is.
+void Simulation::drain() noexcept {
+  for (int i = 0; i < kMaxDrained; ++i) {
+    if (output_.acks.num_free() < desk_.num_pending() + 2) return;
+    if (!inbound_.try_pop(*inbound_entry_)) return;
+    // the memory is the ingress's: nothing in it is trusted
+    if (inbound_entry_->kind == kForceEntry && io::is_sane(inbound_entry_->force, *names_)) {
+      handle_force(inbound_entry_->force, inbound_entry_->received_ns);
+    } else if (inbound_entry_->kind == kControlEntry && io::is_valid_sender(inbound_entry_->control.sender)) {
+      handle_control(inbound_entry_->control);
+    }
+  }
+}
+
+void Simulation::handle_force(const ForceCommand& command, std::int64_t received_ns) noexcept {
+  CommandDesk::Decision decision{Reason::kWrongMode, state_.tick};
+  if (!has_faulted_) decision = desk_.submit(command, received_ns, state_.tick, output_.applied.num_free());
+  answer(command.sender, command.sequence, decision.reason, decision.tick, command.start_tick);
+}
+
+void Simulation::handle_control(const io::ControlCommand& control) noexcept {
+  const std::int64_t found = control.command == control_t::SHAPES ? control.count : control.command;
+  const Reason reason = obey(control);
+  answer(control.sender, control.sequence, reason, state_.tick, found);
+}
+
+Reason Simulation::obey(const io::ControlCommand& control) noexcept {
+  const bool is_lockstep = settings_.timing.kind == Timing::Kind::kLockstep;
+  const bool is_free_running = steps_left_ == kForever;
+  switch (control.command) {
+    case control_t::STOP:
+      request_stop();
+      return Reason::kAccepted;
+    case control_t::RESET:
+      return reset();
+    default:
+      if (has_faulted_) return Reason::kWrongMode;
+  }
+  switch (control.command) {
+    case control_t::RUN:
+      if (is_lockstep) return Reason::kWrongMode;
+      set_steps(kForever);
+      return Reason::kAccepted;
+    case control_t::HOLD:
+      // also ends the steps of a STEP that are left
+      if (is_advancing()) {
+        set_steps(0);
+        offer_all();
+      }
+      return Reason::kAccepted;
+    case control_t::STEP:
+      if (is_free_running) return Reason::kWrongMode;
+      if (control.count < 1 || control.count > 1'000'000'000) return Reason::kBadControl;
+      set_steps(steps_left_ + control.count);
+      return Reason::kAccepted;
+    case control_t::SHAPES:
+      if (control.count < 1 || control.count > plan_.num_elastic) return Reason::kBadControl;
+      return output_.shapes.try_push(static_cast<std::int32_t>(control.count)) ? Reason::kAccepted
+                                                                               : Reason::kQueueFull;
+    default:
+      return Reason::kBadControl;
+  }
+}
+
+/// Back to the initial state at the same tick, in a new epoch; a fault is over.
+Reason Simulation::reset() noexcept {
+  if (output_.applied.num_free() < 1) return Reason::kQueueFull;
+  for (int i = 0; i < desk_.num_pending(); ++i) {
+    const ForceCommand& command = desk_.pending(i);
+    answer(command.sender, command.sequence, Reason::kEpochEnded, state_.tick, command.start_tick);
+  }
+  desk_.clear();
+  reset_state(plan_, state_);
+  last_load_tick_ = state_.tick;
+  applied_entry_->tick = state_.tick;
+  push_applied(freeflex_msgs::applied_t::RESET, nullptr, nullptr);
+  if (has_faulted_) {
+    has_faulted_ = false;
+    fault_ = {};
+    set_steps(ran_before_fault_ ? kForever : 0);
+  }
+  offer_all();
+  return Reason::kAccepted;
+}
+
+/// The drain made sure that the ring takes it.
+void Simulation::answer(const std::array<char, kSenderSize>& sender, std::int64_t sequence, Reason reason,
+                        std::int64_t tick, std::int64_t found) noexcept {
+  output_.acks.try_push({sender, sequence, reason, mode(), tick, found});
+  std::atomic<std::int64_t>& count = reason == Reason::kAccepted
+                                         ? output_.num_accepted
+                                         : output_.num_rejected[static_cast<std::size_t>(reason)];
+  count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+}
+
+}  // namespace freeflex::service

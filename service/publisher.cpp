@@ -1,0 +1,238 @@
+#include "service/publisher.hpp"
+
+#include <fmt/format.h>
+#include <spdlog/spdlog.h>
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+#include "freeflex_msgs/control_t.hpp"
+#include "messages/channels.hpp"
+#include "service/clock.hpp"
+
+namespace freeflex::service {
+
+using freeflex_msgs::applied_t;
+using io::Reason;
+
+namespace {
+
+constexpr std::int64_t kSecond = 1'000'000'000;       // [ns]
+constexpr std::int64_t kStatusPatience = 30'000'000;  // [ns] for the loop to hand over a fresh snapshot
+constexpr std::chrono::microseconds kIdle{250}, kIdleUnpaced{50};  // between looks at the rings
+
+std::int64_t wall_us() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+/// Text of a fixed field that another process may have filled.
+template <std::size_t kSize>
+std::string bounded_text(const std::array<char, kSize>& text) {
+  return {text.data(), strnlen(text.data(), kSize)};
+}
+
+std::string reason_text(const AckEntry& entry, const Plan& plan) {
+  switch (entry.reason) {
+    case Reason::kLate:
+      return fmt::format("start_tick {} has passed, next is {}: name a later one, -1, or late_policy 1",
+                         entry.found, entry.tick);
+    case Reason::kTooFarAhead:
+      return fmt::format("start_tick {} is more than {} ticks ahead of {}", entry.found, io::kMaxAheadTicks,
+                         entry.tick);
+    case Reason::kNoSlotFree:
+      return fmt::format("all {} slots are in force or promised: end one first", kMaxSlots);
+    case Reason::kQueueFull:
+      return fmt::format("{} commands wait already, or their publication lags: send again later",
+                         CommandDesk::kMaxPending);
+    case Reason::kEpochEnded:
+      return fmt::format("a reset came before start_tick {}: send again in the new epoch", entry.found);
+    case Reason::kBadControl:
+      return fmt::format(
+          "found {}: SHAPES takes an elastic mode from 1 to {}, STEP a count from 1 to 1000000000",
+          entry.found, plan.num_elastic);
+    case Reason::kWrongMode:
+      if (entry.mode == Mode::kFault) return "the simulation is faulted: only RESET and STOP are taken";
+      return entry.found == freeflex_msgs::control_t::RUN ? "RUN does not apply in lockstep: send STEP"
+                                                          : "STEP applies while holding: send HOLD first";
+    default:
+      return {};
+  }
+}
+
+}  // namespace
+
+freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Plan& plan, std::int64_t session,
+                              std::int64_t utime) {
+  freeflex_msgs::ack_t ack{};
+  ack.utime = utime;
+  ack.session = session;
+  ack.sender = bounded_text(entry.sender);
+  ack.sequence = entry.sequence;
+  ack.reason = static_cast<std::int32_t>(entry.reason);
+  ack.tick = entry.tick;
+  ack.text = reason_text(entry, plan);
+  return ack;
+}
+
+Publisher::Publisher(const Plan& plan, const Identity& identity, Bus& bus, Output& output,
+                     SharedBlock& shared, const std::atomic<std::int64_t>& restarts)
+    : plan_(plan),
+      identity_(identity),
+      bus_(bus),
+      output_(output),
+      shared_(shared),
+      reporter_(plan, identity, output, shared, restarts),
+      status_every_ns_(static_cast<std::int64_t>(kSecond / std::max(plan.status_rate, kMinStatusRate))),
+      starting_(make_snapshot(plan)),
+      status_(&starting_) {}
+
+void Publisher::run() {
+  const auto idle = identity_.timing.is_paced() ? kIdle : kIdleUnpaced;
+  for (bool is_last = false; !is_last;) {
+    // read before the look round, so that nothing offered before it is missed
+    is_last =
+        is_stopping_.load(std::memory_order_relaxed) || output_.is_finished.load(std::memory_order_acquire);
+    while (send_all()) {
+    }
+    if (!is_last) std::this_thread::sleep_for(idle);
+  }
+  if (status_->mode == Mode::kStarting) return;
+  send(channels::kStatus, reporter_.report(*status_, wall_us()));
+}
+
+/// One look at every ring and box; true when a state was found, so that an unpaced loop need not wait.
+bool Publisher::send_all() {
+  const std::int64_t now_ns = MonotonicClock{}.now_ns();
+  // taken before the rings are drained: whatever a state contains has been published when it goes out
+  const Snapshot* const state = output_.state.take();
+  const Snapshot* const points = output_.points.take();
+  const Snapshot* const loads = output_.loads.take();
+  if (const Snapshot* const fresh = output_.status.take()) {
+    status_ = fresh;
+    has_fresh_ = true;
+    note_mode();
+  }
+  send_applied();
+  send_answers();
+  send_rejections();
+  if (state != nullptr) send(channels::kState, io::make_state_message(plan_, state->state, stamp(*state)));
+  if (points != nullptr) {
+    for (const auto& page : io::make_points_messages(plan_, points->state, stamp(*points))) {
+      send(channels::kPoints, page);
+    }
+  }
+  if (loads != nullptr) {
+    for (const auto& page : io::make_loads_messages(plan_, loads->state, stamp(*loads)))
+      send(channels::kLoads, page);
+  }
+  send_shapes();
+  send_status(now_ns);
+  send_each_second(now_ns);
+  return state != nullptr || points != nullptr || loads != nullptr;
+}
+
+void Publisher::send_answers() {
+  AckEntry entry;
+  for (int i = 0; i < Output::kNumAcks && output_.acks.try_pop(entry); ++i) {
+    send(channels::kAck, make_ack(entry, plan_, identity_.session, wall_us()));
+  }
+}
+
+/// What the ingress turned down. Its memory is not trusted: the fields are bounded, the loop is too.
+void Publisher::send_rejections() {
+  for (int i = 0; i < Output::kNumAcks && shared_.rejected.try_pop(rejection_); ++i) {
+    freeflex_msgs::ack_t ack{};
+    ack.utime = wall_us();
+    ack.session = identity_.session;
+    ack.sender = bounded_text(rejection_.verdict.sender);
+    ack.sequence = rejection_.verdict.sequence;
+    ack.reason = static_cast<std::int32_t>(rejection_.verdict.reason);
+    ack.tick = output_.tick.load(std::memory_order_relaxed);
+    ack.text = bounded_text(rejection_.verdict.text);
+    send(channels::kAck, ack);
+  }
+}
+
+void Publisher::send_applied() {
+  for (int i = 0; i < Output::kNumApplied && output_.applied.try_pop(applied_); ++i) {
+    const io::Stamp stamp{
+        .utime = wall_us(), .session = identity_.session, .plan_fingerprint = identity_.plan_fingerprint};
+    applied_t message;
+    if (applied_.kind == applied_t::FORCE) {
+      message = io::make_applied_force(applied_.command, applied_.tick, applied_.sequence, stamp);
+    } else if (applied_.kind == applied_t::RESET) {
+      message = io::make_applied_reset(applied_.tick, applied_.sequence, stamp);
+    } else {
+      message = io::make_applied_expiry(applied_.expiry, applied_.tick, applied_.sequence, stamp);
+    }
+    send(channels::kApplied, message);
+  }
+}
+
+void Publisher::send_shapes() {
+  std::int32_t mode = 0;
+  for (int i = 0; i < Output::kNumShapes && output_.shapes.try_pop(mode); ++i) {
+    for (const auto& page : io::make_shapes_messages(plan_, mode, stamp(*status_)))
+      send(channels::kShapes, page);
+  }
+}
+
+/// Asks the loop for a snapshot when status is due and sends it when it comes; an old one if it does not.
+void Publisher::send_status(std::int64_t now_ns) {
+  if (now_ns < status_due_ns_) return;
+  if (!has_asked_) {
+    has_asked_ = true;
+    has_fresh_ = false;
+    output_.is_status_wanted.store(true, std::memory_order_release);
+  }
+  const bool waits = status_->mode != Mode::kStarting && now_ns < status_due_ns_ + kStatusPatience;
+  if (!has_fresh_ && waits) return;
+  send(channels::kStatus, reporter_.report(*status_, wall_us()));
+  has_asked_ = false;
+  status_due_ns_ = std::max(status_due_ns_ + status_every_ns_, now_ns);
+}
+
+void Publisher::send_each_second(std::int64_t now_ns) {
+  if (now_ns < second_due_ns_ || status_->mode == Mode::kStarting) return;
+  second_due_ns_ = now_ns + kSecond;
+  reporter_.turn();
+  for (const auto& page : io::make_scene_messages(plan_, identity_.plan_file, stamp(*status_))) {
+    send(channels::kScene, page);
+  }
+  if (bus_.num_failed() > noted_failures_) {
+    spdlog::warn("{} messages could not be sent: is the network up?", bus_.num_failed() - noted_failures_);
+    noted_failures_ = bus_.num_failed();
+  }
+  const std::int64_t slips = output_.num_slips.load(std::memory_order_relaxed);
+  if (slips > noted_slips_) {
+    spdlog::warn("the loop fell behind by more than {} ms and gave up the lost time ({} slips so far)",
+                 Pacer::kCatchUp / 1'000'000, slips);
+    noted_slips_ = slips;
+  }
+}
+
+/// Says on the log what the simulation thread must not say itself.
+void Publisher::note_mode() {
+  if (status_->mode == noted_mode_) return;
+  if (status_->mode == Mode::kFault) spdlog::error("fault: {}", fault_text(*status_));
+  if (noted_mode_ == Mode::kFault && status_->mode != Mode::kStopped) spdlog::info("recovered by reset");
+  noted_mode_ = status_->mode;
+}
+
+io::Stamp Publisher::stamp(const Snapshot& snapshot) const {
+  return {.utime = wall_us(),
+          .session = identity_.session,
+          .plan_fingerprint = identity_.plan_fingerprint,
+          .applied_count = snapshot.applied_count};
+}
+
+template <class Message>
+void Publisher::send(const char* suffix, const Message& message) {
+  bus_.send(suffix, io::encode(message));
+}
+
+}  // namespace freeflex::service

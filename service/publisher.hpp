@@ -1,0 +1,70 @@
+// The publisher thread: takes what the simulation hands out, encodes and sends it.
+#pragma once
+
+#include <atomic>
+#include <cstdint>
+#include <string>
+
+#include "freeflex_msgs/ack_t.hpp"
+#include "service/bus.hpp"
+#include "service/io/outbound.hpp"
+#include "service/output.hpp"
+#include "service/shared.hpp"
+#include "service/status.hpp"
+
+namespace freeflex::service {
+
+/// An answer in words.
+freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Plan& plan, std::int64_t session,
+                              std::int64_t utime);
+
+/// STATE, POINTS and LOADS leave as the simulation offers them; ACK and APPLIED in order, before any state
+/// that contains them; STATUS by the wall clock at the scene's rate and at least kMinStatusRate, also while
+/// the loop starts or stands, so that a second daemon hears this one; SCENE once a second.
+class Publisher {
+ public:
+  static constexpr double kMinStatusRate = 10.0;  // [Hz]
+
+  Publisher(const Plan& plan, const Identity& identity, Bus& bus, Output& output, SharedBlock& shared,
+            const std::atomic<std::int64_t>& restarts);
+
+  /// Body of the thread; returns when everything of a finished simulation, or of none, has been sent.
+  void run();
+  /// Any thread: ends run() although the simulation never ran.
+  void request_stop() { is_stopping_.store(true, std::memory_order_relaxed); }
+
+ private:
+  bool send_all();
+  void send_answers();
+  void send_rejections();
+  void send_applied();
+  void send_shapes();
+  void send_status(std::int64_t now_ns);
+  void send_each_second(std::int64_t now_ns);
+  void note_mode();
+  io::Stamp stamp(const Snapshot& snapshot) const;
+  template <class Message>
+  void send(const char* suffix, const Message& message);
+
+  const Plan& plan_;
+  const Identity& identity_;
+  Bus& bus_;
+  Output& output_;
+  SharedBlock& shared_;
+  StatusReporter reporter_;
+  const std::int64_t status_every_ns_;
+  Snapshot starting_;       // what status says before the loop runs
+  const Snapshot* status_;  // latest taken
+  std::int64_t status_due_ns_ = 0;
+  std::int64_t second_due_ns_ = 0;
+  bool has_asked_ = false;  // for the status that is due
+  bool has_fresh_ = false;  // and the loop has answered
+  Mode noted_mode_ = Mode::kStarting;
+  std::int64_t noted_failures_ = 0;
+  std::int64_t noted_slips_ = 0;
+  std::atomic<bool> is_stopping_{false};
+  AppliedEntry applied_;
+  RejectionEntry rejection_{};
+};
+
+}  // namespace freeflex::service

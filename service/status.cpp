@@ -1,0 +1,145 @@
+#include "service/status.hpp"
+
+#include <fmt/format.h>
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeflex::service {
+
+namespace {
+
+constexpr double kLargestRatio = 1e9;  // what an unbounded ratio is published as
+
+double norm(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
+double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
+/// numerator / denominator for ratios of which 0/0 means none.
+double ratio(double numerator, double denominator) {
+  return numerator == 0.0 ? 0.0 : std::min(numerator / denominator, kLargestRatio);
+}
+
+}  // namespace
+
+StatusReporter::StatusReporter(const Plan& plan, const Identity& identity, const Output& output,
+                               const SharedBlock& shared, const std::atomic<std::int64_t>& restarts)
+    : plan_(plan),
+      identity_(identity),
+      output_(output),
+      shared_(shared),
+      restarts_(restarts),
+      lateness_(output.lateness),
+      compute_(output.compute),
+      command_latency_(output.command_latency) {
+  is_damped_ = std::ranges::any_of(plan.decay, [](double decay) { return decay > 0.0; });
+  const auto first = std::ranges::find_if(plan.omega, [](double omega) { return omega > 0.0; });
+  if (first != plan.omega.end()) omega_1_ = *first;
+  for (const PlanPoint& point : plan.points) size_ = std::max(size_, norm(point.r));
+}
+
+freeflex_msgs::status_t StatusReporter::report(const Snapshot& snapshot, std::int64_t utime) {
+  freeflex_msgs::status_t status{};
+  status.utime = utime;
+  status.session = identity_.session;
+  status.plan_fingerprint = static_cast<std::int64_t>(identity_.plan_fingerprint);
+  status.scene_hash = static_cast<std::int64_t>(plan_.scene_hash);
+  status.mode = static_cast<std::int32_t>(snapshot.mode);
+  status.fault = fault_text(snapshot);
+  status.time_mode = timing_name(identity_.timing);
+  status.rate = 1.0 / plan_.period;
+  status.epoch = snapshot.state.epoch;
+  status.tick = snapshot.state.tick;
+  status.applied_count = snapshot.applied_count;
+  status.num_slots = snapshot.num_slots;
+  status.ingress_restarts = restarts_.load(std::memory_order_relaxed);
+  fill_counts(status);
+  fill_timing(status);
+  fill_physics(snapshot, status);
+  return status;
+}
+
+void StatusReporter::turn() {
+  lateness_.turn();
+  compute_.turn();
+  command_latency_.turn();
+}
+
+/// Rejections are counted by the ingress and by the loop; each reason is listed once.
+void StatusReporter::fill_counts(freeflex_msgs::status_t& status) const {
+  status.commands_received = shared_.received.load(std::memory_order_relaxed);
+  status.commands_accepted = output_.num_accepted.load(std::memory_order_relaxed);
+  for (std::size_t reason = 1; reason < output_.num_rejected.size(); ++reason) {
+    const std::int64_t count = shared_.rejections[reason].load(std::memory_order_relaxed) +
+                               output_.num_rejected[reason].load(std::memory_order_relaxed);
+    if (count == 0) continue;
+    freeflex_msgs::rejection_count_t item{};
+    item.reason = static_cast<std::int32_t>(reason);
+    item.count = count;
+    status.rejections.push_back(item);
+  }
+  status.num_rejections = static_cast<std::int32_t>(status.rejections.size());
+}
+
+void StatusReporter::fill_timing(freeflex_msgs::status_t& status) const {
+  status.overruns = output_.num_overruns.load(std::memory_order_relaxed);
+  status.slips = output_.num_slips.load(std::memory_order_relaxed);
+  const Percentiles compute = compute_.read();
+  status.window_ticks = static_cast<std::int32_t>(std::min<std::int64_t>(compute.count, INT32_MAX));
+  std::ranges::copy(compute.us, status.compute_us);
+  std::ranges::copy(lateness_.read().us, status.lateness_us);
+  std::ranges::copy(command_latency_.read().us, status.command_latency_us);
+}
+
+void StatusReporter::fill_physics(const Snapshot& snapshot, freeflex_msgs::status_t& status) {
+  const Invariants invariants = read_invariants(plan_, snapshot.state);
+  status.kinetic_rigid = invariants.kinetic_rigid;
+  status.kinetic_elastic = invariants.kinetic_elastic;
+  status.potential = invariants.potential;
+  fill_drift(snapshot, invariants, status);
+  fill_validity(snapshot, invariants, status);
+}
+
+void StatusReporter::fill_drift(const Snapshot& snapshot, const Invariants& invariants,
+                                freeflex_msgs::status_t& status) {
+  // gravity moves energy between the centre of mass and its height, and nothing else
+  const double energy = invariants.kinetic_rigid + invariants.kinetic_elastic + invariants.potential -
+                        plan_.mass * dot(plan_.gravity_W, snapshot.state.p_WB);
+  const Vec3& H_W = invariants.angular_momentum_W;
+  if (baseline_.epoch != snapshot.state.epoch || snapshot.last_load_tick >= baseline_.tick) {
+    baseline_ = {snapshot.state.epoch, snapshot.state.tick, energy, H_W};
+  }
+  if (!is_damped_)
+    status.energy_drift = ratio(std::abs(energy - baseline_.energy), std::abs(baseline_.energy));
+  const Vec3 change{H_W[0] - baseline_.H_W[0], H_W[1] - baseline_.H_W[1], H_W[2] - baseline_.H_W[2]};
+  status.momentum_drift = ratio(norm(change), norm(baseline_.H_W));
+}
+
+void StatusReporter::fill_validity(const Snapshot& snapshot, const Invariants& invariants,
+                                   freeflex_msgs::status_t& status) const {
+  for (const std::int32_t point : plan_.published_points) {
+    status.max_displacement =
+        std::max(status.max_displacement, norm(read_point(plan_, snapshot.state, point).V_B));
+  }
+  const double V = status.max_displacement;
+  const double spin = norm(angular_velocity(plan_, snapshot.state));
+  if (size_ > 0.0) status.displacement_ratio = V / size_;
+  if (omega_1_ > 0.0) status.spin_ratio = ratio(spin * spin / (omega_1_ * omega_1_) * size_, V);
+  if (V > 0.0) {
+    const double translation = norm(invariants.eckart_translation) / (plan_.mass * V);
+    const double rotation = norm(invariants.eckart_rotation) / (plan_.mass * size_ * V);
+    status.eckart_residual = std::max(translation, rotation);
+  }
+}
+
+std::string fault_text(const Snapshot& snapshot) {
+  if (snapshot.mode != Mode::kFault) return {};
+  const FaultNote& fault = snapshot.fault;
+  std::string text =
+      fmt::format("the state after tick {} is not finite; held at tick {}", fault.tick, fault.tick);
+  if (fault.num_commands > 0) {
+    text += fmt::format("; {} command(s) began there, the last {} sequence {}", fault.num_commands,
+                        fault.sender.data(), fault.sequence);
+  }
+  return text + "; RESET recovers";
+}
+
+}  // namespace freeflex::service

@@ -1,0 +1,64 @@
+// Assembles FREEFLEX_STATUS. Publisher thread.
+#pragma once
+
+#include <cstdint>
+#include <string>
+
+#include "core/step/readout.hpp"
+#include "freeflex_msgs/status_t.hpp"
+#include "service/loop.hpp"
+#include "service/output.hpp"
+#include "service/shared.hpp"
+
+namespace freeflex::service {
+
+/// What every message of one daemon has in common.
+struct Identity {
+  std::int64_t session = 0;
+  std::uint64_t plan_fingerprint = 0;
+  std::string plan_file;  // absolute
+  Timing timing;
+};
+
+class StatusReporter {
+ public:
+  /// \param restarts  times the ingress was started again
+  StatusReporter(const Plan& plan, const Identity& identity, const Output& output, const SharedBlock& shared,
+                 const std::atomic<std::int64_t>& restarts);
+
+  /// Status of a snapshot at wall time utime [us].
+  freeflex_msgs::status_t report(const Snapshot& snapshot, std::int64_t utime);
+  /// Once a second: moves the window of the percentiles on.
+  void turn();
+
+ private:
+  /// Conserved while nothing pushes; taken at the first report after the last load.
+  struct Baseline {
+    std::int64_t epoch = -1;
+    std::int64_t tick = -1;
+    double energy = 0.0;  // [J] kinetic, elastic and gravity
+    Vec3 H_W{};           // [kg m^2/s]
+  };
+  void fill_counts(freeflex_msgs::status_t& status) const;
+  void fill_timing(freeflex_msgs::status_t& status) const;
+  void fill_physics(const Snapshot& snapshot, freeflex_msgs::status_t& status);
+  void fill_drift(const Snapshot& snapshot, const Invariants& invariants, freeflex_msgs::status_t& status);
+  void fill_validity(const Snapshot& snapshot, const Invariants& invariants,
+                     freeflex_msgs::status_t& status) const;
+
+  const Plan& plan_;
+  const Identity& identity_;
+  const Output& output_;
+  const SharedBlock& shared_;
+  const std::atomic<std::int64_t>& restarts_;
+  SlidingPercentiles lateness_, compute_, command_latency_;
+  Baseline baseline_;
+  bool is_damped_ = false;
+  double omega_1_ = 0.0;  // [rad/s] lowest nonzero elastic frequency; 0: none
+  double size_ = 0.0;     // [m] max |r|
+};
+
+/// Why the loop is in fault, in words; empty when it is not.
+std::string fault_text(const Snapshot& snapshot);
+
+}  // namespace freeflex::service
