@@ -1,0 +1,175 @@
+// Free rotation of a body of three distinct principal moments beside its middle axis, against an integration
+// of Euler's equations and the attitude in 50 decimal digits.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cmath>
+
+#include "tests/support/simulation.hpp"
+#include "tests/support/structures.hpp"
+
+namespace freeflex {
+namespace {
+
+using Wide = boost::multiprecision::cpp_bin_float_50;
+
+struct WideRotation {
+  std::array<Wide, 3> moment;         // [kg m^2] principal, along the body axes
+  std::array<Wide, 3> w;              // [rad/s] body axes
+  std::array<Wide, 4> q{1, 0, 0, 0};  // body to world
+};
+
+// sum_j a_j b_(k-j)
+Wide convolution(const std::vector<Wide>& a, const std::vector<Wide>& b, std::size_t k) {
+  Wide sum = 0;
+  for (std::size_t j = 0; j <= k; ++j) sum += a[j] * b[k - j];
+  return sum;
+}
+
+/// One Taylor step of order 48. The nearest pole of the elliptic functions is about 1.5 / |w| away, so steps
+/// of 0.1 / |w| leave 1e-56 of each.
+void taylor_step(WideRotation& body, const Wide& h) {
+  constexpr std::size_t kOrder = 48;
+  std::array<std::vector<Wide>, 3> w;
+  std::array<std::vector<Wide>, 4> q;
+  for (std::size_t a = 0; a < 3; ++a) w[a].assign(kOrder + 1, 0), w[a][0] = body.w[a];
+  for (std::size_t a = 0; a < 4; ++a) q[a].assign(kOrder + 1, 0), q[a][0] = body.q[a];
+  const auto& I = body.moment;
+  for (std::size_t k = 0; k < kOrder; ++k) {
+    const Wide n = k + 1;
+    // I_1 w_1' = (I_2 - I_3) w_2 w_3 and cyclic;  q' = q (0, w) / 2
+    for (std::size_t a = 0; a < 3; ++a) {
+      const std::size_t b = (a + 1) % 3, c = (a + 2) % 3;
+      w[a][k + 1] = (I[b] - I[c]) / I[a] * convolution(w[b], w[c], k) / n;
+      q[a + 1][k + 1] =
+          (convolution(q[0], w[a], k) + convolution(q[b + 1], w[c], k) - convolution(q[c + 1], w[b], k)) /
+          (2 * n);
+    }
+    q[0][k + 1] =
+        -(convolution(q[1], w[0], k) + convolution(q[2], w[1], k) + convolution(q[3], w[2], k)) / (2 * n);
+  }
+  const auto sum = [&h](const std::vector<Wide>& series) {
+    Wide value = 0;
+    for (std::size_t k = series.size(); k-- > 0;) value = value * h + series[k];
+    return value;
+  };
+  for (std::size_t a = 0; a < 3; ++a) body.w[a] = sum(w[a]);
+  for (std::size_t a = 0; a < 4; ++a) body.q[a] = sum(q[a]);
+}
+
+Wide energy(const WideRotation& body) {
+  Wide sum = 0;
+  for (std::size_t a = 0; a < 3; ++a) sum += body.moment[a] * body.w[a] * body.w[a] / 2;
+  return sum;
+}
+
+/// Scene of the octahedron with its spin 1e-2 rad off the middle axis y, at `rate` [Hz].
+Scene spinning_body(double spin, double rate) {
+  Scene scene = testing::octahedron();
+  scene.rate = rate;
+  scene.initial.angular_velocity = spin * Eigen::Vector3d(0.01, 1.0, 0.005).normalized();
+  return scene;
+}
+
+WideRotation exact_rotation(const Plan& plan, double time) {
+  WideRotation body;
+  double spin = 0.0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    body.moment[a] = plan.inertia[4 * a];
+    body.w[a] = plan.initial.w_WB_B[a];
+    spin += plan.initial.w_WB_B[a] * plan.initial.w_WB_B[a];
+  }
+  const Wide start = energy(body);
+  const int steps = static_cast<int>(std::ceil(10.0 * time * std::sqrt(spin)));
+  for (int k = 0; k < steps; ++k) taylor_step(body, Wide(time) / steps);
+  EXPECT_LT(abs(energy(body) - start), Wide(1e-44) * start) << "the integration is not good to 40 digits";
+  return body;
+}
+
+/// Angle of the rotation between the two attitudes [rad]. Low parts of the state count.
+double attitude_error(const State& state, const WideRotation& exact) {
+  std::array<Wide, 4> q;
+  for (std::size_t a = 0; a < 4; ++a) q[a] = Wide(state.q_WB[a]) + Wide(state.q_WB_low[a]);
+  const auto& p = exact.q;
+  const std::array<Wide, 3> difference = {p[0] * q[1] - p[1] * q[0] - p[2] * q[3] + p[3] * q[2],
+                                          p[0] * q[2] - p[2] * q[0] - p[3] * q[1] + p[1] * q[3],
+                                          p[0] * q[3] - p[3] * q[0] - p[1] * q[2] + p[2] * q[1]};
+  const Wide norm =
+      sqrt(difference[0] * difference[0] + difference[1] * difference[1] + difference[2] * difference[2]);
+  return 2.0 * static_cast<double>(norm);
+}
+
+double attitude_error_after(double spin, double period, double time) {
+  testing::Simulation simulation(spinning_body(spin, 1.0 / period));
+  simulation.run(std::llround(time / period));
+  return attitude_error(simulation.state, exact_rotation(simulation.plan, time));
+}
+
+TEST(FreeRotation, OctahedronHasTheThreeMomentsItSays) {
+  const Plan plan = testing::plan_of(spinning_body(1.0, 1000.0));
+  for (int k = 0; k < 9; ++k) {
+    const double expected = k % 4 == 0 ? 2.0 + k / 4 : 0.0;
+    EXPECT_NEAR(plan.inertia[static_cast<std::size_t>(k)], expected, 1e-15);
+  }
+}
+
+// Truncation: below 0.1 (|w| h)^4 over these 20 / |w| seconds, as the test of the order shows. Rounding: near
+// the middle axis a small error grows as exp(|w| t / sqrt 8), a thousandfold, until the body has turned over.
+TEST(FreeRotation, AttitudeIsThatOfTheExactMotionBesideTheMiddleAxis) {
+  for (const double spin : {1.0, 5.0}) {
+    const double time = 20.0 / spin;
+    const double error = attitude_error_after(spin, 1e-3, time);
+    std::printf("|w| = %g rad/s, h = 1 ms, t = %g s: attitude error %.2e rad\n", spin, time, error);
+    EXPECT_LT(error, 0.1 * std::pow(spin * 1e-3, 4) + 1e3 * 2.3e-16);
+  }
+}
+
+TEST(FreeRotation, AttitudeConvergesAtOrderFourOrMore) {
+  constexpr double kTime = 16.0;
+  std::array<double, 5> errors{};
+  for (std::size_t k = 0; k < errors.size(); ++k) {
+    errors[k] = attitude_error_after(1.0, 0.125 / static_cast<double>(1 << k), kTime);
+  }
+  for (std::size_t k = 0; k + 1 < errors.size(); ++k) {
+    const double order = std::log2(errors[k] / errors[k + 1]);
+    std::printf("h = %.4g s: attitude error %.3e rad, order %.2f\n", 0.125 / static_cast<double>(1 << k),
+                errors[k], order);
+    // the last tenth is the next term of the error still going to zero
+    EXPECT_GT(order, 3.9);
+  }
+}
+
+/// Largest relative change of the rotational energy over a million ticks.
+double energy_drift(double spin) {
+  testing::Simulation simulation(spinning_body(spin, 1000.0));
+  const double start = read_invariants(simulation.plan, simulation.state).kinetic_rigid;
+  double largest = 0.0;
+  for (int k = 0; k < 1000; ++k) {
+    simulation.run(1000);
+    const double now = read_invariants(simulation.plan, simulation.state).kinetic_rigid;
+    largest = std::max(largest, std::abs(now - start) / start);
+  }
+  return largest;
+}
+
+TEST(FreeRotation, EnergyStaysOverAMillionTicks) {
+  for (const double spin : {1.0, 5.0}) {
+    const double drift = energy_drift(spin);
+    std::printf("|w| h = %.0e: energy drift %.2e over 1e6 ticks\n", spin * 1e-3, drift);
+    EXPECT_LT(drift, 1e-11);
+  }
+}
+
+TEST(FreeRotation, EnergyDriftOfAFastSpinIsOfFourthOrder) {
+  constexpr double kLargestC = 1.0;
+  const double fast = energy_drift(50.0), half = energy_drift(25.0);
+  const double C = fast / std::pow(0.05, 4);
+  std::printf("|w| h = 0.05: energy drift %.2e over 1e6 ticks, C = %.3g; 0.025: %.2e, C = %.3g\n", fast, C,
+              half, half / std::pow(0.025, 4));
+  EXPECT_LT(C, kLargestC);
+  EXPECT_LT(half / std::pow(0.025, 4), kLargestC);
+}
+
+}  // namespace
+}  // namespace freeflex

@@ -1,0 +1,41 @@
+// A compiled scene in motion, read out as matrices.
+#pragma once
+
+#include <Eigen/Core>
+#include <span>
+#include <string_view>
+
+#include "core/model/compile.hpp"
+#include "core/model/structure.hpp"
+#include "core/step/readout.hpp"
+#include "core/step/step.hpp"
+
+namespace freeflex::testing {
+
+/// Aborts with the faults of the scene when it has no plan.
+Plan plan_of(const Scene& scene);
+
+struct Simulation {
+  explicit Simulation(const Scene& scene) : Simulation(plan_of(scene)) {}
+  explicit Simulation(Plan given);
+
+  /// Steps `ticks` times; the commands take effect at the first. Aborts when a step fails.
+  void run(std::int64_t ticks, std::span<const ForceCommand> commands = {});
+
+  Eigen::Matrix3Xd positions_W() const;      // [m] (3 x N), every point published
+  Eigen::Matrix3Xd velocities_W() const;     // [m/s] (3 x N)
+  Eigen::Matrix3Xd displacements_B() const;  // [m] (3 x N)
+  Eigen::VectorXd link_forces() const;       // [N], [N m] rows of every published link in turn
+
+  Plan plan;
+  State state;
+  Workspace workspace;
+  StepReport report;
+};
+
+/// A command of no loads from sender "test" that takes effect at once and lasts; add_force fills it.
+ForceCommand make_command(int slot, std::int64_t sequence, Axes axes = Axes::kWorld,
+                          std::int64_t duration_ticks = std::int64_t{1} << 40);
+void add_force(ForceCommand& command, int point, const Eigen::Vector3d& force);
+
+}  // namespace freeflex::testing
