@@ -75,10 +75,11 @@ void LiveView::take(const std::string& suffix, const BusMessage& message) {
 }
 
 void LiveView::take_status(const freeflex_msgs::status_t& status) {
-  if (status_ && status_->session == status.session && status.utime > status_->utime) {
+  if (status_ && status_->session == status.session && status_->mode == status.mode &&
+      status.utime > status_->utime) {
     const double seconds = static_cast<double>(status.utime - status_->utime) * 1e-6;
     const double rate = static_cast<double>(status.tick - status_->tick) / seconds;
-    // the publisher's own lateness would show: average over about a second
+    // over about a second: a single pair would show the lateness of the publisher
     measured_rate_ = measured_rate_ == 0.0 ? rate : measured_rate_ + 0.1 * (rate - measured_rate_);
   } else {
     measured_rate_ = 0.0;

@@ -46,6 +46,30 @@ std::vector<Frequency> frequencies(const Plan& plan) {
   return out;
 }
 
+/// Moments ascending; axes as columns, right-handed, each with its largest component positive where that
+/// leaves it so.
+struct Principal {
+  Eigen::Vector3d moments;  // [kg m^2]
+  Eigen::Matrix3d axes;     // [-] body axes
+};
+
+Principal principal_axes(const Plan& plan) {
+  const Eigen::Matrix3d inertia =
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan.inertia.data());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(inertia);
+  Principal principal{solver.eigenvalues(), solver.eigenvectors()};
+  for (int k = 0; k < 2; ++k) {
+    Eigen::Index largest = 0;
+    principal.axes.col(k).cwiseAbs().maxCoeff(&largest);
+    if (principal.axes(largest, k) < 0.0) principal.axes.col(k) *= -1.0;
+  }
+  principal.axes.col(2) = principal.axes.col(0).cross(principal.axes.col(1));
+  // no signed zeros on the screen
+  principal.axes =
+      principal.axes.unaryExpr([](double value) { return std::abs(value) < 1e-15 ? 0.0 : value; });
+  return principal;
+}
+
 std::vector<std::vector<std::string>> mechanism_names(const Plan& plan) {
   std::vector<std::vector<std::string>> out;
   for (const auto& mechanism : plan.mechanisms) {
@@ -56,18 +80,17 @@ std::vector<std::vector<std::string>> mechanism_names(const Plan& plan) {
   return out;
 }
 
-void print_modes_json(const Plan& plan, const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d>& principal) {
+void print_modes_json(const Plan& plan, const Principal& principal) {
   Json out;
   out["name"] = plan.name;
   out["points"] = plan.points.size();
   out["links"] = plan.links.size();
   out["mass"] = plan.mass;
   out["centre"] = plan.p_SB;
-  out["principal_moments"] = {principal.eigenvalues()(0), principal.eigenvalues()(1),
-                              principal.eigenvalues()(2)};
+  out["principal_moments"] = {principal.moments(0), principal.moments(1), principal.moments(2)};
   Json axes = Json::array();
   for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d axis = principal.eigenvectors().col(k);
+    const Eigen::Vector3d axis = principal.axes.col(k);
     axes.push_back({axis(0), axis(1), axis(2)});
   }
   out["principal_axes"] = axes;
@@ -112,24 +135,24 @@ void print_frequencies(const Plan& plan, int limit) {
 int modes(const Options& options) {
   const std::optional<Plan> plan = load_or_explain(options.input, 0.0);
   if (!plan) return kExitUsage;
-  const Eigen::Matrix3d inertia =
-      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan->inertia.data());
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> principal(inertia);
+  const Principal principal = principal_axes(*plan);
   if (options.json) {
     print_modes_json(*plan, principal);
     return kExitOk;
   }
-  const Eigen::Vector3d moments = principal.eigenvalues();
+  const Eigen::Vector3d& moments = principal.moments;
   const char* kind = plan->rigid_freedoms == 6   ? ""
                      : plan->rigid_freedoms == 5 ? " (collinear)"
                                                  : " (one point)";
-  std::printf("%s: %zu points, %zu links\n", plan->name.c_str(), plan->points.size(), plan->links.size());
+  std::printf("%s: %s, %s\n", plan->name.c_str(),
+              counted(static_cast<std::int64_t>(plan->points.size()), "point").c_str(),
+              counted(static_cast<std::int64_t>(plan->links.size()), "link").c_str());
   std::printf("mass               %.10g kg\n", plan->mass);
   std::printf("centre of mass     %.10g %.10g %.10g m (scene axes)\n", plan->p_SB[0], plan->p_SB[1],
               plan->p_SB[2]);
   std::printf("principal moments  %.10g %.10g %.10g kg m^2\n", moments(0), moments(1), moments(2));
   for (int k = 0; k < 3; ++k) {
-    const Eigen::Vector3d axis = principal.eigenvectors().col(k);
+    const Eigen::Vector3d axis = principal.axes.col(k);
     std::printf("  axis %d           % .6f % .6f % .6f\n", k + 1, axis(0), axis(1), axis(2));
   }
   std::printf("rigid freedoms     %d%s\n", plan->rigid_freedoms, kind);

@@ -125,26 +125,23 @@ class Overview {
   std::map<std::string, Channel> channels_;
 };
 
-/// Time left of a limited monitor, or a long time.
-std::chrono::milliseconds time_left(const Options& options, Clock::time_point start) {
-  if (!options.duration) return std::chrono::hours(24 * 365);
-  const auto total = std::chrono::milliseconds(static_cast<std::int64_t>(*options.duration * 1000.0));
-  return std::max(std::chrono::milliseconds(0),
-                  total - std::chrono::duration_cast<std::chrono::milliseconds>(Clock::now() - start));
-}
+Clock::duration seconds(double value) { return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value)); }
 
-/// Calls show() every interval until the time is over, count messages came, or Ctrl-C.
-void watch(Bus& bus, const Options& options, const std::int64_t& num_messages,
-           const std::function<void(double)>& show) {
+/// Calls show() every interval, and for what came after the last, until the time is over, count messages came, or
+/// Ctrl-C.
+void watch(Bus& bus, const Options& options, const std::int64_t& num_messages, const std::function<void(double)>& show) {
+  constexpr double kForever = 1e9;  // [s]
   const Clock::time_point start = Clock::now();
-  const auto interval = std::chrono::milliseconds(static_cast<std::int64_t>(options.interval * 1000.0));
-  const auto is_enough = [&] { return options.count && num_messages >= *options.count; };
+  const Clock::time_point end = start + seconds(options.duration.value_or(kForever));
+  const auto is_over = [&] { return is_interrupted() || Clock::now() >= end || (options.count && num_messages >= *options.count); };
   Clock::time_point shown = start;
-  while (!is_interrupted() && !is_enough() && time_left(options, start).count() > 0) {
-    bus.wait(std::min(interval, time_left(options, start)), is_enough);
-    const Clock::time_point now = Clock::now();
-    show(std::chrono::duration<double>(now - shown).count());
-    shown = now;
+  while (!is_over()) {
+    const Clock::time_point next = std::min(end, shown + seconds(options.interval));
+    bus.wait(std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now()), is_over);
+    const double elapsed = std::chrono::duration<double>(Clock::now() - shown).count();
+    if (elapsed < 0.5 * options.interval && shown != start) break;
+    show(elapsed);
+    shown = Clock::now();
   }
 }
 
