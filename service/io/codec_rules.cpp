@@ -151,10 +151,9 @@ Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text 
     }
     const NameTable::GroupReach& reach = table.groups[group];
     if (reach.is_pushable == 0) {
-      print(
-          text,
-          "wrenches[%d]: group %d has points that may not be pushed; add them to the scene's pushable points",
-          i, entry.group);
+      print(text,
+            "wrenches[%d]: group %d may not be pushed: the plan keeps no mode shapes for all its points", i,
+            entry.group);
       return Reason::kNotPushable;
     }
     if (seen.test(group)) {

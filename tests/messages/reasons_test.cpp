@@ -71,7 +71,7 @@ const std::vector<BadForce> kBadForces = {
      [](force_t& m) { m.forces[2].point = 300; }},
     {"NotPushable", Reason::kNotPushable, "forces[0]: point 299 may not be pushed",
      [](force_t& m) { m.forces[0].point = 299; }},
-    {"GroupWithoutRows", Reason::kNotPushable, "wrenches[0]: group 3 has points that may not be pushed",
+    {"GroupWithoutRows", Reason::kNotPushable, "wrenches[0]: group 3 may not be pushed",
      [](force_t& m) { m.wrenches[0].group = 3; }},
     {"GroupBelow", Reason::kUnknownGroup, "wrenches[0]: group -1, the scene has 4 groups from 0",
      [](force_t& m) { m.wrenches[0].group = -1; }},
