@@ -1,0 +1,42 @@
+// A scene that must be refused: its files and every fault, word for word.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <ostream>
+#include <string>
+#include <utility>
+#include <vector>
+
+namespace freeflex::testing {
+
+struct BadScene {
+  std::string name;                                        // what is wrong with it
+  std::vector<std::pair<std::string, std::string>> files;  // name and bytes; scene.yaml is the scene
+  std::vector<std::string> messages;                       // "file:line:column: severity: text", in order
+};
+
+inline void PrintTo(const BadScene& scene, std::ostream* out) { *out << scene.name; }
+inline std::string bad_scene_name(const ::testing::TestParamInfo<BadScene>& info) { return info.param.name; }
+
+/// Loads the scene as a plan in a folder of its own and compares all messages.
+void expect_refused(const BadScene& scene);
+
+/// Three points, hub at the origin, mid 1 m along x, tip 1 m along y from there: four lines.
+inline const std::string kThreePoints =
+    "points:\n"
+    "  - {name: hub, mass: 10, at: [0, 0, 0]}\n"
+    "  - {name: mid, mass: 1, at: [1, 0, 0]}\n"
+    "  - {name: tip, mass: 2, at: [1, 1, 0]}\n";
+
+/// Two points joined by the matrix K.mtx.
+inline const std::string kMatrixScene =
+    "points:\n"
+    "  - {name: a, mass: 1, at: [0, 0, 0]}\n"
+    "  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+    "links:\n"
+    "  - {name: body, matrix: K.mtx, points: all}\n";
+
+inline const std::string kMatrixHeader = "%%MatrixMarket matrix coordinate real symmetric\n";
+
+}  // namespace freeflex::testing

@@ -1,0 +1,249 @@
+// Scenes refused for their Matrix Market and CSV files, and for files that cannot be read.
+#include "tests/scene/bad_scene.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+class Matrix : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(Matrix, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, Matrix,
+    ::testing::Values(
+        BadScene{"NotMatrixMarket",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx",
+                   "6 6 3\n"
+                   "1 1 5\n"}},
+                 {"K.mtx:1:1: error: not a Matrix Market file; the first line must be %%MatrixMarket matrix "
+                  "coordinate|array real|integer symmetric|general"}},
+        BadScene{"ComplexHermitian",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx",
+                   "%%MatrixMarket matrix coordinate complex hermitian\n"
+                   "6 6 0\n"}},
+                 {"K.mtx:1:34: error: 'complex' is not taken, must be real or integer",
+                  "K.mtx:1:42: error: 'hermitian' is not taken, must be symmetric or general"}},
+        BadScene{"WrongSize",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx", kMatrixHeader + "% comment\n"
+                                            "9 9 1\n"
+                                            "1 1 5\n"}},
+                 {"K.mtx:3:1: error: the matrix is 9 x 9, must be 6 x 6: 3 rows for each of 2 points"}},
+        BadScene{"IndexOutside",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx", kMatrixHeader + "6 6 2\n"
+                                            "7 1 5\n"
+                                            "0 1 5\n"}},
+                 {"K.mtx:3:1: error: row '7' must be a whole number from 1 to 6",
+                  "K.mtx:4:1: error: row '0' must be a whole number from 1 to 6"}},
+        BadScene{"TooFewEntries",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx", kMatrixHeader + "6 6 4\n"
+                                            "1 1 5\n"
+                                            "4 1 -5\n"
+                                            "4 4 5\n"}},
+                 {"K.mtx:5:1: error: the file ends after 3 entries, the size line promises 4"}},
+        BadScene{"TooManyEntries",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx", kMatrixHeader + "6 6 1\n"
+                                            "1 1 5\n"
+                                            "4 4 5\n"}},
+                 {"K.mtx:4:1: error: there are more entries than the 1 that the size line promises"}},
+        BadScene{"NotFinite",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx", kMatrixHeader + "6 6 2\r\n"
+                                            "1 1 nan\r\n"
+                                            "4 4 1e999\r\n"}},
+                 {"K.mtx:3:5: error: stiffness 'nan' is not finite, must be a number [N/m]",
+                  "K.mtx:4:5: error: stiffness '1e999' is too large or too small for a double, must be a "
+                  "number [N/m]"}},
+        BadScene{"EntryTwice",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx", kMatrixHeader + "6 6 3\n"
+                                            "1 1 5\n"
+                                            "4 4 5\n"
+                                            "1 1 5\n"}},
+                 {"K.mtx:5:1: error: row 1, column 1 is given twice, first on line 3"}},
+        BadScene{"AboveTheDiagonal",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx", kMatrixHeader + "6 6 1\n"
+                                            "1 4 5\n"}},
+                 {"K.mtx:3:1: error: row 1, column 4 is above the diagonal; a symmetric file holds the lower "
+                  "triangle only"}},
+        BadScene{"NotSymmetric",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx",
+                   "%%MatrixMarket matrix coordinate integer general\n"
+                   "6 6 4\n"
+                   "1 1 5\n"
+                   "1 4 -5\n"
+                   "4 1 -4\n"
+                   "4 4 5\n"}},
+                 {"K.mtx:5:1: error: the matrix is not symmetric: row 4, column 1 is -4, its mirror -5; they "
+                  "may differ by 1e-9 of the largest entry"}},
+        BadScene{"EntryOfTwoWords",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx", kMatrixHeader + "6 6 1\n"
+                                            "1 1\n"}},
+                 {"K.mtx:3:1: error: an entry must be row, column and value"}},
+        BadScene{"ArrayTooShort",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx",
+                   "%%MatrixMarket matrix array real general\n"
+                   "6 6\n"
+                   "1\n"
+                   "2\n"}},
+                 {"K.mtx:4:1: error: the file ends after 2 entries, the size line promises 36"}},
+        BadScene{"Indefinite",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx", kMatrixHeader + "6 6 3\n"
+                                            "1 1 -5\n"
+                                            "4 1 5\n"
+                                            "4 4 -5\n"}},
+                 {"scene.yaml:5:5: error: link 'body': the stiffness matrix is not positive semidefinite: "
+                  "eigenvalue -10 N/m beside the largest, 10 N/m, allowed -1e-06 of it; such a link would "
+                  "release energy without end"}},
+        BadScene{"NotFree",
+                 {{"scene.yaml", kMatrixScene},
+                  {"K.mtx", kMatrixHeader + "6 6 1\n"
+                                            "1 1 5\n"}},
+                 {"scene.yaml:5:5: error: link 'body': the stiffness matrix resists rigid motion of its "
+                  "points: |K u| / (|K| |u|) is 1 for one, allowed 1e-05; a free structure has no link to "
+                  "ground: check supports, units and the order of points"}}),
+    bad_scene_name);
+
+class Csv : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(Csv, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, Csv,
+    ::testing::Values(
+        BadScene{"UnknownColumn",
+                 {{"scene.yaml", "points: {csv: points.csv}\n"},
+                  {"points.csv",
+                   "name,mas,x,y,z\n"
+                   "a,1,0,0,0\n"}},
+                 {"points.csv:1:1: error: the header has no column mass; it names columns by commas",
+                  "points.csv:1:6: error: unknown column 'mas' (did you mean 'mass'?); allowed: name, mass, "
+                  "x, y, z"}},
+        BadScene{"MissingColumn",
+                 {{"scene.yaml", "points: {csv: points.csv}\n"},
+                  {"points.csv",
+                   "# points\n"
+                   "name,mass,x,y\n"
+                   "a,1,0,0\n"}},
+                 {"points.csv:2:1: error: the header has no column z; it names columns by commas"}},
+        BadScene{"ColumnTwice",
+                 {{"scene.yaml", "points: {csv: points.csv}\n"},
+                  {"points.csv",
+                   "name,mass,x,y,z,x\n"
+                   "a,1,0,0,0,0\n"}},
+                 {"points.csv:1:17: error: column 'x' stands twice"}},
+        BadScene{"ShortRow",
+                 {{"scene.yaml", "points: {csv: points.csv}\n"},
+                  {"points.csv",
+                   "name,mass,x,y,z\n"
+                   "\n"
+                   "a,1,0,0\n"
+                   "b,1,1,0,0,7\n"}},
+                 {"points.csv:3:1: error: row has 4 fields, the header has 5",
+                  "points.csv:4:1: error: row has 6 fields, the header has 5"}},
+        BadScene{"BadNumbers",
+                 {{"scene.yaml", "points: {csv: points.csv}\n"},
+                  {"points.csv",
+                   "name,mass,x,y,z\r\n"
+                   "a, heavy,0,,0\r\n"
+                   "b,1,1 mm,0, 1e\r\n"}},
+                 {"points.csv:2:4: error: point 'a': mass 'heavy' is not a number, must be a number > 0 [kg]",
+                  "points.csv:2:12: error: point 'a': y is empty, must be a number [m]",
+                  "points.csv:3:5: error: point 'b': x '1 mm' has a unit, must be SI without a unit [m]: "
+                  "write 0.001",
+                  "points.csv:3:13: error: point 'b': z '1e' is not a number, must be a number [m], in SI "
+                  "without a unit"}},
+        BadScene{
+            "Semicolons",
+            {{"scene.yaml", "points: {csv: points.csv}\n"},
+             {"points.csv",
+              "name;mass;x;y;z\n"
+              "a;1;0;0;0\n"}},
+            {"points.csv:1:1: error: unknown column 'name;mass;x;y;z'; allowed: name, mass, x, y, z",
+             "points.csv:1:1: error: the header has no column mass, x, y, z; it names columns by commas"}},
+        BadScene{"Empty",
+                 {{"scene.yaml", "points: {csv: points.csv}\n"}, {"points.csv", "\n"}},
+                 {"points.csv:1:1: error: the table is empty; its first line names the columns: name, mass, "
+                  "x, y, z"}},
+        BadScene{"Quotes",
+                 {{"scene.yaml", "points: {csv: points.csv}\n"},
+                  {"points.csv",
+                   "name,mass,x,y,z\n"
+                   "\"a\",1,0,0,0\n"}},
+                 {"points.csv:2:1: error: point 1: name '\"a\"' must be 1 to 63 of A-Z a-z 0-9 _ . -"}},
+        BadScene{"PointTwiceAcrossFiles",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 1, at: [5, 0, 0]}\n"
+                   "  - {csv: points.csv}\n"},
+                  {"points.csv",
+                   "name,mass,x,y,z\n"
+                   "a,1,0,0,0\n"
+                   "b,1,1,0,0\n"}},
+                 {"points.csv:2:1: error: point 'a' is defined twice, first at scene.yaml:2:5; give each "
+                  "point a name of its own"}},
+        BadScene{"UnknownEnd",
+                 {{"scene.yaml",
+                   "points: {csv: points.csv}\n"
+                   "links: {csv: links.csv}\n"},
+                  {"points.csv",
+                   "name,mass,x,y,z\n"
+                   "a,1,0,0,0\n"
+                   "b,1,1,0,0\n"},
+                  {"links.csv",
+                   "from,to,stiffness\n"
+                   "a,c,10\n"
+                   "b,b,10\n"}},
+                 {"links.csv:2:3: error: link '1': to names the point 'c', which the scene does not have; it "
+                  "has a, b",
+                  "links.csv:3:3: error: link '2' joins the point 'b' to itself"}},
+        BadScene{"NoKindOfLink",
+                 {{"scene.yaml",
+                   "points: {csv: points.csv}\n"
+                   "links: {csv: links.csv}\n"},
+                  {"points.csv",
+                   "name,mass,x,y,z\n"
+                   "a,1,0,0,0\n"
+                   "b,1,1,0,0\n"},
+                  {"links.csv",
+                   "from,to,GJ\n"
+                   "a,b,10\n"}},
+                 {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
+                  "stiffness (springs), EA (bars), or EA, GJ, EIy, EIz (beams)"}}),
+    bad_scene_name);
+
+class Resource : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(Resource, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, Resource,
+    ::testing::Values(
+        BadScene{"MissingCsv",
+                 {{"scene.yaml", "points: {csv: points.csv}\n"}},
+                 {"scene.yaml:1:15: error: cannot read 'points.csv': No such file or directory"}},
+        BadScene{"FolderForAFile",
+                 {{"scene.yaml", "points: {csv: .}\n"}},
+                 {"scene.yaml:1:15: error: cannot read '.': it is a directory"}},
+        BadScene{
+            "NestedTooDeep",
+            {{"scene.yaml",
+              "points: [[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[[]]]]]]]]]]]]]]]]]]]]]]]]]]]]]]]]]]]]]]]]\n"}},
+            {"scene.yaml:1:40: error: nested deeper than 32 levels; a scene needs at most 6"}},
+        BadScene{"MissingMatrix",
+                 {{"scene.yaml", kMatrixScene}},
+                 {"scene.yaml:5:26: error: cannot read 'K.mtx': No such file or directory"}}),
+    bad_scene_name);
+
+}  // namespace
+}  // namespace freeflex::testing

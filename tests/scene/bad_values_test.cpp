@@ -1,0 +1,285 @@
+// Scenes refused for ranges, references, duplicates, geometry and units.
+#include "tests/scene/bad_scene.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+class Range : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(Range, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, Range,
+    ::testing::Values(
+        BadScene{"NegativeMass",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: -1.5, at: [0, 0, 0]}\n"}},
+                 {"scene.yaml:2:21: error: point 'a': mass -1.5 kg, must be > 0"}},
+        BadScene{"ZeroStiffness",
+                 {{"scene.yaml", kThreePoints + "links:\n"
+                                                "  - {name: l, spring: [hub, tip], stiffness: 0}\n"}},
+                 {"scene.yaml:6:46: error: link 'l': stiffness 0 N/m, must be > 0"}},
+        BadScene{"NegativeRatio",
+                 {{"scene.yaml", kThreePoints + "damping: {ratio: -0.01}\n"}},
+                 {"scene.yaml:5:18: error: damping: ratio -0.01, must be >= 0"}},
+        BadScene{"ZeroRate",
+                 {{"scene.yaml", "rate: 0\n" + kThreePoints}},
+                 {"scene.yaml:1:7: error: scene: rate 0 Hz, must be > 0"}},
+        BadScene{"NotFinite",
+                 {{"scene.yaml", kThreePoints + "gravity: [0, .nan, -.inf]\n"}},
+                 {"scene.yaml:5:14: error: scene: gravity '.nan' is not finite, must be a number [m/s^2]",
+                  "scene.yaml:5:20: error: scene: gravity '-.inf' is not finite, must be a number [m/s^2]"}},
+        BadScene{"TooLargeForADouble",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 1e999, at: [0, 0, 0]}\n"}},
+                 {"scene.yaml:2:21: error: point 'a': mass '1e999' is too large or too small for a double, "
+                  "must be a number > 0 [kg]"}},
+        BadScene{"AttitudeNotUnit",
+                 {{"scene.yaml", kThreePoints + "initial: {attitude: [1, 1, 0, 0]}\n"}},
+                 {"scene.yaml:5:21: error: initial: attitude has norm 1.4142135623730951, must be a unit "
+                  "quaternion [w, x, y, z]"}},
+        BadScene{"TimesDoNotIncrease",
+                 {{"scene.yaml",
+                   kThreePoints +
+                       "loads:\n"
+                       "  - {forces: {tip: [0, 0, 1]}, table: {times: [0, 1, 1], values: [0, 1, 0]}}\n"}},
+                 {"scene.yaml:6:54: error: load 1: table: times 1 s after 1 s, must increase"}},
+        BadScene{"TableOfUnequalColumns",
+                 {{"scene.yaml",
+                   kThreePoints + "loads:\n"
+                                  "  - {forces: {tip: [0, 0, 1]}, table: {times: [0, 1], values: [0]}}\n"}},
+                 {"scene.yaml:6:63: error: load 1: table has 2 times and 1 values; must be as many of each"}},
+        BadScene{"ZeroDuration",
+                 {{"scene.yaml", kThreePoints +
+                                     "loads:\n"
+                                     "  - {forces: {tip: [0, 0, 1]}, pulse: {start: -1, duration: 0}}\n"}},
+                 {"scene.yaml:6:47: error: load 1: pulse: start -1 s, must be >= 0",
+                  "scene.yaml:6:61: error: load 1: pulse: duration 0 s, must be > 0"}},
+        BadScene{"NegativePublicationRate",
+                 {{"scene.yaml", kThreePoints + "publish: {state: -50}\n"}},
+                 {"scene.yaml:5:18: error: publish: state -50 Hz, must be >= 0"}},
+        BadScene{"LeadingZero",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 010, at: [-07.5, 0, 0]}\n"}},
+                 {"scene.yaml:2:21: error: point 'a': mass '010' has a leading zero, which some read as "
+                  "octal: write 10",
+                  "scene.yaml:2:31: error: point 'a': at '-07.5' has a leading zero, which some read as "
+                  "octal: write -7.5"}},
+        BadScene{"Hexadecimal",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 0x1F, at: [0, 0, 0]}\n"}},
+                 {"scene.yaml:2:21: error: point 'a': mass '0x1F' is hexadecimal, must be a decimal number"}},
+        BadScene{"BadName",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: my hub, mass: 1, at: [0, 0, 0]}\n"
+                   "  - {name: all, mass: 1, at: [1, 0, 0]}\n"
+                   "  - {name: a..b, mass: 1, at: [2, 0, 0]}\n"}},
+                 {"scene.yaml:2:12: error: point 1: name 'my hub' must be 1 to 63 of A-Z a-z 0-9 _ . -",
+                  "scene.yaml:3:12: error: point 2: name 'all' stands for every name; choose another",
+                  "scene.yaml:4:12: error: point 3: name 'a..b' must not hold '..', which writes a range of "
+                  "names"}},
+        BadScene{
+            "ModeBeyondTheLast",
+            {{"scene.yaml", kThreePoints + "links: {bar: [hub, mid, tip, hub], EA: 1e6}\n"
+                                           "initial: {modes: {4: {q: 0.1}}}\n"}},
+            {"scene.yaml:6:10: error: initial state names elastic mode 4, there are 3, numbered from 1"}}),
+    bad_scene_name);
+
+class Reference : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(Reference, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, Reference,
+    ::testing::Values(
+        BadScene{"UnknownPointInLink",
+                 {{"scene.yaml", kThreePoints + "links:\n"
+                                                "  - {name: l, spring: [hub, tpi], stiffness: 10}\n"}},
+                 {"scene.yaml:6:29: error: link 'l': spring names the point 'tpi', which the scene does not "
+                  "have (did you mean 'tip'?)"}},
+        BadScene{
+            "UnknownGroup",
+            {{"scene.yaml", kThreePoints + "groups: {panel: [hub, tip]}\n"
+                                           "loads:\n"
+                                           "  - {name: turn, wrenches: {pannel: {torque: [0, 0, 1]}}}\n"}},
+            {"scene.yaml:7:29: error: load 'turn': wrenches names the group 'pannel', which the scene does "
+             "not have (did you mean 'panel'?)"}},
+        BadScene{"UnknownLinkPublished",
+                 {{"scene.yaml", kThreePoints + "links: {name: strut, bar: [hub, tip], EA: 1e6}\n"
+                                                "publish: {loads: {of: [strutt]}}\n"}},
+                 {"scene.yaml:6:24: error: publish: loads: of names the link 'strutt', which the scene does "
+                  "not have (did you mean 'strut'?)"}},
+        BadScene{"UnknownPointNothingNear",
+                 {{"scene.yaml", kThreePoints + "commands: {points: [antenna]}\n"}},
+                 {"scene.yaml:5:21: error: commands: points names the point 'antenna', which the scene does "
+                  "not have; it has hub, mid, tip"}},
+        BadScene{"RangeBackwards",
+                 {{"scene.yaml", kThreePoints + "groups: {panel: [tip..hub]}\n"}},
+                 {"scene.yaml:5:18: error: group 'panel': range 'tip..hub' runs backwards in the scene; swap "
+                  "its ends"}},
+        BadScene{"LinkToItself",
+                 {{"scene.yaml", kThreePoints + "links:\n"
+                                                "  - {name: l, spring: [hub, hub], stiffness: 10}\n"}},
+                 {"scene.yaml:6:23: error: link 'l': spring joins the point 'hub' to itself"}},
+        BadScene{"PublishedMatrix",
+                 {{"scene.yaml", kMatrixScene + "publish: {loads: {of: [body]}}\n"},
+                  {"K.mtx", kMatrixHeader + "6 6 3\n"
+                                            "1 1 5\n"
+                                            "4 1 -5\n"
+                                            "4 4 5\n"}},
+                 {"scene.yaml:6:18: error: publish: loads: link 'body' is a matrix, which has no end forces; "
+                  "choose springs, bars and beams"}},
+        BadScene{"ChainOfOne",
+                 {{"scene.yaml", kThreePoints + "links:\n"
+                                                "  - {beam: [hub], EA: 1, GJ: 1, EIy: 1, EIz: 1}\n"}},
+                 {"scene.yaml:6:12: error: link 1: beam has 1 point, must be a list of 2 or more"}}),
+    bad_scene_name);
+
+class Duplicate : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(Duplicate, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, Duplicate,
+    ::testing::Values(
+        BadScene{"KeyTwice",
+                 {{"scene.yaml",
+                   "rate: 1000\n"
+                   "rate: 500\n" +
+                       kThreePoints}},
+                 {"scene.yaml:2:1: error: key 'rate' is written twice, first on line 1; remove one"}},
+        BadScene{"PointTwice",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 1, at: [0, 0, 0]}\n"
+                   "  - {name: a, mass: 1, at: [1, 0, 0]}\n"}},
+                 {"scene.yaml:3:5: error: point 'a' is defined twice, first on line 2; give each point a "
+                  "name of its own"}},
+        BadScene{"LinkTwice",
+                 {{"scene.yaml", kThreePoints + "links:\n"
+                                                "  - {name: l, spring: [hub, tip], stiffness: 10}\n"
+                                                "  - {name: l, spring: [hub, mid], stiffness: 10}\n"}},
+                 {"scene.yaml:7:5: error: link 'l' is defined twice, first on line 6; give each link a name "
+                  "of its own"}},
+        BadScene{"PointTwiceInGroup",
+                 {{"scene.yaml", kThreePoints + "groups: {panel: [hub..tip, mid]}\n"}},
+                 {"scene.yaml:5:28: error: group 'panel': 'mid' names a point that is in the list already; "
+                  "remove it"}},
+        BadScene{"LoadTwice",
+                 {{"scene.yaml", kThreePoints + "loads:\n"
+                                                "  - {name: k, forces: {tip: [0, 0, 1]}}\n"
+                                                "  - {name: k, forces: {hub: [0, 0, 1]}}\n"}},
+                 {"scene.yaml:7:5: error: load 'k' is defined twice, first on line 6; give each load a name "
+                  "of its own"}}),
+    bad_scene_name);
+
+class Geometry : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(Geometry, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, Geometry,
+    ::testing::Values(
+        BadScene{"PointsInOnePlace",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 1, at: [1, 0, 0]}\n"
+                   "  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+                   "links: {name: l, bar: [a, b], EA: 1e6}\n"}},
+                 {"scene.yaml:4:8: error: link 'l' joins 'a', 'b', which are in one place; a link needs a "
+                  "length > 0: move a point or remove the link",
+                  "scene.yaml:2:5: error: all 2 points are in one place; a structure of more than one point "
+                  "needs at least two places: move a point or keep only one"}},
+        BadScene{
+            "AxisAlongTheBeam",
+            {{"scene.yaml",
+              kThreePoints +
+                  "links: {name: l, beam: [hub, mid], EA: 1, GJ: 1, EIy: 1, EIz: 1, y_axis: [2, 0, 0]}\n"}},
+            {"scene.yaml:5:8: error: link 'l': y_axis (2 0 0) is parallel to the beam; give a direction "
+             "across it, or none to have one chosen"}},
+        BadScene{
+            "ZeroAxis",
+            {{"scene.yaml",
+              kThreePoints +
+                  "links: {name: l, beam: [hub, mid], EA: 1, GJ: 1, EIy: 1, EIz: 1, y_axis: [0, 0, 0]}\n"}},
+            {"scene.yaml:5:74: error: link 'l': y_axis is zero, must be a direction"}}),
+    bad_scene_name);
+
+class Units : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(Units, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, Units,
+    ::testing::Values(
+        BadScene{"Lengths",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 500 g, at: [5 mm, 12in, 1 km]}\n"}},
+                 {"scene.yaml:2:21: error: point 'a': mass '500 g' has a unit, must be SI without a unit "
+                  "[kg]: write 0.5",
+                  "scene.yaml:2:33: error: point 'a': at '5 mm' has a unit, must be SI without a unit [m]: "
+                  "write 0.005",
+                  "scene.yaml:2:39: error: point 'a': at '12in' has a unit, must be SI without a unit [m]: "
+                  "write 0.3048",
+                  "scene.yaml:2:45: error: point 'a': at '1 km' has a unit, must be SI without a unit [m]: "
+                  "write 1000"}},
+        BadScene{"RateInKilohertz",
+                 {{"scene.yaml", "rate: 1 kHz\n" + kThreePoints}},
+                 {"scene.yaml:1:7: error: scene: rate '1 kHz' has a unit, must be SI without a unit [Hz]: "
+                  "write 1000"}},
+        BadScene{"WrongKindOfUnit",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 3 mm, at: [0, 0, 0]}\n"}},
+                 {"scene.yaml:2:21: error: point 'a': mass '3 mm' has a unit of another kind, must be a "
+                  "number > 0 [kg], in SI without a unit"}},
+        BadScene{"UnknownUnit",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 3 stone, at: [0, 0, 0]}\n"}},
+                 {"scene.yaml:2:21: error: point 'a': mass '3 stone' is not a number, must be a number > 0 "
+                  "[kg], in SI without a unit"}},
+        BadScene{"CompoundUnits",
+                 {{"scene.yaml",
+                   kThreePoints + "links:\n"
+                                  "  - {spring: [hub, tip], stiffness: 2.5 kN/mm}\n"
+                                  "  - {beam: [hub, mid], EA: 70 MN, GJ: 5 N*m^2, EIy: 1 kN m^2, EIz: 1}\n"}},
+                 {"scene.yaml:6:37: error: link 1: stiffness '2.5 kN/mm' has a unit, must be SI without a "
+                  "unit [N/m]: write 2500000",
+                  "scene.yaml:7:28: error: link 2: EA '70 MN' has a unit, must be SI without a unit [N]: "
+                  "write 70000000",
+                  "scene.yaml:7:39: error: link 2: GJ '5 N*m^2' has a unit, must be SI without a unit [N "
+                  "m^2]: write 5",
+                  "scene.yaml:7:53: error: link 2: EIy '1 kN m^2' has a unit, must be SI without a unit [N "
+                  "m^2]: write 1000"}},
+        BadScene{
+            "PercentAndDegrees",
+            {{"scene.yaml", kThreePoints + "damping: {ratio: 2 %}\n"
+                                           "initial: {angular_velocity: [10 deg/s, 0, 6 rpm]}\n"}},
+            {"scene.yaml:5:18: error: damping: ratio '2 %' has a unit, must be SI without a unit: write 0.02",
+             "scene.yaml:6:30: error: initial: angular_velocity '10 deg/s' has a unit, must be SI without a "
+             "unit [rad/s]: write 0.174532925199",
+             "scene.yaml:6:43: error: initial: angular_velocity '6 rpm' has a unit, must be SI without a "
+             "unit [rad/s]: write 0.628318530718"}},
+        BadScene{"DecimalComma",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: \"1,5\", at: [0, 0, 0]}\n"
+                   "  - name: b\n"
+                   "    mass: 1,5\n"
+                   "    at: [1_000, 0, 0]\n"}},
+                 {"scene.yaml:2:22: error: point 'a': mass '1,5' has a comma, must be a number with a "
+                  "decimal point",
+                  "scene.yaml:4:11: error: point 'b': mass '1,5' has a comma, must be a number with a "
+                  "decimal point",
+                  "scene.yaml:5:10: error: point 'b': at '1_000' has an underscore, must be digits only"}}),
+    bad_scene_name);
+
+}  // namespace
+}  // namespace freeflex::testing

@@ -1,0 +1,170 @@
+// Scenes refused for their syntax and the types of their values.
+#include "tests/scene/bad_scene.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+class Syntax : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(Syntax, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, Syntax,
+    ::testing::Values(
+        BadScene{"UnclosedBracket",
+                 {{"scene.yaml", "points: [{name: a, mass: 1, at: [0, 0, 0]}\n"}},
+                 {"scene.yaml:2:1: error: YAML syntax: flow sequence without a closing bracket; it was "
+                  "opened on line 1, column 9"}},
+        BadScene{
+            "UnclosedQuote",
+            {{"scene.yaml",
+              "name: \"boom\n"
+              "points: []\n"}},
+            {"scene.yaml:1:7: error: YAML syntax: wrongly indented double-quoted scalar; close the quote"}},
+        BadScene{"TabIndent",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "\t- {name: a}\n"}},
+                 {"scene.yaml:2:1: error: YAML syntax: tab character may not be used as indentation; indent "
+                  "with spaces"}},
+        BadScene{"BadIndent",
+                 {{"scene.yaml",
+                   "damping:\n"
+                   "    ratio: 0.1\n"
+                   "  modes: {}\n"}},
+                 {"scene.yaml:3:3: error: YAML syntax: invalid indentation in mapping; items of one mapping "
+                  "or list start in the same column"}},
+        BadScene{"TextAfterValue",
+                 {{"scene.yaml", "name: 'boom' boom\n"}},
+                 {"scene.yaml:1:14: error: YAML syntax: invalid trailing content after single-quoted scalar; "
+                  "quote all of a value or nothing of it; separate values by commas"}},
+        BadScene{
+            "ControlByte",
+            {{"scene.yaml",
+              "name: bo\x01"
+              "om\n"}},
+            {"scene.yaml:1:9: error: byte 0x01 is not text; a scene is UTF-8 without control characters"}},
+        BadScene{
+            "Latin1",
+            {{"scene.yaml",
+              "name: b\xe9"
+              "am\n"}},
+            {"scene.yaml:1:8: error: byte 0xe9 is not text; a scene is UTF-8 without control characters"}},
+        BadScene{"TwoDocuments",
+                 {{"scene.yaml",
+                   "points: []\n"
+                   "---\n"
+                   "points: []\n"}},
+                 {"scene.yaml:2:1: error: a second document starts here; a scene is one document"}},
+        BadScene{"EmptyFile",
+                 {{"scene.yaml", "# nothing here\n"}},
+                 {"scene.yaml:1:1: error: the file is empty; a scene has at least points"}},
+        BadScene{
+            "Tag",
+            {{"scene.yaml", kThreePoints + "gravity: !!seq [0, 0, 0]\n"}},
+            {"scene.yaml:5:16: error: tag 'tag:yaml.org,2002:seq' has no meaning in a scene; remove it"}},
+        BadScene{"UnknownAlias",
+                 {{"scene.yaml",
+                   "a: &hub [0, 0, 0]\n"
+                   "points:\n"
+                   "  - {name: a, mass: 1, at: *hbu}\n"}},
+                 {"scene.yaml:3:29: error: alias 'hbu' has no anchor before it (did you mean 'hub'?)"}}),
+    bad_scene_name);
+
+class Type : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(Type, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, Type,
+    ::testing::Values(
+        BadScene{"SceneIsAList",
+                 {{"scene.yaml",
+                   "- points\n"
+                   "- links\n"}},
+                 {"scene.yaml:1:1: error: scene is a list, must be a mapping of name, rate, points, links, "
+                  "groups, damping, gravity, initial, loads, publish, commands"}},
+        BadScene{"PointsAreText",
+                 {{"scene.yaml", "points: points.csv\n"}},
+                 {"scene.yaml:1:9: error: points is the text 'points.csv', must be a list of points or {csv: "
+                  "FILE}"}},
+        BadScene{"PointIsText",
+                 {{"scene.yaml", "points: [hub]\n"}},
+                 {"scene.yaml:1:10: error: point 1 is the text 'hub', must be a mapping of name, mass, at"}},
+        BadScene{
+            "MassIsText",
+            {{"scene.yaml",
+              "points:\n"
+              "  - {name: a, mass: heavy, at: [0, 0, 0]}\n"}},
+            {"scene.yaml:2:21: error: point 'a': mass 'heavy' is not a number, must be a number > 0 [kg]"}},
+        BadScene{"MassIsQuoted",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: \"2\", at: [0, 0, 0]}\n"}},
+                 {"scene.yaml:2:22: error: point 'a': mass '2' is text in quotes, must be a number > 0 [kg]: "
+                  "remove the quotes"}},
+        BadScene{"MassIsEmpty",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - name: a\n"
+                   "    mass:\n"
+                   "    at: [0, 0, 0]\n"}},
+                 {"scene.yaml:3:5: error: point 'a': mass is empty, must be a number > 0 [kg]"}},
+        BadScene{"PositionOfTwoNumbers",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 1, at: [0, 0]}\n"}},
+                 {"scene.yaml:2:28: error: point 'a': at has 2 items, must be a list of 3 numbers [m]"}},
+        BadScene{"UnknownKeys",
+                 {{"scene.yaml", kThreePoints + "dampnig: {ratio: 0.1}\n"
+                                                "links:\n"
+                                                "  - {name: l, spring: [hub, tip], stifness: 10}\n"}},
+                 {"scene.yaml:5:1: error: scene: unknown key 'dampnig' (did you mean 'damping'?); allowed: "
+                  "name, rate, points, links, groups, damping, gravity, initial, loads, publish, commands",
+                  "scene.yaml:7:5: error: link 'l': stiffness is missing, must be a number > 0 [N/m]",
+                  "scene.yaml:7:35: error: link 'l': unknown key 'stifness' (did you mean 'stiffness'?); "
+                  "allowed: name, spring, stiffness"}},
+        BadScene{"MissingPoints",
+                 {{"scene.yaml",
+                   "name: boom\n"
+                   "links: []\n"}},
+                 {"scene.yaml:1:1: error: scene: points is missing, must be a list of {name, mass, at} or "
+                  "{csv: FILE}"}},
+        BadScene{"LinkWithoutKind",
+                 {{"scene.yaml", kThreePoints + "links:\n"
+                                                "  - {name: l, sprng: [hub, tip], stiffness: 10}\n"}},
+                 {"scene.yaml:6:5: error: link 'l' has no kind (did you mean 'spring'?); must have one of "
+                  "spring, bar, beam, matrix"}},
+        BadScene{
+            "LinkOfTwoKinds",
+            {{"scene.yaml", kThreePoints + "links:\n"
+                                           "  - {spring: [hub, tip], bar: [hub, mid], stiffness: 10}\n"}},
+            {"scene.yaml:6:5: error: link 1 is both spring and bar; must have one of spring, bar, beam, "
+             "matrix"}},
+        BadScene{"GroupIsMapping",
+                 {{"scene.yaml", kThreePoints + "groups: {panel: {hub: 1}}\n"}},
+                 {"scene.yaml:5:17: error: group 'panel' is a mapping, must be all, or a list of names and "
+                  "ranges a..b; [] for none"}},
+        BadScene{"UnknownAxes",
+                 {{"scene.yaml", kThreePoints + "loads:\n"
+                                                "  - {axes: bdy, forces: {tip: [0, 0, 1]}}\n"}},
+                 {"scene.yaml:6:12: error: load 1: axes is the text 'bdy', must be world or body (did you "
+                  "mean 'body'?)"}},
+        BadScene{
+            "TwoHistories",
+            {{"scene.yaml",
+              kThreePoints + "loads:\n"
+                             "  - {forces: {tip: [0, 0, 1]}, pulse: {duration: 1}, sine: {frequency: 1}}\n"}},
+            {"scene.yaml:6:60: error: load 1 has a second history; must have one of pulse, sine, table, or "
+             "none for a constant load"}},
+        BadScene{"LoadOfNothing",
+                 {{"scene.yaml", kThreePoints + "loads: [{name: idle}]\n"}},
+                 {"scene.yaml:5:9: error: load 'idle' has neither forces nor wrenches; it must have one"}},
+        BadScene{"ModeNotANumber",
+                 {{"scene.yaml", kThreePoints + "damping: {modes: {first: 0.1}}\n"}},
+                 {"scene.yaml:5:19: error: damping: modes: 'first' is not a mode, must be a whole number "
+                  "from 1"}}),
+    bad_scene_name);
+
+}  // namespace
+}  // namespace freeflex::testing

@@ -1,0 +1,158 @@
+// No bytes in a scene, table or matrix crash the reader; what it takes is whole.
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "service/io/input.hpp"
+#include "tests/scene/temporary_folder.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+const std::string kYaml = R"(name: target
+rate: 1000   # Hz
+points:
+  - &p {name: a, mass: 10, at: [0, 0, 0]}
+  - {<<: *p, name: "b", at: [1, 0, 0]}
+  - name: 'c'
+    mass: 1e0
+    at:
+      - 0
+      - 1.5
+      - -2
+  - {csv: points.csv}
+links:
+  - {name: l, spring: [a..c], stiffness: 1e5}
+  - {name: m, matrix: K.mtx, points: [a, b]}
+groups: {g: [a, b], h: all}
+damping: {ratio: 0.01, modes: {1: 0.02}}
+loads:
+  - {forces: {a: [0, 0, 1]}, wrenches: {g: {torque: [0, 0, 1]}}, table: {times: [0, 1], values: [1, 0]}}
+publish: {state: 50, points: {rate: 50, of: [a, d]}}
+)";
+const std::string kCsv = "name,mass,x,y,z\r\nd,1,2,3,4\n# note\ne, 2.5 ,-1,0,7\n";
+const std::string kMatrix =
+    "%%MatrixMarket matrix coordinate real symmetric\n% N/m\n6 6 3\n1 1 5\n4 1 -5\n4 4 5\n";
+
+// one or two changes: a bit, a byte, a token put in, a piece cut out or doubled
+std::string mutate(std::string text, std::mt19937_64& engine) {
+  static const std::vector<std::string> kTokens{"[",
+                                                "]",
+                                                "{",
+                                                "}",
+                                                ": ",
+                                                "- ",
+                                                "&a ",
+                                                "*a",
+                                                "<<: ",
+                                                "\"",
+                                                "'",
+                                                "\n",
+                                                "\t",
+                                                "#",
+                                                "|",
+                                                ">",
+                                                "%",
+                                                "---\n",
+                                                "...\n",
+                                                "? ",
+                                                "!!x ",
+                                                "\\",
+                                                "\xff",
+                                                std::string(1, '\0'),
+                                                "\xc3\xa9",
+                                                ",",
+                                                "..",
+                                                "1e400",
+                                                "-",
+                                                "\r",
+                                                "@",
+                                                "`",
+                                                "\xef\xbb\xbf",
+                                                "\xe2\x80\xa8",
+                                                "\"\\x",
+                                                "\"\\u12"};
+  const auto pick = [&](std::size_t count) {
+    return std::uniform_int_distribution<std::size_t>(0, count - 1)(engine);
+  };
+  for (std::size_t changes = 1 + pick(2); changes > 0 && !text.empty(); --changes) {
+    const std::size_t at = pick(text.size()), length = 1 + pick(12);
+    switch (pick(5)) {
+      case 0:
+        text[at] = static_cast<char>(text[at] ^ (1 << pick(8)));
+        break;
+      case 1:
+        text[at] = static_cast<char>(pick(256));
+        break;
+      case 2:
+        text.insert(at, kTokens[pick(kTokens.size())]);
+        break;
+      case 3:
+        text.erase(at, length);
+        break;
+      default:
+        text.insert(pick(text.size() + 1), text.substr(at, 4 * length));
+        break;
+    }
+  }
+  return text;
+}
+
+void expect_sound(const io::SceneResult& result) {
+  bool has_fault = false;
+  for (const Fault& fault : result.faults) {
+    has_fault = has_fault || fault.severity == Fault::Severity::kError;
+    EXPECT_FALSE(fault.message.empty());
+    ASSERT_LT(fault.origin.source, static_cast<int>(result.sources.size()));
+    ASSERT_FALSE(io::format_fault(fault, result.sources).empty());
+  }
+  ASSERT_NE(result.scene.has_value(), has_fault);
+  if (!result.scene) return;
+  const Scene& scene = *result.scene;
+  const auto is_point = [&](int index) {
+    return index >= 0 && index < static_cast<int>(scene.points.size());
+  };
+  for (const PointMass& point : scene.points) ASSERT_TRUE(point.mass > 0.0 && point.position.allFinite());
+  for (const Link& link : scene.links)
+    ASSERT_TRUE(std::holds_alternative<MatrixLink>(link.kind) ||
+                (is_point(link.points[0]) && is_point(link.points[1])));
+  for (const Load& load : scene.loads)
+    for (const PointLoad& force : load.forces) ASSERT_TRUE(is_point(force.point));
+  for (const Group& group : scene.groups)
+    for (const int point : group.points) ASSERT_TRUE(is_point(point));
+}
+
+TEST(HostileScene, MutationsAreReadOrRefused) {
+  const TemporaryFolder folder;
+  std::mt19937_64 engine(20240601);
+  int num_read = 0;
+  constexpr int kRounds = 4000;
+  for (int round = 0; round < kRounds; ++round) {
+    const int target = round % 4;  // the scene twice as often as each table
+    folder.write("scene.yaml", target < 2 ? mutate(kYaml, engine) : kYaml);
+    folder.write("points.csv", target == 2 ? mutate(kCsv, engine) : kCsv);
+    folder.write("K.mtx", target == 3 ? mutate(kMatrix, engine) : kMatrix);
+    const io::SceneResult result = io::read_scene("scene.yaml");
+    num_read += result.scene.has_value();
+    expect_sound(result);
+    if (HasFatalFailure()) FAIL() << "round " << round;
+  }
+  // the changes must reach both outcomes to mean anything
+  EXPECT_GT(num_read, kRounds / 50);
+  EXPECT_LT(num_read, kRounds / 2);
+}
+
+TEST(HostileScene, EveryTruncationIsReadOrRefused) {
+  const TemporaryFolder folder;
+  folder.write("points.csv", kCsv);
+  folder.write("K.mtx", kMatrix);
+  for (std::size_t length = 0; length <= kYaml.size(); ++length) {
+    folder.write("scene.yaml", kYaml.substr(0, length));
+    expect_sound(io::read_scene("scene.yaml"));
+    if (HasFatalFailure()) FAIL() << "length " << length;
+  }
+  EXPECT_TRUE(io::read_scene("scene.yaml").scene.has_value()) << "the whole is good";
+}
+
+}  // namespace
+}  // namespace freeflex::testing

@@ -1,0 +1,124 @@
+// A scene that asks for too much is refused in bounded time and memory.
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+
+#include "service/io/input.hpp"
+#include "tests/scene/temporary_folder.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+class Limits : public ::testing::Test {
+ protected:
+  std::vector<std::string> read(const std::string& path) {
+    const io::SceneResult result = io::read_scene(path);
+    EXPECT_FALSE(result.scene.has_value());
+    std::vector<std::string> messages;
+    for (const Fault& fault : result.faults)
+      messages.push_back(io::format_fault(fault, result.sources, false));
+    return messages;
+  }
+  std::vector<std::string> read_text(const std::string& text) {
+    folder_.write("scene.yaml", text);
+    return read("scene.yaml");
+  }
+  using Messages = std::vector<std::string>;
+  TemporaryFolder folder_;
+};
+
+TEST_F(Limits, MissingSceneIsNamed) {
+  EXPECT_EQ(read("boom.yaml"),
+            Messages{"boom.yaml: error: cannot read 'boom.yaml': No such file or directory"});
+  EXPECT_EQ(read(""), Messages{"error: cannot read '': the file name is empty"});
+}
+
+TEST_F(Limits, FoldersAndPipesAreRefusedWithoutWaiting) {
+  EXPECT_EQ(read("."), Messages{".: error: cannot read '.': it is a directory"});
+  ASSERT_EQ(::mkfifo("pipe.yaml", 0600), 0);
+  EXPECT_EQ(read("pipe.yaml"),
+            Messages{"pipe.yaml: error: cannot read 'pipe.yaml': it is not a regular file"});
+}
+
+TEST_F(Limits, LargeFileIsNotRead) {
+  folder_.write("scene.yaml", "");
+  std::filesystem::resize_file("scene.yaml", 268435457);  // sparse
+  EXPECT_EQ(
+      read("scene.yaml"),
+      Messages{
+          "scene.yaml: error: cannot read 'scene.yaml': it has 268435457 bytes, at most 268435456 are read"});
+}
+
+TEST_F(Limits, PointsBeyondTheTableAreRefused) {
+  std::string csv = "mass,x,y,z\n";
+  for (int i = 0; i < 10000; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
+  folder_.write("points.csv", csv);
+  EXPECT_EQ(read_text("points: {csv: points.csv}\n"),
+            Messages{"points.csv:8194:1: error: more than 8192 points; the rest is not read"});
+}
+
+TEST_F(Limits, GroupsBeyondTheTableAreRefused) {
+  std::string text = "points: {name: a, mass: 1, at: [0, 0, 0]}\ngroups:\n";
+  for (int i = 0; i < 1100; ++i) text += "  g" + std::to_string(i) + ": a\n";
+  EXPECT_EQ(read_text(text),
+            Messages{"scene.yaml:1027:3: error: more than 1024 groups; the rest is not read"});
+}
+
+TEST_F(Limits, NestedAliasesAreNotMultipliedOut) {
+  std::string text = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
+  for (int i = 1; i < 30; ++i) {
+    const std::string before = "*a" + std::to_string(i - 1);
+    text += "a" + std::to_string(i) + ": &a" + std::to_string(i) + " [" + before;
+    for (int k = 0; k < 9; ++k) text += ", " + before;
+    text += "]\n";
+  }
+  const Messages messages = read_text(text + "points: *a29\n");  // 1e30 words
+  ASSERT_EQ(messages.size(), 40u);                               // 30 unknown keys, 10 items of points
+  EXPECT_EQ(messages[29], "scene.yaml:29:11: error: point 1 is a list, must be a mapping of name, mass, at");
+}
+
+TEST_F(Limits, MergedMappingsAreCounted) {
+  std::string text = "base: &base {";
+  for (int i = 0; i < 2000; ++i) text += (i ? ", k" : "k") + std::to_string(i) + ": 1";
+  text += "}\nmany:\n";
+  for (int i = 0; i < 1000; ++i) text += "  - {<<: *base}\n";
+  EXPECT_EQ(read_text(text),
+            Messages{"scene.yaml:500:15: error: more than 1000000 values; put points and links in CSV files, "
+                     "matrices in Matrix Market files"});
+}
+
+TEST_F(Limits, ListsThatNameTooMuchAreRefused) {
+  std::string csv = "mass,x,y,z\n";
+  for (int i = 0; i < 8192; ++i) csv += "1,0,0,0\n";
+  folder_.write("points.csv", csv);
+  std::string text = "points: {csv: points.csv}\nlinks:\n";
+  for (int i = 0; i < 40; ++i) text += "  - {spring: [1..8192], stiffness: 1}\n";
+  EXPECT_EQ(read_text(text),
+            Messages{"scene.yaml:35:5: error: more than 262144 links; the rest is not read"});
+  text = "points: {csv: points.csv}\ngroups:\n";
+  for (int i = 0; i < 1024; ++i) text += "  g" + std::to_string(i) + ": all\n";
+  EXPECT_EQ(read_text(text + "loads: [{forces: {'1': [0, 0, 1]}}]\n").size(), 1u);
+}
+
+TEST_F(Limits, FaultsAreListedUpToAThousand) {
+  std::string csv = "mass,x,y,z\n";
+  for (int i = 0; i < 5000; ++i) csv += "-1,0,0,0\n";
+  folder_.write("points.csv", csv);
+  const Messages messages = read_text("points: {csv: points.csv}\n");
+  ASSERT_EQ(messages.size(), 1001u);
+  EXPECT_EQ(messages[999], "points.csv:1001:1: error: point '1000': mass -1 kg, must be > 0");
+  EXPECT_EQ(messages[1000], "scene.yaml: error: more than 1000 faults; the rest is not listed");
+}
+
+TEST_F(Limits, MatrixThatPromisesTooMuchAllocatesNothing) {
+  folder_.write("points.csv", [] {
+    std::string csv = "mass,x,y,z\n";
+    for (int i = 0; i < 8192; ++i) csv += "1,0,0,0\n";
+    return csv;
+  }());
+  folder_.write("K.mtx", "%%MatrixMarket matrix array real general\n24576 24576\n");
+  EXPECT_EQ(read_text("points: {csv: points.csv}\nlinks: {matrix: K.mtx, points: all}\n"),
+            Messages{"K.mtx:2:1: error: 603979776 entries, at most 16777216 are read"});
+}
+
+}  // namespace
+}  // namespace freeflex::testing
