@@ -45,8 +45,8 @@ ReferenceRun integrate(const CartesianSystem& system, std::span<const double> ti
                        const ReferenceOptions& options = {});
 
 /// The same, and `accuracy`: the largest elastic error (X37) over `times` of a coarser run (tolerance times
-/// 30, or twice the fixed step) against this one. It bounds the error of the coarser run, so it overstates
-/// this run's.
+/// 30, or twice the fixed step) against this one. It is the coarser run's error, so it overstates this run's;
+/// but two fixed steps that both damp the fastest modes agree on what they lost.
 ReferenceRun integrate_with_estimate(const CartesianSystem& system, std::span<const double> times,
                                      const ReferenceOptions& options = {});
 
