@@ -12,45 +12,156 @@ Mat3 rotation_of_gibbs(const Vec3& g) noexcept {
   return {1.0 - (yy + zz), xy - z, xz + y, xy + z, 1.0 - (xx + zz), yz - x, xz - y, yz + x, 1.0 - (xx + yy)};
 }
 
-/// Rates of the Gibbs vector and of the angular momentum, both in the axes of the step's start (X7, X8).
-struct Rates {
-  Vec3 g, H;
+/// Moment about the centre of mass as a table over the rotation within the step: moment_c = torque_c +
+/// sum_ak G_ka table[9c+3a+k], with G the rotation matrix of the Gibbs vector.
+struct StepMoment {
+  std::array<double, 27> table;
+  Vec3 torque_B;
 };
 
-/// The turning part of a step: what stays the same over it.
-struct Turning {
-  const Plan& plan;
-  const Mat3& R_WB;
-  bool has_moment;
+StepMoment moment_in_step(const RigidLoad& load, const Mat3& R_WB) noexcept {
+  StepMoment moment;
+  moment.torque_B = load.torque_B;
+  for (std::size_t ca = 0; ca < 9; ++ca) {
+    const double* m = load.moment_W.data() + 3 * ca;
+    for (std::size_t k = 0; k < 3; ++k)
+      moment.table[3 * ca + k] = R_WB[k] * m[0] + R_WB[3 + k] * m[1] + R_WB[6 + k] * m[2];
+  }
+  return moment;
+}
 
-  Rates rates(const Vec3& g, const Vec3& H, const RigidLoad& load) const noexcept {
-    const Mat3 R = rotation_of_gibbs(g);
-    const Vec3 w = multiply(plan.inverse_inertia, multiply_transposed(R, H));
-    // g_dot = (w + g x w + g (g.w)) / 2
-    const Vec3 g_dot = scale(0.5, add_scaled(add(w, cross(g, w)), dot(g, w), g));
-    if (!has_moment) return {g_dot, {}};
-    return {g_dot, multiply(R, moment_B(load, multiply(R_WB, R)))};
+Vec3 moment_B(const StepMoment& moment, const Mat3& G) noexcept {
+  Vec3 sum = moment.torque_B;
+  for (std::size_t c = 0; c < 3; ++c) {
+    const double* t = moment.table.data() + 9 * c;
+    sum[c] += (G[0] * t[0] + G[3] * t[1] + G[6] * t[2]) + (G[1] * t[3] + G[4] * t[4] + G[7] * t[5]) +
+              (G[2] * t[6] + G[5] * t[7] + G[8] * t[8]);
+  }
+  return sum;
+}
+
+/// The quadratic through the moments at one end, the middle and the other end, a third of the way from the
+/// first.
+StepMoment interpolate(const StepMoment& near, const StepMoment& middle, const StepMoment& far) noexcept {
+  const auto at_third = [](double x, double y, double z) { return (2.0 * x + 8.0 * y - z) / 9.0; };
+  StepMoment moment;
+  for (std::size_t i = 0; i < moment.table.size(); ++i)
+    moment.table[i] = at_third(near.table[i], middle.table[i], far.table[i]);
+  for (std::size_t i = 0; i < 3; ++i)
+    moment.torque_B[i] = at_third(near.torque_B[i], middle.torque_B[i], far.torque_B[i]);
+  return moment;
+}
+
+/// Butcher's method of order 6 in seven stages (Butcher 1964), with times 0, 1/3, 2/3, 1/3, 1/2, 1/2, 1.
+constexpr std::size_t kStages = 7;
+constexpr double kStageWeights[kStages][kStages - 1] = {
+    {},
+    {1.0 / 3},
+    {0, 2.0 / 3},
+    {1.0 / 12, 1.0 / 3, -1.0 / 12},
+    {-1.0 / 16, 9.0 / 8, -3.0 / 16, -3.0 / 8},
+    {0, 9.0 / 8, -3.0 / 8, -3.0 / 4, 1.0 / 2},
+    {9.0 / 44, -9.0 / 11, 63.0 / 44, 18.0 / 11, 0, -16.0 / 11}};
+constexpr double kWeights[kStages] = {11.0 / 120, 0, 27.0 / 40, 27.0 / 40, -4.0 / 15, -4.0 / 15, 11.0 / 120};
+
+using Rates = std::array<Vec3, kStages>;
+
+/// start + h sum_j weights_j rates_j over the stages before `stage`
+template <std::size_t stage>
+Vec3 combine(const Vec3& start, double h, const double* weights, const Rates& rates) noexcept {
+  Vec3 sum{};
+  for (std::size_t j = 0; j < stage; ++j)
+    if (weights[j] != 0.0) sum = add_scaled(sum, weights[j], rates[j]);
+  return add_scaled(start, h, sum);
+}
+
+/// The turning part of a step, in the axes of the step's start: Gibbs vector and angular momentum (X7, X8).
+struct Turning {
+  double period;
+  Mat3 half_inverse_inertia;
+  Vec3 H;  // at the start
+  Rates g_rates, H_rates;
+
+  Turning(const Plan& plan, const Vec3& H_start) noexcept : period(plan.period), H(H_start) {
+    for (std::size_t i = 0; i < 9; ++i) half_inverse_inertia[i] = 0.5 * plan.inverse_inertia[i];
+  }
+
+  /// Rate of the Gibbs vector, (w + g x w + g (g.w)) / 2, with w = I^-1 G^T H and G^T H = H + k (g x u - u),
+  /// u = g x H, k = 2 / (1 + g.g), written out because it is shorter to wait for than the matrix.
+  Vec3 g_rate(const Vec3& g, const Vec3& H_now) const noexcept {
+    const Vec3 u = cross(g, H_now);
+    const Vec3 H_turned = add_scaled(H_now, 2.0 / (1.0 + dot(g, g)), sub(cross(g, u), u));
+    const Vec3 half_w = multiply(half_inverse_inertia, H_turned);
+    return add_scaled(add(half_w, cross(g, half_w)), dot(g, half_w), g);
+  }
+
+  template <std::size_t stage>
+  void advance_free() noexcept {
+    g_rates[stage] = g_rate(combine<stage>({}, period, kStageWeights[stage], g_rates), H);
+  }
+
+  template <std::size_t stage>
+  void advance_loaded(const StepMoment& moment) noexcept {
+    const Vec3 g = combine<stage>({}, period, kStageWeights[stage], g_rates);
+    const Mat3 G = rotation_of_gibbs(g);
+    g_rates[stage] = g_rate(g, combine<stage>(H, period, kStageWeights[stage], H_rates));
+    H_rates[stage] = multiply(G, moment_B(moment, G));
   }
 };
 
 /// Gibbs vectors at the middle and end of the step and the gain of angular momentum, start axes.
 struct Turn {
-  Vec3 g_middle, g_end, H_gain;
+  Vec3 g_middle{}, g_end{}, H_gain{};
 };
 
-/// Runge's and Kutta's method of order 4 with its own interpolant of order 3 for the middle (X8).
-Turn turn(const Turning& turning, const Vec3& H, const StepLoads& loads, double h) noexcept {
-  const Rates k1 = turning.rates({}, H, loads[0]);
-  const Rates k2 = turning.rates(scale(0.5 * h, k1.g), add_scaled(H, 0.5 * h, k1.H), loads[1]);
-  const Rates k3 = turning.rates(scale(0.5 * h, k2.g), add_scaled(H, 0.5 * h, k2.H), loads[1]);
-  const Rates k4 = turning.rates(scale(h, k3.g), add_scaled(H, h, k3.H), loads[2]);
-  Turn turn{};
-  for (std::size_t i = 0; i < 3; ++i) {
-    turn.g_end[i] = h / 6.0 * ((k1.g[i] + k4.g[i]) + 2.0 * (k2.g[i] + k3.g[i]));
-    turn.g_middle[i] = h / 24.0 * ((5.0 * k1.g[i] - k4.g[i]) + 4.0 * (k2.g[i] + k3.g[i]));
-    turn.H_gain[i] = h / 6.0 * ((k1.H[i] + k4.H[i]) + 2.0 * (k2.H[i] + k3.H[i]));
-  }
+Turn finish(const Turning& turning, const Vec3& H_gain, bool needs_middle) noexcept {
+  Turn turn;
+  turn.H_gain = H_gain;
+  turn.g_end = combine<kStages>({}, turning.period, kWeights, turning.g_rates);
+  if (!needs_middle) return turn;
+  // the middle from Hermite's cubic between the ends
+  const Vec3 end_rate = turning.g_rate(turn.g_end, add(turning.H, H_gain));
+  turn.g_middle =
+      add_scaled(scale(0.5, turn.g_end), 0.125 * turning.period, sub(turning.g_rates[0], end_rate));
   return turn;
+}
+
+Turn turn_free(Turning& turning, bool needs_middle) noexcept {
+  turning.advance_free<0>();
+  turning.advance_free<1>();
+  turning.advance_free<2>();
+  turning.advance_free<3>();
+  turning.advance_free<4>();
+  turning.advance_free<5>();
+  turning.advance_free<6>();
+  return finish(turning, {}, needs_middle);
+}
+
+/// Moments at the stage times 0, 1/3, 1/2, 2/3 and 1.
+Turn turn_loaded(Turning& turning, const StepMoment& start, const StepMoment& third, const StepMoment& middle,
+                 const StepMoment& two_thirds, const StepMoment& end, bool needs_middle) noexcept {
+  turning.advance_loaded<0>(start);
+  turning.advance_loaded<1>(third);
+  turning.advance_loaded<2>(two_thirds);
+  turning.advance_loaded<3>(third);
+  turning.advance_loaded<4>(middle);
+  turning.advance_loaded<5>(middle);
+  turning.advance_loaded<6>(end);
+  return finish(turning, combine<kStages>({}, turning.period, kWeights, turning.H_rates), needs_middle);
+}
+
+bool has_moment(const RigidLoad& load) noexcept { return load.has_moment_W || !is_zero(load.torque_B); }
+
+Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
+  const bool needs_middle = loads.later || !is_zero(loads.start.force_B);
+  Turning turning(plan, multiply_transposed(R_WB, from.H_W));
+  if (!has_moment(loads.start) && !has_moment(loads.middle()) && !has_moment(loads.end()))
+    return is_zero(from.H_W) ? Turn{} : turn_free(turning, needs_middle);
+  const StepMoment start = moment_in_step(loads.start, R_WB);
+  if (!loads.later) return turn_loaded(turning, start, start, start, start, start, needs_middle);
+  const StepMoment middle = moment_in_step(loads.middle(), R_WB), end = moment_in_step(loads.end(), R_WB);
+  const StepMoment third = interpolate(start, middle, end);
+  return turn_loaded(turning, start, third, middle, interpolate(end, middle, start), end, needs_middle);
 }
 
 /// q_WB o (1, g) / sqrt(1 + g.g) as an increment, so that rounding stays behind in the low part (X9).
@@ -67,19 +178,15 @@ void turn_attitude(const Vec3& g, Frame& frame) noexcept {
 }
 
 /// Translation under gravity and the resultant, exact for forces quadratic in time (X6).
-void translate(const Plan& plan, const std::array<Vec3, 3>& force_W, Frame& frame) noexcept {
+void translate(const Plan& plan, const Vec3& mean_force, const Vec3& weighted_force, Frame& frame) noexcept {
   const double h = plan.period;
   for (std::size_t i = 0; i < 3; ++i) {
-    const double start = force_W[0][i], middle = force_W[1][i], end = force_W[2][i];
-    const double mean = (start + end + 4.0 * middle) / 6.0;
-    const double weighted = (start + 2.0 * middle) / 3.0;  // 2 int (1 - s) F(s) ds
-    const double p_gain = h * frame.v_WB_low[i] + 0.5 * h * h * (weighted / plan.mass + plan.gravity_W[i]);
+    const double p_gain =
+        h * frame.v_WB_low[i] + 0.5 * h * h * (weighted_force[i] / plan.mass + plan.gravity_W[i]);
     add_compensated(frame.p_WB[i], frame.p_WB_low[i], h * frame.v_WB[i] + p_gain);
-    add_compensated(frame.v_WB[i], frame.v_WB_low[i], h * (mean / plan.mass + plan.gravity_W[i]));
+    add_compensated(frame.v_WB[i], frame.v_WB_low[i], h * (mean_force[i] / plan.mass + plan.gravity_W[i]));
   }
 }
-
-bool is_zero_moment(const RigidLoad& load) noexcept { return !load.has_moment_W && is_zero(load.torque_B); }
 
 }  // namespace
 
@@ -114,23 +221,23 @@ Vec3 moment_B(const RigidLoad& load, const Mat3& R_WB) noexcept {
 
 Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
   Frame to = from;
-  const bool has_moment = !(is_zero_moment(loads[0]) && is_zero_moment(loads[1]) && is_zero_moment(loads[2]));
-  Turn turned{};
-  if (has_moment || !is_zero(from.H_W)) {
-    turned = turn({plan, R_WB, has_moment}, multiply_transposed(R_WB, from.H_W), loads, plan.period);
-    turn_attitude(turned.g_end, to);
-    const Vec3 H_gain = multiply(R_WB, turned.H_gain);
-    for (std::size_t i = 0; i < 3; ++i) add_compensated(to.H_W[i], to.H_W_low[i], H_gain[i]);
+  const Turn turned = turn(plan, from, R_WB, loads);
+  turn_attitude(turned.g_end, to);
+  const Vec3 H_gain = multiply(R_WB, turned.H_gain);
+  for (std::size_t i = 0; i < 3; ++i) add_compensated(to.H_W[i], to.H_W_low[i], H_gain[i]);
+  const RigidLoad &start = loads.start, &middle = loads.middle(), &end = loads.end();
+  if (!loads.later && is_zero(start.force_B)) {
+    translate(plan, start.force_W, start.force_W, to);
+    return to;
   }
-  std::array<Vec3, 3> force_W{loads[0].force_W, loads[1].force_W, loads[2].force_W};
-  const bool has_force_B =
-      !(is_zero(loads[0].force_B) && is_zero(loads[1].force_B) && is_zero(loads[2].force_B));
-  if (has_force_B) {
-    const std::array<Vec3, 3> g{Vec3{}, turned.g_middle, turned.g_end};
-    for (std::size_t k = 0; k < 3; ++k)
-      force_W[k] = add(force_W[k], multiply(R_WB, multiply(rotation_of_gibbs(g[k]), loads[k].force_B)));
-  }
-  translate(plan, force_W, to);
+  const auto force_W = [&](const RigidLoad& load, const Vec3& g) {
+    return add(load.force_W, multiply(R_WB, multiply(rotation_of_gibbs(g), load.force_B)));
+  };
+  const Vec3 F0 = force_W(start, {}), Fm = force_W(middle, turned.g_middle), F1 = force_W(end, turned.g_end);
+  // the mean, and 2 int (1 - s) F(s) ds, both by Simpson's rule
+  const Vec3 mean = scale(1.0 / 6.0, add_scaled(add(F0, F1), 4.0, Fm));
+  const Vec3 weighted = scale(1.0 / 3.0, add_scaled(F0, 2.0, Fm));
+  translate(plan, mean, weighted, to);
   return to;
 }
 

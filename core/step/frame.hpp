@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <optional>
 
 #include "core/step/state.hpp"
 #include "core/step/vector.hpp"
@@ -23,8 +24,16 @@ void add_pattern(const LoadPattern& pattern, double amplitude, RigidLoad& load) 
 Vec3 resultant_W(const RigidLoad& load, const Mat3& R_WB) noexcept;
 Vec3 moment_B(const RigidLoad& load, const Mat3& R_WB) noexcept;
 
-/// Loads at the start, the middle and the end of a step.
-using StepLoads = std::array<RigidLoad, 3>;
+/// Loads over one step: at its start, and at its middle and end when those may differ.
+struct StepLoads {
+  struct Later {
+    RigidLoad middle, end;
+  };
+  RigidLoad start;
+  std::optional<Later> later;
+  const RigidLoad& middle() const noexcept { return later ? later->middle : start; }
+  const RigidLoad& end() const noexcept { return later ? later->end : start; }
+};
 
 /// Rigid part of the state, value and low part.
 struct Frame {

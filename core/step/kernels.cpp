@@ -1,29 +1,69 @@
 #include "core/step/kernels.hpp"
 
-#include <array>
-#include <bit>
 #include <cstdint>
+#include <vector>
 
 namespace freeflex {
 namespace {
 
-using Lanes = std::array<double, kLanes>;
+// A kernel is written once and compiled for the processor's baseline and, on x86-64, for AVX2, chosen when
+// the program starts. Both do the same operations in the same order, so the bits are the same; only the width
+// differs.
+#define FREEFLEX_KERNEL inline __attribute__((always_inline))
 
-double sum_lanes(const Lanes& s) noexcept {
-  return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+#if defined(__x86_64__)
+bool has_avx2() noexcept {
+  __builtin_cpu_init();
+  return __builtin_cpu_supports("avx2");
+}
+const bool kHasAvx2 = has_avx2();
+
+template <auto kernel, class... Args>
+__attribute__((target("avx2"))) void run_wide(Args... args) noexcept {
+  kernel(args...);
+}
+#endif
+
+/// Runs a kernel, or its wide form where there is one and the processor has the width.
+template <auto kernel, auto wide_kernel = kernel, class... Args>
+void run(Args... args) noexcept {
+#if defined(__x86_64__)
+  if (kHasAvx2) {
+    run_wide<wide_kernel>(args...);
+    return;
+  }
+#endif
+  kernel(args...);
 }
 
-/// The leading 26 bits of y: its product with another 26-bit number is exact.
-inline double leading_bits(double y) noexcept {
-  constexpr std::uint64_t kMask = ~((std::uint64_t{1} << 27) - 1);
-  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(y) & kMask);
+// two lanes, the width that every processor of this kind has
+using Pair = double __attribute__((vector_size(16)));
+
+Pair load(const double* from) noexcept {
+  Pair pair;
+  __builtin_memcpy(&pair, from, sizeof(pair));
+  return pair;
+}
+
+/// Sum of the pairs term(0), term(2), ... below n in kLanes partial sums.
+template <class Term>
+double sum_in_lanes(std::size_t n, const Term& term) noexcept {
+  static_assert(kLanes == 8);
+  Pair s0{}, s1{}, s2{}, s3{};
+  for (std::size_t l = 0; l < n; l += kLanes) {
+    s0 += term(l);
+    s1 += term(l + 2);
+    s2 += term(l + 4);
+    s3 += term(l + 6);
+  }
+  return ((s0[0] + s0[1]) + (s1[0] + s1[1])) + ((s2[0] + s2[1]) + (s3[0] + s3[1]));
 }
 
 template <bool kAccumulate>
-void combine_rows_to(const double* __restrict rows, const Vec3& f, std::size_t n,
-                     double* __restrict y) noexcept {
+FREEFLEX_KERNEL void combine_rows_to(const double* __restrict rows, const Vec3* f, std::size_t n,
+                                     double* __restrict y) noexcept {
   const double* __restrict x = rows, * __restrict u = rows + n, * __restrict w = rows + 2 * n;
-  const double f0 = f[0], f1 = f[1], f2 = f[2];
+  const double f0 = (*f)[0], f1 = (*f)[1], f2 = (*f)[2];
   for (std::size_t l = 0; l < n; ++l) {
     const double sum = f0 * x[l] + f1 * u[l] + f2 * w[l];
     y[l] = kAccumulate ? y[l] + sum : sum;
@@ -31,8 +71,9 @@ void combine_rows_to(const double* __restrict rows, const Vec3& f, std::size_t n
 }
 
 template <bool kAccumulate>
-void combine_table_to(const double* __restrict t, const Mat3& c, std::size_t n,
-                      double* __restrict y) noexcept {
+FREEFLEX_KERNEL void combine_table_to(const double* __restrict t, const Mat3* weights, std::size_t n,
+                                      double* __restrict y) noexcept {
+  const Mat3& c = *weights;
   const double c0 = c[0], c1 = c[1], c2 = c[2], c3 = c[3], c4 = c[4], c5 = c[5], c6 = c[6], c7 = c[7],
                c8 = c[8];
   for (std::size_t l = 0; l < n; ++l) {
@@ -44,110 +85,150 @@ void combine_table_to(const double* __restrict t, const Mat3& c, std::size_t n,
 }
 
 template <bool kAccumulate>
-void combine_one_to(const double* __restrict x, double s, std::size_t n, double* __restrict y) noexcept {
+FREEFLEX_KERNEL void combine_one_to(const double* __restrict x, double s, std::size_t n,
+                                    double* __restrict y) noexcept {
   for (std::size_t l = 0; l < n; ++l) y[l] = kAccumulate ? y[l] + s * x[l] : s * x[l];
 }
 
-/// x1 and low1 from one row of (X10): exact leading products, everything else once rounded and small.
-struct Sum {
-  double value, low;
-};
-inline Sum advance_row(double c_q, double c_v, double l_q, double l_v, double q, double q_hi, double q_lo,
-                       double v, double v_hi, double v_lo, double forced) noexcept {
-  const double a = c_q * q_hi;  // exact
-  const double b = c_v * v_hi;  // exact
-  // a + b = sum + error exactly (Knuth 1969)
-  const double sum = a + b;
-  const double part = sum - a;
-  const double error = (a - (sum - part)) + (b - part);
-  const double rest = (((c_q * q_lo + c_v * v_lo) + (l_q * q + l_v * v)) + error) + forced;
-  const double value = sum + rest;
-  return {value, rest - (value - sum)};
+using PairBits = std::int64_t __attribute__((vector_size(16)));
+using Quad = double __attribute__((vector_size(32)));
+using QuadBits = std::int64_t __attribute__((vector_size(32)));
+
+template <class V>
+FREEFLEX_KERNEL void load_to(V& to, const std::vector<double>& from, std::size_t l) noexcept {
+  __builtin_memcpy(&to, from.data() + l, sizeof(V));
 }
+template <class V>
+FREEFLEX_KERNEL void load_to(V& to, const double* from, std::size_t l) noexcept {
+  __builtin_memcpy(&to, from + l, sizeof(V));
+}
+
+/// The leading 26 bits of y: the product with another number of 26 bits is exact.
+template <class V, class Bits>
+FREEFLEX_KERNEL void take_leading_bits(const V& y, V& leading) noexcept {
+  constexpr std::int64_t kMask = ~((std::int64_t{1} << 27) - 1);
+  leading = reinterpret_cast<V>(reinterpret_cast<Bits>(y) & kMask);
+}
+
+/// One coordinate of several modes: value, its leading bits, and everything that is left, low part included.
+template <class V>
+struct Coordinate {
+  V value, leading, rest;
+};
+
+/// One row of (X10) for several modes. The leading products are exact, and so is their sum with its error
+/// (Knuth 1969); all that is rounded is 2^-26 of the whole or less, or the load.
+template <class V>
+FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const V& l_v,
+                                 const Coordinate<V>& q, const Coordinate<V>& v, const V& forced,
+                                 double* value_out, double* low_out) noexcept {
+  const V a = c_q * q.leading, b = c_v * v.leading;
+  const V sum = a + b;
+  const V part = sum - a;
+  const V error = (a - (sum - part)) + (b - part);
+  const V rest = (((c_q * q.rest + c_v * v.rest) + (l_q * q.value + l_v * v.value)) + error) + forced;
+  const V value = sum + rest;
+  const V low = rest - (value - sum);
+  __builtin_memcpy(value_out, &value, sizeof(V));
+  __builtin_memcpy(low_out, &low, sizeof(V));
+}
+
+/// (X10) for all modes, as many side by side as V holds.
+template <class V, class Bits>
+FREEFLEX_KERNEL void advance(const Propagator* p, std::size_t n, ModalState from, const double* load_start,
+                             const double* load_end, ModalResult to) noexcept {
+  for (std::size_t l = 0; l < n; l += sizeof(V) / sizeof(double)) {
+    Coordinate<V> q, v;
+    V low, Q0, dQ, c_q, c_v, l_q, l_v, w0, w1;
+    load_to(q.value, from.q, l);
+    load_to(low, from.q_low, l);
+    take_leading_bits<V, Bits>(q.value, q.leading);
+    q.rest = (q.value - q.leading) + low;
+    load_to(v.value, from.q_dot, l);
+    load_to(low, from.q_dot_low, l);
+    take_leading_bits<V, Bits>(v.value, v.leading);
+    v.rest = (v.value - v.leading) + low;
+    load_to(Q0, load_start, l);
+    load_to(dQ, load_end, l);
+    dQ -= Q0;
+    load_to(c_q, p->c_qq, l);
+    load_to(c_v, p->c_qv, l);
+    load_to(l_q, p->l_qq, l);
+    load_to(l_v, p->l_qv, l);
+    load_to(w0, p->w_q0, l);
+    load_to(w1, p->w_q1, l);
+    advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q + l, to.q_low + l);
+    load_to(c_q, p->c_vq, l);
+    load_to(c_v, p->c_vv, l);
+    load_to(l_q, p->l_vq, l);
+    load_to(l_v, p->l_vv, l);
+    load_to(w0, p->w_v0, l);
+    load_to(w1, p->w_v1, l);
+    advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q_dot + l, to.q_dot_low + l);
+  }
+}
+
+#undef FREEFLEX_KERNEL
 
 }  // namespace
 
-double dot_lanes(const double* __restrict a, const double* __restrict b, std::size_t n) noexcept {
-  Lanes s{};
-  for (std::size_t l = 0; l < n; l += kLanes)
-    for (std::size_t k = 0; k < kLanes; ++k) s[k] += a[l + k] * b[l + k];
-  return sum_lanes(s);
+double dot_lanes(const double* a, const double* b, std::size_t n) noexcept {
+  return sum_in_lanes(n, [&](std::size_t l) { return load(a + l) * load(b + l); });
 }
 
-double dot_squares(const double* __restrict a, const double* __restrict b, std::size_t n) noexcept {
-  Lanes s{};
-  for (std::size_t l = 0; l < n; l += kLanes)
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      const double product = a[l + k] * b[l + k];
-      s[k] += product * product;
-    }
-  return sum_lanes(s);
+double dot_squares(const double* a, const double* b, std::size_t n) noexcept {
+  return sum_in_lanes(n, [&](std::size_t l) {
+    const Pair product = load(a + l) * load(b + l);
+    return product * product;
+  });
 }
 
-double dot_acceleration(const double* __restrict row, const Plan& plan, const double* __restrict q,
-                        const double* __restrict q_dot, const double* __restrict Q) noexcept {
-  const double* __restrict omega = plan.omega.data(), * __restrict decay = plan.decay.data();
+double dot_acceleration(const double* row, const Plan& plan, const double* q, const double* q_dot,
+                        const double* Q) noexcept {
+  const double *omega = plan.omega.data(), *decay = plan.decay.data();
   const double inverse_mass = 1.0 / plan.mass;
-  Lanes s{};
-  for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_padded); l += kLanes)
-    for (std::size_t k = 0; k < kLanes; ++k) {
-      const std::size_t i = l + k;
-      s[k] += row[i] * ((inverse_mass * Q[i] - 2.0 * decay[i] * q_dot[i]) - omega[i] * (omega[i] * q[i]));
-    }
-  return sum_lanes(s);
+  return sum_in_lanes(static_cast<std::size_t>(plan.num_padded), [&](std::size_t l) {
+    const Pair forced = inverse_mass * load(Q + l) - 2.0 * load(decay + l) * load(q_dot + l);
+    const Pair w = load(omega + l);
+    return load(row + l) * (forced - w * (w * load(q + l)));
+  });
 }
 
 void combine_rows(const double* rows, const Vec3& f, bool accumulate, std::size_t n, double* y) noexcept {
-  accumulate ? combine_rows_to<true>(rows, f, n, y) : combine_rows_to<false>(rows, f, n, y);
+  accumulate ? run<combine_rows_to<true>>(rows, &f, n, y) : run<combine_rows_to<false>>(rows, &f, n, y);
 }
 
 void combine_table(const double* table, const Mat3& weights, bool accumulate, std::size_t n,
                    double* y) noexcept {
-  accumulate ? combine_table_to<true>(table, weights, n, y) : combine_table_to<false>(table, weights, n, y);
+  accumulate ? run<combine_table_to<true>>(table, &weights, n, y)
+             : run<combine_table_to<false>>(table, &weights, n, y);
 }
 
 void combine_one(const double* x, double s, bool accumulate, std::size_t n, double* y) noexcept {
-  accumulate ? combine_one_to<true>(x, s, n, y) : combine_one_to<false>(x, s, n, y);
+  accumulate ? run<combine_one_to<true>>(x, s, n, y) : run<combine_one_to<false>>(x, s, n, y);
 }
 
 void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) noexcept {
   for (std::size_t a = 0; a < 3; ++a)
-    for (std::size_t b = 0; b < 3; ++b) combine_one_to<true>(rows + a * n, F[b], n, table + (3 * a + b) * n);
+    for (std::size_t b = 0; b < 3; ++b) combine_one(rows + a * n, F[b], true, n, table + (3 * a + b) * n);
 }
 
-void advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0_in,
-                   const double* Q1_in, const ModalResult& to) noexcept {
-  const double* __restrict c_qq = propagator.c_qq.data(), * __restrict c_qv = propagator.c_qv.data();
-  const double* __restrict c_vq = propagator.c_vq.data(), * __restrict c_vv = propagator.c_vv.data();
-  const double* __restrict l_qq = propagator.l_qq.data(), * __restrict l_qv = propagator.l_qv.data();
-  const double* __restrict l_vq = propagator.l_vq.data(), * __restrict l_vv = propagator.l_vv.data();
-  const double* __restrict w_q0 = propagator.w_q0.data(), * __restrict w_q1 = propagator.w_q1.data();
-  const double* __restrict w_v0 = propagator.w_v0.data(), * __restrict w_v1 = propagator.w_v1.data();
-  const double* __restrict q = from.q, * __restrict q_low = from.q_low;
-  const double* __restrict v = from.q_dot, * __restrict v_low = from.q_dot_low;
-  const double* __restrict Q0 = Q0_in, * __restrict Q1 = Q1_in;
-  double* __restrict q1 = to.q, * __restrict q1_low = to.q_low;
-  double* __restrict v1 = to.q_dot, * __restrict v1_low = to.q_dot_low;
-  for (std::size_t l = 0; l < n; ++l) {
-    const double q_hi = leading_bits(q[l]), v_hi = leading_bits(v[l]);
-    const double q_lo = (q[l] - q_hi) + q_low[l], v_lo = (v[l] - v_hi) + v_low[l];
-    const double dQ = Q1[l] - Q0[l];
-    const Sum next_q = advance_row(c_qq[l], c_qv[l], l_qq[l], l_qv[l], q[l], q_hi, q_lo, v[l], v_hi, v_lo,
-                                   w_q0[l] * Q0[l] + w_q1[l] * dQ);
-    const Sum next_v = advance_row(c_vq[l], c_vv[l], l_vq[l], l_vv[l], q[l], q_hi, q_lo, v[l], v_hi, v_lo,
-                                   w_v0[l] * Q0[l] + w_v1[l] * dQ);
-    q1[l] = next_q.value;
-    q1_low[l] = next_q.low;
-    v1[l] = next_v.value;
-    v1_low[l] = next_v.low;
+void advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
+                   const double* Q1, const ModalResult& to) noexcept {
+  run<advance<Pair, PairBits>, advance<Quad, QuadBits>>(&propagator, n, from, Q0, Q1, to);
+}
+
+bool all_finite(const double* x, const double* y, std::size_t n) noexcept {
+  // of a value that is not finite, x - x is not zero; two sums, because each waits for itself
+  Pair of_x{}, of_y{};
+  for (std::size_t l = 0; l < n; l += kLanes) {
+    of_x += ((load(x + l) - load(x + l)) + (load(x + l + 2) - load(x + l + 2))) +
+            ((load(x + l + 4) - load(x + l + 4)) + (load(x + l + 6) - load(x + l + 6)));
+    of_y += ((load(y + l) - load(y + l)) + (load(y + l + 2) - load(y + l + 2))) +
+            ((load(y + l + 4) - load(y + l + 4)) + (load(y + l + 6) - load(y + l + 6)));
   }
-}
-
-bool all_finite(const double* __restrict x, std::size_t n) noexcept {
-  Lanes s{};
-  for (std::size_t l = 0; l < n; l += kLanes)
-    for (std::size_t k = 0; k < kLanes; ++k) s[k] += x[l + k] - x[l + k];
-  return sum_lanes(s) == 0.0;
+  const Pair sum = of_x + of_y;
+  return sum[0] + sum[1] == 0.0;
 }
 
 }  // namespace freeflex

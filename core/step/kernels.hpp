@@ -37,7 +37,7 @@ struct ModalResult {
 void advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
                    const double* Q1, const ModalResult& to) noexcept;
 
-/// True when every value is finite.  \pre n a multiple of kLanes
-bool all_finite(const double* x, std::size_t n) noexcept;
+/// True when every value of both arrays is finite.  \pre n a multiple of kLanes
+bool all_finite(const double* x, const double* y, std::size_t n) noexcept;
 
 }  // namespace freeflex

@@ -46,13 +46,14 @@ struct External {
   }
 
   StepLoads rigid() const noexcept {
-    StepLoads loads{};
-    add_pattern(commands, 1.0, loads[0]);
-    loads[1] = loads[2] = loads[0];
+    StepLoads loads;
+    add_pattern(commands, 1.0, loads.start);
+    if (plan.histories.empty()) return loads;
+    auto& [middle, end] = loads.later.emplace(StepLoads::Later{loads.start, loads.start});
     for (const PlanHistory& history : plan.histories) {
-      add_pattern(history.pattern, amplitude_right(history, plan.period, tick), loads[0]);
-      add_pattern(history.pattern, amplitude_middle(history, plan.period, tick), loads[1]);
-      add_pattern(history.pattern, amplitude_left(history, plan.period, tick + 1), loads[2]);
+      add_pattern(history.pattern, amplitude_right(history, plan.period, tick), loads.start);
+      add_pattern(history.pattern, amplitude_middle(history, plan.period, tick), middle);
+      add_pattern(history.pattern, amplitude_left(history, plan.period, tick + 1), end);
     }
     return loads;
   }
@@ -147,12 +148,11 @@ void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& works
                 is_fresh ? workspace.Q_right.data() : state.Q.data(), workspace.Q_left.data(),
                 {workspace.next_q.data(), workspace.next_q_low.data(), workspace.next_q_dot.data(),
                  workspace.next_q_dot_low.data()});
-  if (!is_finite(frame) || !all_finite(workspace.next_q.data(), n) ||
-      !all_finite(workspace.next_q_dot.data(), n)) {
+  if (!is_finite(frame) || !all_finite(workspace.next_q.data(), workspace.next_q_dot.data(), n)) {
     report = {.status = StepStatus::kNotFinite};
     return;
   }
-  commit(frame, loads[2], R_end, state, workspace);
+  commit(frame, loads.end(), R_end, state, workspace);
   if (is_changed) {
     state.slots.swap(workspace.next_slots);
     std::swap(state.commands_pattern, workspace.next_pattern);
