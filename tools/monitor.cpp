@@ -125,15 +125,20 @@ class Overview {
   std::map<std::string, Channel> channels_;
 };
 
-Clock::duration seconds(double value) { return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value)); }
+Clock::duration seconds(double value) {
+  return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
+}
 
-/// Calls show() every interval, and for what came after the last, until the time is over, count messages came, or
-/// Ctrl-C.
-void watch(Bus& bus, const Options& options, const std::int64_t& num_messages, const std::function<void(double)>& show) {
+/// Calls show() every interval, and for what came after the last, until the time is over, count messages
+/// came, or Ctrl-C.
+void watch(Bus& bus, const Options& options, const std::int64_t& num_messages,
+           const std::function<void(double)>& show) {
   constexpr double kForever = 1e9;  // [s]
   const Clock::time_point start = Clock::now();
   const Clock::time_point end = start + seconds(options.duration.value_or(kForever));
-  const auto is_over = [&] { return is_interrupted() || Clock::now() >= end || (options.count && num_messages >= *options.count); };
+  const auto is_over = [&] {
+    return is_interrupted() || Clock::now() >= end || (options.count && num_messages >= *options.count);
+  };
   Clock::time_point shown = start;
   while (!is_over()) {
     const Clock::time_point next = std::min(end, shown + seconds(options.interval));

@@ -1,0 +1,129 @@
+// push, monitor and LCM's own logger and player against a running daemon, in a network of their own.
+#include <gtest/gtest.h>
+
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/support/private_network.hpp"
+#include "tests/tools/shell.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Json = nlohmann::json;
+
+std::string refusal;  // why there is no private network; empty: there is one
+
+class OnTheBus : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!refusal.empty()) GTEST_SKIP() << refusal;
+  }
+  /// Runs a script with $F and $D for the programs and $T for a folder; the daemon runs the frame and is
+  /// stopped after.
+  Outcome with_daemon(const std::string& script) {
+    return run("F=" + kFreeflex + "; D=" + kFreeflexd + "; T=" + folder_.path() + "; $D " + kGolden +
+               "frame.plan --log-level error & daemon=$!; (" + script +
+               "); code=$?; kill $daemon 2>/dev/null; wait $daemon; exit $code");
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(OnTheBus, PushIsAcceptedWithItsTick) {
+  const Outcome outcome = with_daemon("$F push --json --point tip --force -1,0,0 --duration 0.1");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  EXPECT_EQ(json["accepted"], true);
+  EXPECT_GE(json["tick"], 0);
+}
+
+TEST_F(OnTheBus, PushIsRejectedWithItsReason) {
+  const Outcome outcome = with_daemon("$F push --point tip --force 0,0,1 --slot 64");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "rejected at tick ")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "bad_slot")) << outcome.out;
+}
+
+TEST_F(OnTheBus, PushToAnUnknownNameSaysWhatThereIs) {
+  const Outcome outcome = with_daemon("$F push --point nose --force 0,0,1");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(contains(outcome.err, "no point 'nose' in scene 'frame'")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "tip")) << outcome.err;
+  EXPECT_EQ(with_daemon("$F push --group nose --torque 0,0,1").exit_code, 2);
+}
+
+TEST_F(OnTheBus, PushWithoutADaemonNamesTheBus) {
+  const Outcome outcome = run(kFreeflex + " push --point tip --force 0,0,1 --timeout 0.3");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(contains(outcome.err, "no daemon heard")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "udpm://239.255.76.67:7667")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "FREEFLEX_")) << outcome.err;
+}
+
+TEST_F(OnTheBus, ControlStopsTheDaemon) {
+  const Outcome outcome =
+      run("F=" + kFreeflex + "; " + kFreeflexd + " " + kGolden +
+          "frame.plan --log-level error & daemon=$!; $F push --control stop || kill $daemon; wait $daemon");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+}
+
+TEST_F(OnTheBus, MonitorCountsEveryChannel) {
+  const Outcome outcome = with_daemon("$F monitor --json --duration 2.2 --interval 2");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json channels = Json::parse(outcome.out.substr(0, outcome.out.find('\n')))["channels"];
+  for (const char* channel : {"FREEFLEX_STATE", "FREEFLEX_STATUS", "FREEFLEX_SCENE"}) {
+    ASSERT_TRUE(channels.contains(channel)) << channels;
+    EXPECT_GT(channels[channel]["count"], 0);
+    EXPECT_GT(channels[channel]["bytes"], 0);
+    EXPECT_TRUE(channels[channel]["last"].is_object());
+  }
+}
+
+TEST_F(OnTheBus, MonitorPrintsOneJsonObjectALineForAChannel) {
+  const Outcome outcome = with_daemon("$F monitor --channel STATE --json --count 3");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream lines(outcome.out);
+  std::string line;
+  int count = 0;
+  for (; std::getline(lines, line); ++count) EXPECT_EQ(Json::parse(line)["message"]["q"].size(), 6u);
+  EXPECT_EQ(count, 3);
+}
+
+TEST_F(OnTheBus, LiveViewPrintsLinesWhereThereIsNoTerminal) {
+  const Outcome outcome = with_daemon("$F monitor --live --duration 1.5 --interval 0.5");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "running")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "largest displacement")) << outcome.out;
+  EXPECT_FALSE(contains(outcome.out, "\033")) << outcome.out;
+}
+
+TEST_F(OnTheBus, ALoggedSessionReplaysAndSoDoesItsPlayedBackRecording) {
+  const Outcome outcome = run(
+      "F=" + kFreeflex + "; T=" + folder_.path() +
+      "; lcm-logger -q -c '^FREEFLEX_.*' $T/one.log >&2 & logger=$!; sleep 0.3; " + kFreeflexd + " " +
+      kGolden +
+      "frame.plan --log-level error & daemon=$!; "
+      "$F push --point tip --force 0,0,5 --duration 0.2; $F push --group base --torque 0,0,1 --axes body "
+      "--lease 0.1; "
+      "$F push --control stop; wait $daemon; sleep 0.3; kill -INT $logger; wait $logger; "
+      "lcm-logger -q -c '^FREEFLEX_.*' $T/two.log >&2 & logger=$!; sleep 0.3; lcm-logplayer $T/one.log >&2; "
+      "sleep 0.3; kill -INT $logger; wait $logger; "
+      "$F replay $T/one.log && $F replay $T/two.log");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  // once for each recording
+  const std::size_t first = outcome.out.find("identical to the bit over ");
+  ASSERT_NE(first, std::string::npos) << outcome.out << outcome.err;
+  EXPECT_NE(outcome.out.find("identical to the bit over ", first + 1), std::string::npos)
+      << outcome.out << outcome.err;
+}
+
+}  // namespace
+}  // namespace freeflex::testing
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  // listing the tests needs no network
+  if (!testing::GTEST_FLAG(list_tests))
+    freeflex::testing::refusal = freeflex::testing::enter_private_network();
+  return RUN_ALL_TESTS();
+}

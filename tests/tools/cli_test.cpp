@@ -1,0 +1,201 @@
+// The command line as a person or a script meets it: exit codes, texts, JSON.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <sstream>
+
+#include "tests/tools/shell.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Json = nlohmann::json;
+
+TEST(CommandLine, HelpOfEveryCommandShowsAnExampleAndExitCodes) {
+  for (const char* command : {"check", "modes", "compile", "run", "push", "monitor", "replay"}) {
+    const Outcome outcome = run(kFreeflex + " " + command + " --help");
+    EXPECT_EQ(outcome.exit_code, 0) << command;
+    EXPECT_TRUE(contains(outcome.out, std::string("freeflex ") + command)) << outcome.out;
+    EXPECT_TRUE(contains(outcome.out, "Exit codes: 0 ")) << outcome.out;
+  }
+}
+
+TEST(CommandLine, WrongUsageIsExitTwo) {
+  for (const char* arguments :
+       {"", "nonsense", "check", "modes --count x a.yaml", "run a.yaml", "push",
+        "push --point a --control run", "push --control jump", "push --point a --duration 1 --lease 1",
+        "push --point a --axes sideways", "monitor --live --json", "replay", "compile a.yaml"}) {
+    const Outcome outcome = run(kFreeflex + " " + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments << ": " << outcome.err;
+    EXPECT_FALSE(outcome.err.empty()) << arguments;
+    EXPECT_TRUE(outcome.out.empty()) << arguments << ": " << outcome.out;
+  }
+}
+
+TEST(Check, GoodSceneIsExitZeroWithOneLine) {
+  const Outcome outcome = run(kFreeflex + " check " + kScenes + "boom.yaml");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "boom.yaml: good, 4 points, 3 links, 6 rigid and 6 elastic freedoms"));
+  EXPECT_TRUE(outcome.err.empty()) << outcome.err;
+}
+
+TEST(Check, NamesEveryFaultWithItsPlace) {
+  const TemporaryFolder folder;
+  write_text(
+      folder / "bad.yaml",
+      "points:\n  - {name: a, mass: -1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [0, 0]}\ncolour: red\n");
+  const Outcome outcome = run("cd " + folder.path() + " && " + kFreeflex + " check bad.yaml");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(contains(outcome.err, "bad.yaml:2:")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "bad.yaml:3:")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "bad.yaml:4:")) << outcome.err;
+  EXPECT_TRUE(outcome.out.empty()) << outcome.out;
+}
+
+TEST(Check, JsonHoldsTheSameFaults) {
+  const TemporaryFolder folder;
+  write_text(folder / "bad.yaml", "points:\n  - {name: a, mass: -1, at: [0, 0, 0]}\n");
+  const Outcome outcome = run(kFreeflex + " check --json " + folder / "bad.yaml");
+  EXPECT_EQ(outcome.exit_code, 2);
+  const Json json = Json::parse(outcome.out);
+  EXPECT_EQ(json["ok"], false);
+  ASSERT_EQ(json["faults"].size(), 1u) << outcome.out;
+  EXPECT_EQ(json["faults"][0]["line"], 2);
+  EXPECT_EQ(json["faults"][0]["severity"], "error");
+}
+
+TEST(Check, MissingFileIsExitTwo) {
+  const Outcome outcome = run(kFreeflex + " check /nonexistent/scene.yaml");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(contains(outcome.err, "/nonexistent/scene.yaml")) << outcome.err;
+}
+
+TEST(Modes, JsonAndTextAgreeOnTwoMassesAndASpring) {
+  // two masses m on a spring k: one frequency, sqrt(2 k / m) / (2 pi); five rigid freedoms
+  const TemporaryFolder folder;
+  write_text(folder / "two.yaml",
+             "points:\n  - {name: a, mass: 2, at: [0, 0, 0]}\n  - {name: b, mass: 2, at: [3, 0, "
+             "0]}\nlinks:\n  - {spring: [a, b], stiffness: 50}\n");
+  const Outcome outcome = run(kFreeflex + " modes --json " + folder / "two.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  EXPECT_DOUBLE_EQ(json["mass"], 4.0);
+  EXPECT_DOUBLE_EQ(json["centre"][0], 1.5);
+  EXPECT_NEAR(json["principal_moments"][0], 0.0, 1e-14);
+  EXPECT_NEAR(json["principal_moments"][2], 9.0, 1e-13);
+  EXPECT_EQ(json["rigid_freedoms"], 5);
+  ASSERT_EQ(json["modes"].size(), 1u);
+  const double expected = std::sqrt(2 * 50.0 / 2.0) / (2.0 * std::acos(-1.0));
+  EXPECT_NEAR(json["modes"][0]["frequency"], expected, 1e-14);
+  const Outcome text = run(kFreeflex + " modes " + folder / "two.yaml");
+  EXPECT_TRUE(contains(text.out, "rigid freedoms     5 (collinear)")) << text.out;
+  EXPECT_TRUE(contains(text.out, "1.125395395")) << text.out;
+}
+
+TEST(Modes, MarksTheRotorsRepeatedFrequency) {
+  const Outcome outcome = run(kFreeflex + " modes --json " + kScenes + "rotor.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json modes = Json::parse(outcome.out)["modes"];
+  EXPECT_EQ(modes[0]["cluster"], modes[1]["cluster"]);
+  EXPECT_NE(modes[1]["cluster"], modes[2]["cluster"]);
+}
+
+TEST(Modes, NamesTheMechanismsPoints) {
+  // springs along a line do not resist bending: one motion in each of two planes
+  const Outcome outcome = run(kFreeflex + " modes --json " + kGolden + "chain.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  ASSERT_EQ(json["mechanisms"].size(), 2u);
+  EXPECT_EQ(json["mechanisms"][0].size(), 1u) << json["mechanisms"];
+  EXPECT_EQ(json["modes"][0]["frequency"], 0.0);
+  EXPECT_EQ(json["modes"][1]["frequency"], 0.0);
+  EXPECT_GT(json["modes"][2]["frequency"], 1.0);
+  EXPECT_TRUE(contains(run(kFreeflex + " modes " + kGolden + "chain.yaml").out, "mode 1 moves "));
+}
+
+TEST(Compile, PlanStandsForItsScene) {
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      run(kFreeflex + " compile --json " + kScenes + "boom.yaml -o " + folder / "boom.plan");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_EQ(Json::parse(outcome.out)["elastic_freedoms"], 6);
+  EXPECT_EQ(run(kFreeflex + " modes --json " + folder / "boom.plan").out,
+            run(kFreeflex + " modes --json " + kScenes + "boom.yaml").out);
+}
+
+TEST(Compile, UnwritablePlanIsExitOneAndDamagedPlanExitTwo) {
+  EXPECT_EQ(run(kFreeflex + " compile " + kScenes + "boom.yaml -o /nonexistent/boom.plan").exit_code, 1);
+  const TemporaryFolder folder;
+  ASSERT_EQ(run(kFreeflex + " compile " + kScenes + "boom.yaml -o " + folder / "boom.plan").exit_code, 0);
+  std::string plan = read_text(folder / "boom.plan");
+  plan[plan.size() / 2] = static_cast<char>(plan[plan.size() / 2] ^ 1);
+  write_text(folder / "boom.plan", plan);
+  const Outcome outcome = run(kFreeflex + " modes " + folder / "boom.plan");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(contains(outcome.err, "boom.plan")) << outcome.err;
+}
+
+TEST(Run, SameInputGivesTheSameFile) {
+  const TemporaryFolder folder;
+  for (const char* name : {"a.log", "b.log", "a.csv", "b.csv"}) {
+    const Outcome outcome =
+        run(kFreeflex + " run " + kGolden + "frame.plan --until 0.5 --out " + folder / name);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  EXPECT_EQ(read_text(folder / "a.log"), read_text(folder / "b.log"));
+  EXPECT_EQ(read_text(folder / "a.csv"), read_text(folder / "b.csv"));
+}
+
+TEST(Run, TableHasTheNamedColumnsInEveryRow) {
+  const TemporaryFolder folder;
+  const Outcome outcome =
+      run(kFreeflex + " run " + kScenes + "boom.yaml --until 0.1 --out " + folder / "a.csv");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream lines(read_text(folder / "a.csv"));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_TRUE(line.starts_with("tick,time,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,hx,hy,hz,q1,")) << line;
+  EXPECT_TRUE(contains(line, ",tip.x,tip.y,tip.z,"));
+  const auto columns = std::count(line.begin(), line.end(), ',');
+  int rows = 0;
+  while (std::getline(lines, line)) {
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns);
+    ++rows;
+  }
+  // 50 Hz over 0.1 s: ticks 0, 20, 40, 60, 80, 100
+  EXPECT_EQ(rows, 6);
+}
+
+TEST(Run, NeedsAnEnd) {
+  const Outcome outcome = run(kFreeflex + " run " + kScenes + "boom.yaml --out /tmp/never.log");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(contains(outcome.err, "--until"));
+}
+
+TEST(Run, FullDiskAndUnwritableFolderAreExitOne) {
+  const Outcome full = run(kFreeflex + " run " + kScenes + "boom.yaml --until 10 --out /dev/full");
+  EXPECT_EQ(full.exit_code, 1);
+  EXPECT_TRUE(contains(full.err, "No space left")) << full.err;
+  EXPECT_EQ(run(kFreeflex + " run " + kScenes + "boom.yaml --until 1 --out /nonexistent/a.log").exit_code, 1);
+}
+
+TEST(Run, InterruptedFileIsMarkedAndReplays) {
+  const TemporaryFolder folder;
+  // far more than can be done: SIGINT arrives on the way
+  const Outcome outcome = run("timeout --preserve-status -s INT 1 " + kFreeflex + " run " + kGolden +
+                              "frame.plan --until 1e8 --out " + folder / "a.log");
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.log"));
+  const Outcome replayed =
+      run(kFreeflex + " replay " + folder / "a.log.partial --plan " + kGolden + "frame.plan");
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err << replayed.out;
+}
+
+TEST(CommandLine, ClosedPipeEndsQuietly) {
+  const Outcome outcome = run(kFreeflex + " modes --count 0 " + kScenes + "rotor.yaml | head -n 1");
+  EXPECT_TRUE(outcome.err.empty()) << outcome.err;
+}
+
+}  // namespace
+}  // namespace freeflex::testing

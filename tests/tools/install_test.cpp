@@ -1,0 +1,77 @@
+// The installed tree serves a program of somebody else's.
+#include <gtest/gtest.h>
+
+#include "tests/support/private_network.hpp"
+#include "tests/tools/shell.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+std::string refusal;  // why there is no private network; empty: there is one
+
+TEST(Install, AControllerBuiltAgainstTheInstalledTreeBrakesTheStructure) {
+  if (!refusal.empty()) GTEST_SKIP() << refusal;
+  const TemporaryFolder folder;
+  const Outcome install = run("cmake --install " FREEFLEX_BUILD_DIR " --prefix " + folder / "prefix");
+  ASSERT_EQ(install.exit_code, 0) << install.out << install.err;
+  for (const char* file :
+       {"bin/freeflex", "bin/freeflexd", "share/freeflex/lcm/state_t.lcm", "share/freeflex/scenes/boom.yaml",
+        "include/freeflex/core/step/step.hpp", "include/freeflex/core/model/compile.hpp",
+        "include/freeflex/service/io/input.hpp", "include/freeflex/freeflex_msgs/state_t.hpp"}) {
+    EXPECT_TRUE(std::filesystem::exists(folder / ("prefix/" + std::string(file)))) << file;
+  }
+  const std::string source = std::string(FREEFLEX_SOURCE_DIR) + "/tests/tools/controller";
+  const Outcome build =
+      run("cmake -S " + source + " -B " + folder / "build -DCMAKE_PREFIX_PATH=" + folder / "prefix" +
+          " && cmake --build " + folder / "build");
+  ASSERT_EQ(build.exit_code, 0) << build.out << build.err;
+
+  // a drifting pair of masses, all of it in one group
+  write_text(folder / "drift.yaml",
+             "points:\n  - {name: a, mass: 2, at: [0, 0, 0]}\n  - {name: b, mass: 2, at: [1, 0, 0]}\n"
+             "links:\n  - {spring: [a, b], stiffness: 1.0e4}\ngroups: {all_of_it: [a, b]}\ninitial: "
+             "{velocity: [0.5, -0.2, 0.1]}\n");
+  const Outcome controlled =
+      run("cd " + folder.path() + " && prefix/bin/freeflexd drift.yaml --log-level error & daemon=$!; " +
+          folder / "build/controller all_of_it; code=$?; kill $daemon; wait $daemon; exit $code");
+  EXPECT_EQ(controlled.exit_code, 0) << controlled.out << controlled.err;
+  EXPECT_TRUE(contains(controlled.out, "speed 0.5")) << controlled.out;
+}
+
+TEST(Install, AProgramBuiltAgainstTheInstalledTreeSteps) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(run("cmake --install " FREEFLEX_BUILD_DIR " --prefix " + folder / "prefix").exit_code, 0);
+  write_text(folder / "CMakeLists.txt",
+             "cmake_minimum_required(VERSION 3.25)\nproject(steps CXX)\nfind_package(freeflex "
+             "REQUIRED)\nadd_executable(steps steps.cpp)\n"
+             "target_link_libraries(steps PRIVATE freeflex::io freeflex::core freeflex::step)\n");
+  write_text(folder / "steps.cpp",
+             "#include <cstdio>\n#include \"core/step/step.hpp\"\n#include \"service/io/input.hpp\"\n"
+             "int main(int, char** argv) {\n  const auto result = freeflex::io::load_plan(argv[1]);\n  if "
+             "(!result.plan) return 1;\n"
+             "  freeflex::State state = freeflex::make_state(*result.plan);\n"
+             "  freeflex::Workspace workspace = freeflex::make_workspace(*result.plan);\n  "
+             "freeflex::StepReport report;\n"
+             "  for (int i = 0; i < 100; ++i) freeflex::step(*result.plan, state, {}, workspace, report);\n"
+             "  std::printf(\"tick %lld\\n\", static_cast<long long>(state.tick));\n}\n");
+  const std::string flags =
+      std::string(FREEFLEX_CXX_FLAGS).empty() ? "" : " -DCMAKE_CXX_FLAGS='" FREEFLEX_CXX_FLAGS "'";
+  const Outcome build =
+      run("cd " + folder.path() + " && cmake -S . -B build -DCMAKE_PREFIX_PATH=$PWD/prefix" + flags +
+          " && cmake --build build");
+  ASSERT_EQ(build.exit_code, 0) << build.out << build.err;
+  const Outcome stepped = run(folder / "build/steps " + kScenes + "boom.yaml");
+  EXPECT_EQ(stepped.exit_code, 0) << stepped.err;
+  EXPECT_EQ(stepped.out, "tick 100\n");
+}
+
+}  // namespace
+}  // namespace freeflex::testing
+
+int main(int argc, char** argv) {
+  testing::InitGoogleTest(&argc, argv);
+  // listing the tests needs no network
+  if (!testing::GTEST_FLAG(list_tests))
+    freeflex::testing::refusal = freeflex::testing::enter_private_network();
+  return RUN_ALL_TESTS();
+}

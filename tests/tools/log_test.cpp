@@ -1,0 +1,194 @@
+// Log files: what is written is read back, damage is never taken for the end.
+#include "service/io/log.hpp"
+
+#include <gtest/gtest.h>
+
+#include <bit>
+#include <charconv>
+#include <limits>
+#include <random>
+#include <sstream>
+
+#include "tests/tools/shell.hpp"
+
+namespace freeflex::io {
+namespace {
+
+using testing::contains;
+using testing::read_text;
+using testing::TemporaryFolder;
+using testing::write_text;
+
+constexpr std::size_t kHeader = 28;  // [bytes] of a record, then channel and data
+
+std::vector<std::byte> bytes_of(std::string_view text) {
+  const auto* first = reinterpret_cast<const std::byte*>(text.data());
+  return {first, first + text.size()};
+}
+
+/// Three records of 28 + 3 + 5, 28 + 4 + 0 and 28 + 3 + 2 bytes.
+std::string three_records(const TemporaryFolder& folder) {
+  LogWriter writer(folder / "three.log");
+  writer.write("ONE", 11, bytes_of("abcde"));
+  writer.write("NULL", 12, {});
+  writer.write("TWO", 13, bytes_of("xy"));
+  EXPECT_EQ(writer.close(), "");
+  return read_text(folder / "three.log");
+}
+
+/// Number of records that a file gives; error as the reader says it.
+int count_records(const std::string& path, std::string& error, bool& is_damaged) {
+  LogReader reader(path);
+  LogEvent event;
+  int count = 0;
+  while (reader.next(event)) ++count;
+  error = reader.error();
+  is_damaged = reader.is_damaged();
+  return count;
+}
+
+TEST(LogFile, ReadsBackWhatWasWritten) {
+  const TemporaryFolder folder;
+  three_records(folder);
+  LogReader reader(folder / "three.log");
+  LogEvent first;
+  LogEvent second;
+  LogEvent third;
+  ASSERT_TRUE(reader.next(first) && reader.next(second) && reader.next(third)) << reader.error();
+  EXPECT_EQ(first.channel, "ONE");
+  EXPECT_EQ(first.utime, 11);
+  EXPECT_EQ(first.bytes, bytes_of("abcde"));
+  EXPECT_EQ(second.channel, "NULL");
+  EXPECT_TRUE(second.bytes.empty());
+  EXPECT_EQ(third.bytes, bytes_of("xy"));
+  LogEvent none;
+  EXPECT_FALSE(reader.next(none));
+  EXPECT_EQ(reader.error(), "");
+  ASSERT_TRUE(reader.read_at(first.offset, none));
+  EXPECT_EQ(none.channel, "ONE");
+}
+
+TEST(LogFile, CutAnywhereButBetweenRecordsIsDamage) {
+  const TemporaryFolder folder;
+  const std::string whole = three_records(folder);
+  const std::size_t first_end = kHeader + 3 + 5;
+  const std::size_t second_end = first_end + kHeader + 4;
+  for (std::size_t length = 0; length <= whole.size(); ++length) {
+    write_text(folder / "cut.log", std::string_view(whole).substr(0, length));
+    std::string error;
+    bool is_damaged = false;
+    const int count = count_records(folder / "cut.log", error, is_damaged);
+    const bool is_boundary =
+        length == 0 || length == first_end || length == second_end || length == whole.size();
+    EXPECT_EQ(is_damaged, !is_boundary) << length << ": " << error;
+    EXPECT_EQ(error.empty(), is_boundary) << length;
+    const int complete = (length >= first_end) + (length >= second_end) + (length >= whole.size());
+    // a record is only believed when another, or the end, follows it
+    EXPECT_LE(count, complete) << length;
+    EXPECT_GE(count, complete - 1) << length;
+  }
+}
+
+TEST(LogFile, BytesBetweenRecordsAreDamageAtTheirOffset) {
+  const TemporaryFolder folder;
+  std::string text = three_records(folder);
+  const std::size_t first_end = kHeader + 3 + 5;
+  text.insert(first_end, "?");
+  write_text(folder / "bad.log", text);
+  std::string error;
+  bool is_damaged = false;
+  EXPECT_EQ(count_records(folder / "bad.log", error, is_damaged), 0);
+  EXPECT_TRUE(is_damaged);
+  EXPECT_TRUE(contains(error, "damaged at byte " + std::to_string(first_end))) << error;
+}
+
+TEST(LogFile, BytesAfterTheLastRecordAreDamage) {
+  const TemporaryFolder folder;
+  write_text(folder / "tail.log", three_records(folder) + "garbage");
+  std::string error;
+  bool is_damaged = false;
+  EXPECT_EQ(count_records(folder / "tail.log", error, is_damaged), 2);
+  EXPECT_TRUE(is_damaged);
+}
+
+TEST(LogFile, ImpossibleLengthsAreDamageAndReserveNothing) {
+  const TemporaryFolder folder;
+  const std::string whole = three_records(folder);
+  for (const std::size_t field : {std::size_t{20}, std::size_t{24}}) {
+    for (const std::string_view length :
+         {std::string_view("\xff\xff\xff\xff", 4), std::string_view("\x7f\xff\xff\xff", 4),
+          std::string_view("\x00\x00\x04\x00", 4)}) {
+      std::string text = whole;
+      text.replace(field, 4, length);
+      write_text(folder / "long.log", text);
+      std::string error;
+      bool is_damaged = false;
+      EXPECT_EQ(count_records(folder / "long.log", error, is_damaged), 0);
+      EXPECT_TRUE(is_damaged) << error;
+    }
+  }
+}
+
+TEST(LogFile, MissingFileIsAnErrorAndNotDamage) {
+  const LogReader reader("/nonexistent/flight.log");
+  EXPECT_FALSE(reader.is_damaged());
+  EXPECT_TRUE(contains(reader.error(), "No such file")) << reader.error();
+}
+
+TEST(LogFile, UnfinishedFileIsRemoved) {
+  const TemporaryFolder folder;
+  {
+    LogWriter writer(folder / "a.log");
+    writer.write("ONE", 1, {});
+    EXPECT_TRUE(std::filesystem::exists(folder / "a.log.partial"));
+  }
+  EXPECT_TRUE(std::filesystem::is_empty(folder.path()));
+}
+
+TEST(LogFile, InterruptedFileStaysMarked) {
+  const TemporaryFolder folder;
+  LogWriter writer(folder / "a.log");
+  writer.write("ONE", 1, {});
+  EXPECT_EQ(writer.close_partial(), "");
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.log"));
+  std::string error;
+  bool is_damaged = false;
+  EXPECT_EQ(count_records(folder / "a.log.partial", error, is_damaged), 1);
+  EXPECT_EQ(error, "");
+}
+
+TEST(LogFile, FullDiskIsReported) {
+  LogWriter writer("/dev/full");
+  for (int i = 0; i < 1000; ++i) writer.write("ONE", i, bytes_of("0123456789"));
+  EXPECT_TRUE(contains(writer.close(), "No space left"));
+}
+
+TEST(CsvFile, NumbersReadBackToTheSameBits) {
+  const TemporaryFolder folder;
+  std::mt19937_64 random(7);
+  std::vector<double> values{0.0, -0.0, 5e-324, std::numeric_limits<double>::max(), 0.1, 1.0 / 3.0};
+  while (values.size() < 500) {
+    const auto value = std::bit_cast<double>(random());
+    if (value - value == 0.0) values.push_back(value);
+  }
+  CsvWriter writer(folder / "t.csv");
+  writer.header({"tick", "value"});
+  for (std::size_t i = 0; i < values.size(); ++i)
+    writer.row(static_cast<std::int64_t>(i), std::span(&values[i], 1));
+  ASSERT_EQ(writer.close(), "");
+  std::istringstream lines(read_text(folder / "t.csv"));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_EQ(line, "tick,value");
+  for (std::size_t i = 0; i < values.size(); ++i) {
+    ASSERT_TRUE(std::getline(lines, line));
+    const std::size_t comma = line.find(',');
+    EXPECT_EQ(line.substr(0, comma), std::to_string(i));
+    double value = 1.0;
+    std::from_chars(line.data() + comma + 1, line.data() + line.size(), value);
+    EXPECT_EQ(std::bit_cast<std::uint64_t>(value), std::bit_cast<std::uint64_t>(values[i])) << line;
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::io

@@ -1,0 +1,269 @@
+// freeflex replay says whether a recording is what the step does, and what is wrong when it is not.
+#include <gtest/gtest.h>
+
+#include <cstring>
+#include <functional>
+#include <nlohmann/json.hpp>
+
+#include "service/io/codec.hpp"
+#include "service/io/log.hpp"
+#include "tests/tools/shell.hpp"
+#include "tools/wire_layout.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using freeflex_msgs::applied_t;
+using freeflex_msgs::state_t;
+using Json = nlohmann::json;
+
+std::vector<io::LogEvent> read_events(const std::string& path) {
+  io::LogReader reader(path);
+  std::vector<io::LogEvent> events(1);
+  while (reader.next(events.back())) events.emplace_back();
+  events.pop_back();
+  EXPECT_EQ(reader.error(), "");
+  return events;
+}
+
+void write_events(const std::string& path, const std::vector<io::LogEvent>& events) {
+  io::LogWriter writer(path);
+  for (const io::LogEvent& event : events) writer.write(event.channel, event.utime, event.bytes);
+  EXPECT_EQ(writer.close(), "");
+}
+
+/// The recording of the frame, tampered with by change.
+Outcome replay_changed(const std::function<void(std::vector<io::LogEvent>&)>& change) {
+  const TemporaryFolder folder;
+  std::vector<io::LogEvent> events = read_events(kGolden + "frame.log");
+  change(events);
+  write_events(folder / "changed.log", events);
+  return run(kFreeflex + " replay " + folder / "changed.log --plan " + kGolden + "frame.plan");
+}
+
+/// Positions of the events of a channel.
+std::vector<std::size_t> find_all(const std::vector<io::LogEvent>& events, const std::string& channel) {
+  std::vector<std::size_t> found;
+  for (std::size_t i = 0; i < events.size(); ++i) {
+    if (events[i].channel == channel) found.push_back(i);
+  }
+  return found;
+}
+
+template <class Message>
+void edit(io::LogEvent& event, const std::function<void(Message&)>& change) {
+  Message message;
+  ASSERT_TRUE(tools::decode_message(event.bytes, message));
+  change(message);
+  event.bytes = io::encode(message);
+}
+
+double next_up(double value) {
+  std::uint64_t bits = 0;
+  std::memcpy(&bits, &value, sizeof bits);
+  bits ^= 1;
+  std::memcpy(&value, &bits, sizeof bits);
+  return value;
+}
+
+class GoldenRecording : public ::testing::TestWithParam<const char*> {};
+
+TEST_P(GoldenRecording, IsReproducedToTheBit) {
+  const std::string name = GetParam();
+  const Outcome outcome =
+      run(kFreeflex + " replay --json " + kGolden + name + ".log --plan " + kGolden + name + ".plan");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  EXPECT_EQ(json["result"], "identical");
+  // the recordings hold commands of every kind, a reset and several seconds
+  EXPECT_GE(json["commands"], 5);
+  EXPECT_GE(json["states"], 50);
+  EXPECT_GE(json["ticks"], 2000);
+}
+INSTANTIATE_TEST_SUITE_P(Scenes, GoldenRecording, ::testing::Values("chain", "frame", "truss"),
+                         [](const auto& info) { return std::string(info.param); });
+
+TEST(Replay, OneBitOfAStateDiffersAndIsNamed) {
+  std::int64_t tick = 0;
+  const Outcome outcome = replay_changed([&](auto& events) {
+    const auto states = find_all(events, "FREEFLEX_STATE");
+    edit<state_t>(events[states[states.size() / 2]], [&](state_t& state) {
+      state.q[3] = next_up(state.q[3]);
+      tick = state.tick;
+    });
+  });
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "differs at tick " + std::to_string(tick) + ": q[3]: recorded "))
+      << outcome.out;
+}
+
+TEST(Replay, EveryCoordinateIsCompared) {
+  const std::vector<std::pair<std::string, std::function<double*(state_t&)>>> coordinates{
+      {"time", [](state_t& s) { return &s.time; }},
+      {"position[1]", [](state_t& s) { return &s.position[1]; }},
+      {"attitude[2]", [](state_t& s) { return &s.attitude[2]; }},
+      {"velocity[0]", [](state_t& s) { return &s.velocity[0]; }},
+      {"angular_velocity[2]", [](state_t& s) { return &s.angular_velocity[2]; }},
+      {"angular_momentum[0]", [](state_t& s) { return &s.angular_momentum[0]; }},
+      {"q_dot[5]", [](state_t& s) { return &s.q_dot[5]; }}};
+  for (const auto& [name, coordinate] : coordinates) {
+    const Outcome outcome = replay_changed([&](auto& events) {
+      edit<state_t>(events[find_all(events, "FREEFLEX_STATE").back()],
+                    [&](state_t& state) { *coordinate(state) = next_up(*coordinate(state)); });
+    });
+    EXPECT_EQ(outcome.exit_code, 1) << name << outcome.err;
+    EXPECT_TRUE(contains(outcome.out, ": " + name + ": recorded ")) << outcome.out;
+  }
+}
+
+TEST(Replay, AChangedCommandShowsInTheStates) {
+  const Outcome outcome = replay_changed([](auto& events) {
+    edit<applied_t>(events[find_all(events, "FREEFLEX_APPLIED").front()],
+                    [](applied_t& applied) { applied.command.forces.at(0).force[1] *= 2.0; });
+  });
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
+}
+
+TEST(Replay, AChangedEndShowsAtItsTick) {
+  const Outcome outcome = replay_changed([](auto& events) {
+    for (const std::size_t i : find_all(events, "FREEFLEX_APPLIED")) {
+      edit<applied_t>(events[i], [](applied_t& applied) {
+        if (applied.kind == applied_t::LEASE_LOST) applied.kind = applied_t::EXPIRED;
+      });
+    }
+  });
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.out << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "slots that ended")) << outcome.out;
+}
+
+TEST(Replay, AMissingCommandIsIncomplete) {
+  const auto num_applied = find_all(read_events(kGolden + "frame.log"), "FREEFLEX_APPLIED").size();
+  for (std::size_t dropped = 0; dropped < num_applied; ++dropped) {
+    const Outcome outcome = replay_changed([&](auto& events) {
+      const auto applied = find_all(events, "FREEFLEX_APPLIED");
+      events.erase(events.begin() + static_cast<std::ptrdiff_t>(applied[dropped]));
+    });
+    EXPECT_EQ(outcome.exit_code, 3) << dropped << outcome.out;
+    EXPECT_TRUE(
+        contains(outcome.err, "log incomplete: applied sequence " + std::to_string(dropped) + " missing"))
+        << outcome.err;
+  }
+}
+
+TEST(Replay, ALateStartIsIncompleteWhenCommandsCameBefore) {
+  const Outcome outcome = replay_changed([](auto& events) {
+    const auto applied = find_all(events, "FREEFLEX_APPLIED");
+    events.erase(events.begin(), events.begin() + static_cast<std::ptrdiff_t>(applied[1]) + 1);
+  });
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
+  EXPECT_TRUE(contains(outcome.err, "applied sequence 0 missing")) << outcome.err;
+}
+
+TEST(Replay, ALateStartBeforeTheFirstCommandIsComplete) {
+  const Outcome outcome = replay_changed([](auto& events) {
+    const auto states = find_all(events, "FREEFLEX_STATE");
+    events.erase(events.begin() + static_cast<std::ptrdiff_t>(states.front()));
+  });
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+}
+
+TEST(Replay, RepeatedAndReorderedMessagesChangeNothing) {
+  const Outcome outcome = replay_changed([](auto& events) {
+    const auto applied = find_all(events, "FREEFLEX_APPLIED");
+    const auto states = find_all(events, "FREEFLEX_STATE");
+    std::swap(events[applied[1]], events[applied[2]]);
+    std::swap(events[states[4]], events[states[9]]);
+    const io::LogEvent copy = events[applied[0]];
+    events.push_back(copy);
+  });
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
+}
+
+TEST(Replay, ATruncatedOrDamagedFileIsIncompleteWithItsOffset) {
+  const TemporaryFolder folder;
+  const std::string whole = read_text(kGolden + "frame.log");
+  for (const std::size_t length : {whole.size() - 1, whole.size() / 2, std::size_t{10}}) {
+    write_text(folder / "cut.log", std::string_view(whole).substr(0, length));
+    const Outcome outcome = run(kFreeflex + " replay " + folder / "cut.log --plan " + kGolden + "frame.plan");
+    EXPECT_EQ(outcome.exit_code, 3) << length << outcome.out;
+    EXPECT_TRUE(contains(outcome.err, "damaged at byte ")) << outcome.err;
+  }
+}
+
+TEST(Replay, ADamagedMessageIsIncomplete) {
+  const Outcome outcome = replay_changed([](auto& events) {
+    io::LogEvent& state = events[find_all(events, "FREEFLEX_STATE")[3]];
+    state.bytes.resize(state.bytes.size() - 8);
+  });
+  EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
+  EXPECT_TRUE(contains(outcome.err, "FREEFLEX_STATE at byte ")) << outcome.err;
+}
+
+TEST(Replay, MissingFilesAndWrongPlansAreUsage) {
+  const std::string golden = kFreeflex + " replay " + kGolden;
+  EXPECT_EQ(run(kFreeflex + " replay /nonexistent.log").exit_code, 2);
+  EXPECT_EQ(run(golden + "frame.log --plan /nonexistent.plan").exit_code, 2);
+  const Outcome other = run(golden + "frame.log --plan " + kGolden + "chain.plan");
+  EXPECT_EQ(other.exit_code, 2);
+  EXPECT_TRUE(contains(other.err, "fingerprint")) << other.err;
+  const Outcome unnamed = run(golden + "frame.log");
+  EXPECT_EQ(unnamed.exit_code, 2);
+  EXPECT_TRUE(contains(unnamed.err, "--plan")) << unnamed.err;
+  EXPECT_EQ(run(golden + "frame.log --session 1 --plan " + kGolden + "frame.plan").exit_code, 2);
+}
+
+TEST(Replay, SeveralSessionsMustBeChosenFrom) {
+  const auto both = [](auto& events) {
+    for (const io::LogEvent& event : read_events(kGolden + "chain.log")) events.push_back(event);
+  };
+  const Outcome open = replay_changed(both);
+  EXPECT_EQ(open.exit_code, 2);
+  EXPECT_TRUE(contains(open.err, "several sessions")) << open.err;
+  // and one of them replays
+  state_t state;
+  const auto frame = read_events(kGolden + "frame.log");
+  ASSERT_TRUE(tools::decode_message(frame[find_all(frame, "FREEFLEX_STATE")[0]].bytes, state));
+  const TemporaryFolder folder;
+  std::vector<io::LogEvent> events = frame;
+  both(events);
+  write_events(folder / "both.log", events);
+  const Outcome chosen = run(kFreeflex + " replay " + folder / "both.log --session " +
+                             std::to_string(state.session) + " --plan " + kGolden + "frame.plan");
+  EXPECT_EQ(chosen.exit_code, 0) << chosen.err << chosen.out;
+}
+
+TEST(Replay, RunFedWithARecordingGivesTheRecordedStates) {
+  const TemporaryFolder folder;
+  const std::string plan = kGolden + "truss.plan";
+  const Outcome rerun =
+      run(kFreeflex + " run " + plan + " --log " + kGolden + "truss.log --out " + folder / "again.log");
+  ASSERT_EQ(rerun.exit_code, 0) << rerun.err;
+  // the run names its plan and replays without being told
+  const Outcome replayed = run(kFreeflex + " replay " + folder / "again.log");
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.out << replayed.err;
+  EXPECT_TRUE(contains(replayed.out, "commands fed back")) << replayed.out;
+  // states recorded from the daemon occur in the run with the same bits
+  std::vector<state_t> again;
+  for (const io::LogEvent& event : read_events(folder / "again.log")) {
+    state_t state;
+    if (event.channel == "FREEFLEX_STATE" && tools::decode_message(event.bytes, state))
+      again.push_back(state);
+  }
+  int compared = 0;
+  for (const io::LogEvent& event : read_events(kGolden + "truss.log")) {
+    state_t state;
+    if (event.channel != "FREEFLEX_STATE" || !tools::decode_message(event.bytes, state)) continue;
+    for (const state_t& other : again) {
+      if (other.tick != state.tick || other.epoch != state.epoch) continue;
+      EXPECT_EQ(std::memcmp(other.q.data(), state.q.data(), state.q.size() * sizeof(double)), 0)
+          << state.tick;
+      EXPECT_EQ(std::memcmp(other.attitude, state.attitude, sizeof state.attitude), 0) << state.tick;
+      EXPECT_EQ(other.applied_count, state.applied_count);
+      ++compared;
+    }
+  }
+  EXPECT_GE(compared, 50);
+}
+
+}  // namespace
+}  // namespace freeflex::testing

@@ -1,0 +1,158 @@
+// The layout check in front of the generated decoders.
+#include "tools/wire_layout.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+#include "service/io/codec.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+using namespace freeflex_msgs;
+
+force_t some_force() {
+  force_t m{};
+  m.sender = "pilot";
+  m.num_forces = 3;
+  m.forces.resize(3);
+  m.num_wrenches = 2;
+  m.wrenches.resize(2);
+  return m;
+}
+
+template <class Message>
+Message some() {
+  return Message{};
+}
+template <>
+force_t some() {
+  return some_force();
+}
+template <>
+applied_t some() {
+  applied_t m{};
+  m.command = some_force();
+  return m;
+}
+template <>
+ack_t some() {
+  ack_t m{};
+  m.sender = "pilot";
+  m.text = "late";
+  return m;
+}
+template <>
+control_t some() {
+  control_t m{};
+  m.sender = "p";
+  return m;
+}
+template <>
+state_t some() {
+  state_t m{};
+  m.num_elastic = 5;
+  m.q.resize(5);
+  m.q_dot.resize(5);
+  return m;
+}
+template <>
+points_t some() {
+  points_t m{};
+  m.num_points = 2;
+  m.points.resize(2);
+  m.num_groups = 1;
+  m.groups.resize(1);
+  return m;
+}
+template <>
+loads_t some() {
+  loads_t m{};
+  m.num_links = 2;
+  m.links.resize(2);
+  m.links[0].num_values = 12;
+  m.links[0].values.resize(12);
+  m.links[1].num_values = 1;
+  m.links[1].values.resize(1);
+  return m;
+}
+template <>
+shapes_t some() {
+  shapes_t m{};
+  m.num_points = 2;
+  m.point.resize(2);
+  m.shape.assign(2, std::vector<double>(3, 0.5));
+  return m;
+}
+template <>
+scene_t some() {
+  scene_t m{};
+  m.name = "rotor";
+  m.num_points = 2;
+  m.points.resize(2);
+  m.points[0].name = "a";
+  m.num_links = 1;
+  m.links.resize(1);
+  m.links[0].kind = "beam";
+  m.num_groups = 1;
+  m.groups.resize(1);
+  m.groups[0].num_points = 2;
+  m.groups[0].points.resize(2);
+  m.num_frequencies = 3;
+  m.frequencies.resize(3);
+  return m;
+}
+template <>
+status_t some() {
+  status_t m{};
+  m.time_mode = "realtime";
+  m.num_rejections = 2;
+  m.rejections.resize(2);
+  return m;
+}
+
+template <class Message>
+class WireLayout : public testing::Test {};
+using Types = testing::Types<ack_t, applied_t, control_t, force_t, loads_t, points_t, scene_t, shapes_t,
+                             state_t, status_t>;
+TYPED_TEST_SUITE(WireLayout, Types);
+
+TYPED_TEST(WireLayout, FitsWhatTheGeneratedCodeEncodes) {
+  const std::vector<std::byte> bytes = io::encode(some<TypeParam>());
+  TypeParam decoded{};
+  EXPECT_TRUE(decode_message(bytes, decoded));
+  EXPECT_EQ(io::encode(decoded), bytes);
+}
+
+TYPED_TEST(WireLayout, RefusesEveryShorterAndLongerMessage) {
+  std::vector<std::byte> bytes = io::encode(some<TypeParam>());
+  TypeParam decoded{};
+  for (std::size_t length = 0; length < bytes.size(); ++length) {
+    EXPECT_FALSE(decode_message(std::span(bytes).first(length), decoded)) << length;
+  }
+  bytes.push_back(std::byte{0});
+  EXPECT_FALSE(decode_message(bytes, decoded));
+}
+
+TYPED_TEST(WireLayout, RefusesWrongCountsBeforeTheyReachTheDecoder) {
+  const std::vector<std::byte> whole = io::encode(some<TypeParam>());
+  // wherever four bytes are changed to a count of -1 or 2^30, nothing throws, allocates or reads outside
+  for (const int top : {0xff, 0x40}) {
+    for (std::size_t at = 8; at + 4 <= whole.size(); ++at) {
+      std::vector<std::byte> bytes = whole;
+      for (std::size_t k = 0; k < 4; ++k)
+        bytes[at + k] = static_cast<std::byte>(k == 0 || top == 0xff ? top : 0);
+      TypeParam decoded{};
+      EXPECT_NO_THROW(decode_message(bytes, decoded)) << at;
+    }
+  }
+}
+
+TEST(WireFingerprint, RefusesAnotherType) {
+  ack_t ack{};
+  EXPECT_FALSE(decode_message(io::encode(some<control_t>()), ack));
+}
+
+}  // namespace
+}  // namespace freeflex::tools
