@@ -72,8 +72,7 @@ class PacketSender {
   /// buffer held before, and may report a payload of a negative size.
   bool send_cut_channel(const std::string& channel) {
     Packet packet;
-    packet.u32(kShort).u32(sequence_++).text(channel);
-    packet.bytes.resize(packet.bytes.size() - channel.size() / 2);
+    packet.u32(kShort).u32(sequence_++).append(std::as_bytes(std::span(channel.data(), channel.size() / 2)));
     return send(packet.bytes);
   }
 
