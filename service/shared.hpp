@@ -99,12 +99,11 @@ struct SharedBlock {
 
   alignas(kPageSize) IngressSettings settings;
   // all below: written by the ingress
-  alignas(kPageSize) std::atomic<std::uint32_t> is_ready{
-      0};                                        // subscribed; the daemon puts 0 before each start
-  std::atomic<std::int64_t> receive_buffer{0};   // [B] what the kernel gave the socket
-  std::atomic<std::int64_t> received{0};         // messages on FORCE and CONTROL
-  std::atomic<std::int64_t> dropped_answers{0};  // the ring of rejections was full
-  std::atomic<std::int64_t> other_session{0};    // of another daemon's STATUS on this prefix
+  alignas(kPageSize) std::atomic<std::uint32_t> is_ready{0};  // subscribed; 0 at each start
+  std::atomic<std::int64_t> receive_buffer{0};                // [B] what the kernel gave the socket
+  std::atomic<std::int64_t> received{0};                      // messages on FORCE and CONTROL
+  std::atomic<std::int64_t> dropped_answers{0};               // the ring of rejections was full
+  std::atomic<std::int64_t> other_session{0};                 // of another daemon's STATUS on this prefix
   std::array<std::atomic<std::int64_t>, io::kNumReasons> rejections{};  // by reason
   SenderTable senders;
   Ring<InboundEntry, 1024> inbound;
