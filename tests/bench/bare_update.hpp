@@ -1,0 +1,15 @@
+// The yardstick: the plain modal update with a force linear in the step, and nothing else.
+#pragma once
+
+#include <cstddef>
+#include <vector>
+
+struct BareModes {
+  std::vector<double> q, v;                    // state
+  std::vector<double> p_qq, p_qv, p_vq, p_vv;  // propagator
+  std::vector<double> w_q0, w_q1, w_v0, w_v1;  // load weights at the start and the end
+  std::vector<double> f0, f1;                  // generalized forces at the start and the end
+};
+
+/// q1 = p q + w f, per mode: ten loads, two stores, eight products.
+void bare_update(BareModes& modes, std::size_t n);

@@ -1,0 +1,83 @@
+// The whole state step of the truss S2 with one pushed point, as a ratio to the bare modal update with force.
+// Both are measured in turns in one run, because one machine's speed drifts by more than what is to be told
+// apart.
+#include <algorithm>
+#include <chrono>
+#include <cstdio>
+#include <vector>
+
+#include "tests/bench/bare_update.hpp"
+#include "tests/support/simulation.hpp"
+#include "tests/support/structures.hpp"
+
+namespace {
+
+using namespace freeflex;
+
+constexpr int kBlocks = 801;
+constexpr int kSteps = 500;  // per block: some 0.5 ms, short against the drift
+
+template <typename Work>
+double ns_per_call(const Work& work) {
+  const auto start = std::chrono::steady_clock::now();
+  for (int k = 0; k < kSteps; ++k) work();
+  const std::chrono::duration<double, std::nano> taken = std::chrono::steady_clock::now() - start;
+  return taken.count() / kSteps;
+}
+
+double median(std::vector<double> values) {
+  const auto middle = values.begin() + static_cast<std::ptrdiff_t>(values.size() / 2);
+  std::nth_element(values.begin(), middle, values.end());
+  return *middle;
+}
+
+BareModes bare_modes(const Plan& plan) {
+  const Propagator& p = plan.propagator;
+  const auto n = static_cast<std::size_t>(plan.num_padded);
+  // the weights need not be those of the ends: only the arithmetic is timed
+  return {std::vector<double>(n, 1e-3),
+          std::vector<double>(n, 1e-3),
+          p.c_qq,
+          p.c_qv,
+          p.c_vq,
+          p.c_vv,
+          p.w_q0,
+          p.w_q1,
+          p.w_v0,
+          p.w_v1,
+          std::vector<double>(n, 1e-2),
+          std::vector<double>(n, 1e-2)};
+}
+
+}  // namespace
+
+int main() {
+  Scene scene = testing::square_truss(26);
+  scene.publication.points.clear();
+  scene.publication.links.clear();
+  scene.pushable = {102};
+  testing::Simulation simulation(scene);
+  ForceCommand command = testing::make_command(0, 1);
+  testing::add_force(command, 102, {0.48, 0.6, 0.64});
+  simulation.run(1, {&command, 1});
+  BareModes bare = bare_modes(simulation.plan);
+  const auto n = static_cast<std::size_t>(simulation.plan.num_padded);
+  std::vector<double> step_ns, bare_ns, ratios;
+  for (int k = 0; k < kBlocks; ++k) {
+    const Inputs none{};
+    step_ns.push_back(ns_per_call(
+        [&] { step(simulation.plan, simulation.state, none, simulation.workspace, simulation.report); }));
+    bare_ns.push_back(ns_per_call([&] { bare_update(bare, n); }));
+    ratios.push_back(step_ns.back() / bare_ns.back());
+  }
+  const double modes = simulation.plan.num_elastic;
+  std::printf("truss S2, %d modes, one pushed point, nothing published; medians of %d interleaved blocks\n",
+              simulation.plan.num_elastic, kBlocks);
+  std::printf("  bare modal update with force  %8.1f ns  %6.3f ns/mode\n", median(bare_ns),
+              median(bare_ns) / modes);
+  std::printf("  state step                    %8.1f ns  %6.3f ns/mode\n", median(step_ns),
+              median(step_ns) / modes);
+  std::printf("  ratio                         %8.2f\n", median(ratios));
+  // what was computed is used, so that it is computed
+  return simulation.state.tick > 0 && bare.q[0] == bare.q[0] ? 0 : 1;
+}
