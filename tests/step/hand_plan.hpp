@@ -1,0 +1,49 @@
+// Plans made by hand, with every number chosen by the test.
+#pragma once
+
+#include <span>
+#include <vector>
+
+#include "core/step/step.hpp"
+
+namespace freeflex::testing {
+
+/// One mode: q'' + 2 decay q' + omega^2 q = Q / mass.
+struct Mode {
+  double omega = 0.0;  // [rad/s]
+  double decay = 0.0;  // [1/s]
+  double q = 0.0;      // [m] at the start
+  double q_dot = 0.0;  // [m/s] at the start
+};
+
+/// A body of mass 2 kg and principal moments 2, 3, 4 kg m^2 with the given modes. Point k of num_points lies
+/// at hand_point(k) and moves in mode l by hand_shape(k, l); every point is pushable and has rows.
+Plan hand_plan(double period, std::span<const Mode> modes, int num_points = 1);
+Vec3 hand_point(int point);
+Vec3 hand_shape(int point, int mode);
+
+/// A group of these points, with its weights.
+PlanGroup hand_group(const Plan& plan, std::vector<std::int32_t> points);
+
+/// A command of sender `sender` without loads, in force for ever; add_force and add_wrench fill it.
+ForceCommand hand_command(const char* sender, int slot, std::int32_t axes = 0);
+void add_force(ForceCommand& command, int point, const Vec3& force);
+void add_wrench(ForceCommand& command, int group, const Vec3& force, const Vec3& torque);
+
+/// A state and its workspace, stepped with commands at the first tick.
+struct HandRun {
+  explicit HandRun(const Plan& given)
+      : plan(given), state(make_state(given)), workspace(make_workspace(given)) {}
+  StepStatus step_once(std::span<const ForceCommand> commands = {}) {
+    step(plan, state, {commands}, workspace, report);
+    return report.status;
+  }
+  void run(std::int64_t ticks, std::span<const ForceCommand> commands = {});
+
+  const Plan& plan;
+  State state;
+  Workspace workspace;
+  StepReport report;
+};
+
+}  // namespace freeflex::testing

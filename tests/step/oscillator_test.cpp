@@ -1,0 +1,141 @@
+// The whole step on single oscillators against closed form at t = n h.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+#include <random>
+
+#include "tests/step/closed_form.hpp"
+#include "tests/step/hand_plan.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+constexpr double kPi = 3.141592653589793;
+constexpr std::array<double, 5> kRatios = {0.0, 1e-9, 0.02, 1.0, 1e3};
+
+/// What loads the modes besides their initial state.
+enum class Load { kNone, kConstant, kLinear };
+constexpr double kForce = 0.37;       // [N] along x of the body
+constexpr double kRampTime = 2048.0;  // [s] after which the linear load would be kForce
+
+/// omega h over sixteen decades, beside the turns where rounding repeats itself, and anywhere.
+std::vector<double> steps_in_radians(std::uint64_t seed, int num_random) {
+  std::vector<double> W;
+  for (int decade = -8; decade <= 8; ++decade) W.push_back(std::pow(10.0, decade));
+  for (const double turn : {kPi / 6, kPi / 4, kPi / 3, kPi / 2, 2 * kPi / 3, kPi, 2 * kPi, 1000 * kPi}) {
+    W.push_back(turn);
+    W.push_back(turn * (1.0 + 1e-12));
+  }
+  std::mt19937_64 engine(seed);
+  std::uniform_real_distribution<double> decade(-8.0, 8.0);
+  for (int k = 0; k < num_random; ++k) W.push_back(std::pow(10.0, decade(engine)));
+  return W;
+}
+
+std::vector<Mode> modes_for(double period, std::uint64_t seed, int num_random) {
+  std::mt19937_64 engine(seed + 1);
+  std::uniform_real_distribution<double> uniform(-1.0, 1.0);
+  std::vector<Mode> modes;
+  for (const double W : steps_in_radians(seed, num_random))
+    for (const double ratio : kRatios) {
+      const double omega = W / period;
+      modes.push_back({omega, ratio * omega, 1e-3 * uniform(engine), 1e-3 * omega * uniform(engine)});
+    }
+  for (const double decay : {0.0, 1e-6, 3.0, 1e4}) modes.push_back({0.0, decay, 1e-3, 0.2 * uniform(engine)});
+  return modes;
+}
+
+/// Largest error of one mode at any checkpoint in units of eps times the largest |(omega q, q_dot)| so far.
+struct Worst {
+  double error = 0.0;  // [eps]
+  double share = 0.0;  // of (2 + 0.2 n) eps
+  std::string where;
+};
+
+void compare(const Plan& plan, const State& state, std::int64_t n, Load load,
+             const std::vector<double>& largest, Worst& worst) {
+  const Real t = Real(n) * Real(plan.period), M(plan.mass);
+  for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
+    const Real w(plan.omega[l]), Q = Real(kForce) * Real(plan.rows[l]);
+    const Motion exact = oscillate(w, Real(plan.decay[l]), Real(plan.initial.q[l]),
+                                   Real(plan.initial.q_dot[l]), load == Load::kConstant ? Q / M : Real(0),
+                                   load == Load::kLinear ? Q / (M * Real(kRampTime)) : Real(0), t);
+    const Real dq = w * (Real(state.q[l]) - exact.q), dv = Real(state.q_dot[l]) - exact.q_dot;
+    const double error = sqrt(dq * dq + dv * dv).convert_to<double>() / (kEpsilon * largest[l]);
+    const double share = error / (2.0 + 0.2 * static_cast<double>(n));
+    if (error > worst.error)
+      worst.where = "omega h " + std::to_string(plan.omega[l] * plan.period) + ", decay / omega " +
+                    std::to_string(plan.decay[l] / plan.omega[l]) + ", n " + std::to_string(n);
+    worst.error = std::max(worst.error, error);
+    worst.share = std::max(worst.share, share);
+  }
+}
+
+/// Steps modes to the last checkpoint and compares at each.
+Worst run_to(double period, std::uint64_t seed, int num_random, Load load, std::int64_t last) {
+  Plan plan = hand_plan(period, modes_for(period, seed, num_random));
+  plan.points[0].r = {};  // no moment: the body does not turn, and world axes stay body axes
+  std::vector<ForceCommand> commands;
+  const PointForce force{0, 0, {kForce, 0.0, 0.0}};
+  if (load == Load::kConstant) {
+    commands.push_back(hand_command("test", 0));
+    add_force(commands[0], 0, force.force);
+  }
+  if (load == Load::kLinear) {
+    PlanHistory ramp;
+    ramp.kind = PlanHistory::Kind::kTable;
+    ramp.times = {0.0, kRampTime};
+    ramp.values = {0.0, 1.0};
+    ramp.pattern = build_pattern(plan, 0, std::span(&force, 1), {});
+    plan.histories.push_back(ramp);
+  }
+  HandRun run(plan);
+  std::vector<double> largest(static_cast<std::size_t>(plan.num_padded));
+  const auto note = [&] {
+    for (std::size_t l = 0; l < largest.size(); ++l)
+      largest[l] = std::max(largest[l], std::hypot(plan.omega[l] * run.state.q[l], run.state.q_dot[l]));
+  };
+  note();
+  Worst worst;
+  for (std::int64_t n = 1; n <= last; ++n) {
+    run.run(1, n == 1 ? commands : std::vector<ForceCommand>{});
+    note();
+    if (n == 1 || n == 1000 || n == 1000000) compare(plan, run.state, n, load, largest, worst);
+  }
+  std::printf("worst error %.3f eps (%s), %.3g of (2 + 0.2 n) eps\n", worst.error, worst.where.c_str(),
+              worst.share);
+  return worst;
+}
+
+// both coordinates rounded once, half a unit in the last place, eps / 2 at most relative to either
+constexpr double kRoundedOnce = 0.75;
+
+TEST(Oscillator, FreeMotionIsTheClosedFormRoundedOnceAfterAThousandTicks) {
+  EXPECT_LE(run_to(1e-3, 1, 40, Load::kNone, 1000).error, kRoundedOnce);
+  EXPECT_LE(run_to(1.0 / 3000.0, 2, 40, Load::kNone, 1000).error, kRoundedOnce);
+}
+
+TEST(Oscillator, ConstantLoadStaysWithinTheBoundAfterAThousandTicks) {
+  EXPECT_LE(run_to(1e-3, 3, 40, Load::kConstant, 1000).share, 1.0);
+}
+
+TEST(Oscillator, LinearLoadStaysWithinTheBoundAfterAThousandTicks) {
+  EXPECT_LE(run_to(1e-3, 4, 40, Load::kLinear, 1000).share, 1.0);
+}
+
+TEST(OscillatorOverAMillionTicks, FreeMotionIsTheClosedFormRoundedOnce) {
+  EXPECT_LE(run_to(1e-3, 5, 0, Load::kNone, 1000000).error, kRoundedOnce);
+}
+
+TEST(OscillatorOverAMillionTicks, LoadedMotionStaysWithinTheBound) {
+  EXPECT_LE(run_to(1e-3, 6, 0, Load::kConstant, 1000000).share, 1.0);
+  EXPECT_LE(run_to(1e-3, 7, 0, Load::kLinear, 1000000).share, 1.0);
+}
+
+}  // namespace
+}  // namespace freeflex::testing
