@@ -86,7 +86,7 @@ Rigid exact_rigid(const Simulation& at_start, const ForceCommand& command, doubl
   return y;
 }
 
-TEST(Momentum, AngularMomentumOfWorldForcesConvergesAtOrderFour) {
+TEST(Momentum, AngularMomentumOfWorldForcesConvergesAtOrderSix) {
   constexpr double kTime = 2.0;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     std::mt19937_64 engine(seed);
@@ -112,7 +112,7 @@ TEST(Momentum, AngularMomentumOfWorldForcesConvergesAtOrderFour) {
       std::printf("seed %d, h = %.4g s: angular momentum error %.2e, order %.2f\n", static_cast<int>(seed),
                   1.0 / (50.0 * static_cast<double>(1 << k)), errors[k], order);
       // the order of the frame's method; the margin is the next term of the error
-      EXPECT_GT(order, 3.7);
+      EXPECT_GT(order, 5.7);
     }
   }
 }

@@ -114,29 +114,30 @@ TEST(FreeRotation, OctahedronHasTheThreeMomentsItSays) {
   }
 }
 
-// Truncation: below 0.1 (|w| h)^4 over these 20 / |w| seconds, as the test of the order shows. Rounding: near
-// the middle axis a small error grows as exp(|w| t / sqrt 8), a thousandfold, until the body has turned over.
+// Truncation: below 1e-3 (|w| h)^6 over these 20 / |w| seconds, as the test of the order shows. Rounding:
+// near the middle axis a small error grows as exp(|w| t / sqrt 8), a thousandfold, until the body has turned
+// over.
 TEST(FreeRotation, AttitudeIsThatOfTheExactMotionBesideTheMiddleAxis) {
   for (const double spin : {1.0, 5.0}) {
     const double time = 20.0 / spin;
     const double error = attitude_error_after(spin, 1e-3, time);
     std::printf("|w| = %g rad/s, h = 1 ms, t = %g s: attitude error %.2e rad\n", spin, time, error);
-    EXPECT_LT(error, 0.1 * std::pow(spin * 1e-3, 4) + 1e3 * 2.3e-16);
+    EXPECT_LT(error, 1e-3 * std::pow(spin * 1e-3, 6) + 1e3 * 2.3e-16);
   }
 }
 
-TEST(FreeRotation, AttitudeConvergesAtOrderFourOrMore) {
+TEST(FreeRotation, AttitudeConvergesAtOrderSix) {
   constexpr double kTime = 16.0;
   std::array<double, 5> errors{};
   for (std::size_t k = 0; k < errors.size(); ++k) {
-    errors[k] = attitude_error_after(1.0, 0.125 / static_cast<double>(1 << k), kTime);
+    errors[k] = attitude_error_after(1.0, 0.5 / static_cast<double>(1 << k), kTime);
   }
   for (std::size_t k = 0; k + 1 < errors.size(); ++k) {
     const double order = std::log2(errors[k] / errors[k + 1]);
-    std::printf("h = %.4g s: attitude error %.3e rad, order %.2f\n", 0.125 / static_cast<double>(1 << k),
+    std::printf("h = %.4g s: attitude error %.3e rad, order %.2f\n", 0.5 / static_cast<double>(1 << k),
                 errors[k], order);
-    // the last tenth is the next term of the error still going to zero
-    EXPECT_GT(order, 3.9);
+    // below six by the next term of the error, still going to zero
+    EXPECT_GT(order, 5.5);
   }
 }
 
@@ -161,8 +162,8 @@ TEST(FreeRotation, EnergyStaysOverAMillionTicks) {
   }
 }
 
-TEST(FreeRotation, EnergyDriftOfAFastSpinIsOfFourthOrder) {
-  constexpr double kLargestC = 1.0;
+TEST(FreeRotation, EnergyDriftOfAFastSpinIsBelowFourthOrder) {
+  constexpr double kLargestC = 1e-4;
   const double fast = energy_drift(50.0), half = energy_drift(25.0);
   const double C = fast / std::pow(0.05, 4);
   std::printf("|w| h = 0.05: energy drift %.2e over 1e6 ticks, C = %.3g; 0.025: %.2e, C = %.3g\n", fast, C,

@@ -1,0 +1,43 @@
+#!/usr/bin/env bash
+# check_core_is_pure.sh SOURCE_DIR STEP.a CORE.a REFERENCE.a
+# Fails when a core library includes or calls what belongs to the service: bus, log, clock, thread, file. core/step must
+# also be without Eigen, the mathematical library and Boost; only core/reference may use SUNDIALS.
+set -euo pipefail
+source_dir="$1" step="$2" core="$3" reference="$4"
+status=0
+
+# forbid_includes FOLDER PATTERN
+forbid_includes() {
+  local found
+  if found="$(grep -rnE --include='*.hpp' --include='*.cpp' "^[[:space:]]*#[[:space:]]*include[[:space:]]*[<\"]($2)" "$source_dir/$1")"; then
+    printf 'forbidden include in %s:\n%s\n' "$1" "$found"
+    status=1
+  fi
+}
+
+# forbid_symbols ARCHIVE PATTERN: undefined symbols, demangled
+forbid_symbols() {
+  local undefined found
+  undefined="$(nm --undefined-only --demangle "$1" | sed -n 's/^ *[UwV] //p' | sort -u)"
+  [ -n "$undefined" ] || { echo "$1 has no undefined symbol at all: not what was to be checked"; exit 1; }
+  if found="$(grep -E "^($2)" <<<"$undefined")"; then
+    printf 'forbidden symbol in %s:\n%s\n' "$1" "$found"
+    status=1
+  fi
+}
+
+service_headers='lcm/|spdlog/|fmt/|chrono>|ctime>|time\.h>|sys/|unistd|pthread|thread>|mutex>|shared_mutex>|condition_variable>|future>|atomic>|semaphore>|fstream>|iostream>|cstdio>|stdio\.h>|filesystem>|fcntl|libfyaml|CLI/|nlohmann/|messages/|freeflex_msgs/|service/|tools/|tests/'
+service_symbols='lcm_|spdlog|fmt::|clock_gettime|gettimeofday|time$|nanosleep|clock_nanosleep|std::chrono|pthread_create|pthread_mutex_lock|std::thread|std::mutex|open$|open64$|fopen|fopen64|std::basic_[io]*fstream|std::basic_filebuf|std::cout|std::cerr|std::filesystem|printf|puts$|fputs|fwrite|socket$|fy_'
+
+forbid_includes core "$service_headers"
+for archive in "$step" "$core" "$reference"; do forbid_symbols "$archive" "$service_symbols"; done
+
+forbid_includes core/step 'Eigen/|boost/|cmath>|math\.h>|complex>|numeric>|random>|core/model|core/reference|cvode/|arkode/|sundials/'
+# sqrt is rounded exactly everywhere; the call is only what the compiler keeps for a negative argument
+forbid_symbols "$step" 'sin|cos|tan|exp|log|pow|cbrt|hypot|fma|sincos|asin|acos|atan|floor|ceil|round|remainder|fmod|std::(sin|cos|exp|pow|log)|Eigen::'
+
+forbid_includes core/model 'core/reference|cvode/|arkode/|sundials/|nvector/'
+forbid_symbols "$core" 'CVode|ARK|ERKStep|N_V|SUN'
+
+[ $status = 0 ] && echo "core is pure"
+exit $status
