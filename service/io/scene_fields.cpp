@@ -124,7 +124,7 @@ void Names::add(Report& report, std::string name, const Origin& origin) {
   const auto [first, is_new] = index_.emplace(name, static_cast<int>(names_.size()));
   if (!is_new)
     report.error(origin,
-                 noun_ + " " + quote(name) + " is defined twice, first on " +
+                 noun_ + " " + quote(name) + " is defined twice, first " +
                      describe_place(report, origins_[static_cast<std::size_t>(first->second)], origin) +
                      "; give each " + noun_ + " a name of its own");
   names_.push_back(std::move(name));

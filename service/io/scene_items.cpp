@@ -140,6 +140,13 @@ void SceneReader::read_link(const Node& node) {
     links_.mark_incomplete();
     return;
   }
+  const auto second =
+      std::find_if(kind + 1, kKinds.end(), [&](const Kind& k) { return find(k.key) != nullptr; });
+  if (second != kKinds.end()) {
+    report_.error(node.origin, label + " is both " + std::string(kind->key) + " and " +
+                                   std::string(second->key) + "; must have one of spring, bar, beam, matrix");
+    return links_.mark_incomplete();
+  }
   const Fields fields(report_, node, label, kind->keys);
   const Node& value = *find(kind->key);
   if (kind->key == "spring") {

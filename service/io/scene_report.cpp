@@ -118,9 +118,9 @@ Faults Report::take_faults() {
 }
 
 std::string describe_place(const Report& report, const Origin& place, const Origin& near) {
-  if (place.source == near.source) return "line " + std::to_string(place.line);
-  return report.sources()[static_cast<std::size_t>(place.source)] + ":" + std::to_string(place.line) + ":" +
-         std::to_string(place.column);
+  if (place.source == near.source) return "on line " + std::to_string(place.line);
+  return "at " + report.sources()[static_cast<std::size_t>(place.source)] + ":" + std::to_string(place.line) +
+         ":" + std::to_string(place.column);
 }
 
 }  // namespace freeflex::io::reader

@@ -70,7 +70,7 @@ class Report {
   XXH3_state_s* hash_;
 };
 
-/// "boom.yaml:3:5", or "line 3" when it is in the file of `near`.
+/// "at boom.yaml:3:5", or "on line 3" when it is in the file of `near`.
 std::string describe_place(const Report& report, const Origin& place, const Origin& near);
 
 }  // namespace freeflex::io::reader

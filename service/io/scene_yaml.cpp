@@ -18,8 +18,7 @@ std::string_view hint(std::string_view message) {
   };
   static constexpr Advice kAdvice[] = {
       {"tab", "indent with spaces"},
-      {"without a closing bracket", "a bracket opened before is not closed"},
-      {"without a closing brace", "a brace opened before is not closed"},
+      {"trailing content", "quote all of a value or nothing of it; separate values by commas"},
       {"extra closing", "remove it, or open it before"},
       {"multiline plain key", "check the indentation, and that the line before is complete"},
       {"cannot start with", "put the text in quotes"},
@@ -87,7 +86,11 @@ class TreeBuilder {
         return true;
     }
   }
-  const Node* root() const { return root_; }
+  /// nullptr with no content, or with content that an unknown alias leaves open.
+  const Node* root() const { return is_broken_ ? nullptr : root_; }
+  bool is_empty() const { return root_ == nullptr; }
+  /// Where the container under construction was opened; nullptr outside all.
+  const Origin* open_place() const { return stack_.empty() ? nullptr : &stack_.back().node->origin; }
 
  private:
   struct Open {
@@ -135,6 +138,7 @@ class TreeBuilder {
     std::vector<std::string_view> known;
     for (const auto& [word, node] : anchors_) known.push_back(word);
     report_.error(place_, "alias " + quote(name) + " has no anchor before it" + did_you_mean(name, known));
+    is_broken_ = true;
     Node* node = create(Node::Kind::kEmpty);
     if (node) attach(node);
     return node != nullptr;
@@ -202,7 +206,7 @@ class TreeBuilder {
       } else if (const auto [first, is_new] = seen.emplace(key->text, key); is_new) {
         entries.emplace_back(key, value);
       } else {
-        report_.error(key->origin, "key " + quote(key->text) + " is written twice, first on " +
+        report_.error(key->origin, "key " + quote(key->text) + " is written twice, first " +
                                        describe_place(report_, first->second->origin, key->origin) +
                                        "; remove one");
       }
@@ -231,6 +235,7 @@ class TreeBuilder {
   std::vector<Open> stack_;
   std::unordered_map<std::string, const Node*> anchors_;
   const Node* root_ = nullptr;
+  bool is_broken_ = false;
 };
 
 std::string describe(const Node& node) {
@@ -289,12 +294,15 @@ const Node* YamlTree::parse(Report& report, int source) {
     void* position = nullptr;
     const fy_diag_error* fault = fy_diag_errors_iterate(diag.get(), &position);
     const std::string message = fault && fault->msg ? fault->msg : "cannot be read on";
-    const std::string_view advice = hint(message);
+    std::string advice(hint(message));
+    if (message.find("without a closing") != std::string::npos && builder.open_place())
+      advice = "it was opened on line " + std::to_string(builder.open_place()->line) + ", column " +
+               std::to_string(builder.open_place()->column);
     report.error({source, fault ? fault->line : 0, fault ? fault->column : 0},
-                 "YAML syntax: " + message + (advice.empty() ? "" : "; ") + std::string(advice));
+                 "YAML syntax: " + message + (advice.empty() ? "" : "; ") + advice);
     return nullptr;
   }
-  if (!builder.root()) report.error({source, 1, 1}, "the file is empty; a scene has at least points");
+  if (builder.is_empty()) report.error({source, 1, 1}, "the file is empty; a scene has at least points");
   return builder.root();
 }
 
