@@ -16,7 +16,6 @@
 #include "service/publisher.hpp"
 #include "service/realtime.hpp"
 #include "service/session.hpp"
-#include "service/signals.hpp"
 
 namespace freeflex::service {
 
@@ -121,7 +120,8 @@ void Daemon::start_ingress() {
       .session = identity_.session, .lcm_url = url_, .channel_prefix = options_.prefix};
   if (std::string fault = ingress_.start(ingress, *names); !fault.empty())
     throw StartFault(kRuntimeFailure, fault);
-  spdlog::debug("commands are received by process {}", ingress_.pid());
+  spdlog::info("commands are received by process {}, socket buffer {} kB", ingress_.pid(),
+               ingress_.block().receive_buffer.load() / 1024);
 }
 
 /// One daemon a prefix. Whoever is there already is heard before a word is said; of two that start at the
@@ -200,9 +200,9 @@ void Daemon::supervise() {
 }
 
 void Daemon::log_start() const {
-  spdlog::info("{}: {} points, {} kg, {} rigid freedoms, {} elastic modes", plan_.name, plan_.points.size(),
-               plan_.mass, plan_.rigid_freedoms, plan_.num_elastic);
-  spdlog::info("{} Hz, {}, on {} with prefix {}", 1.0 / plan_.period, timing_name(options_.timing), url_,
+  spdlog::info("{}: {} points, {:.6g} kg, {} rigid freedoms, {} elastic modes", plan_.name,
+               plan_.points.size(), plan_.mass, plan_.rigid_freedoms, plan_.num_elastic);
+  spdlog::info("{:.9g} Hz, {}, on {} with prefix {}", 1.0 / plan_.period, timing_name(options_.timing), url_,
                options_.prefix);
 }
 
@@ -216,8 +216,7 @@ void Daemon::log_end() const {
 
 }  // namespace
 
-int run_daemon(const DaemonOptions& options) {
-  SignalWatch signals;
+int run_daemon(const DaemonOptions& options, SignalWatch& signals) {
   try {
     auto daemon = std::make_unique<Daemon>(options, signals);
     return daemon->run();

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "service/loop.hpp"
+#include "service/signals.hpp"
 
 namespace freeflex::service {
 
@@ -15,13 +16,14 @@ struct DaemonOptions {
   double rate = 0.0;    // [Hz] 0: the scene's
   double until = 0.0;   // [s] simulated; 0: until told to stop
   bool starts_holding = false;
-  Timing timing;
+  Timing timing{};
 };
 
 /// What the process ends with.
 enum ExitCode : int { kClean = 0, kRuntimeFailure = 1, kUsage = 2 };
 
 /// Runs the daemon until it is told to stop. Log: spdlog's default logger.
-int run_daemon(const DaemonOptions& options);
+/// \param signals  constructed before any thread, the log's included
+int run_daemon(const DaemonOptions& options, SignalWatch& signals);
 
 }  // namespace freeflex::service

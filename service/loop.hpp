@@ -29,7 +29,7 @@ std::optional<Timing> parse_timing(const std::string& text);
 std::string timing_name(const Timing& timing);
 
 struct LoopSettings {
-  Timing timing;
+  Timing timing{};
   bool starts_holding = false;
   std::int64_t until_tick = 0;  // the loop ends at this tick; 0: never
 };

@@ -82,8 +82,9 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? freeflex::service::kClean : freeflex::service::kUsage;
   }
+  freeflex::service::SignalWatch signals;
   start_log(level);
-  const int status = freeflex::service::run_daemon(options);
+  const int status = freeflex::service::run_daemon(options, signals);
   spdlog::shutdown();
   return status;
 }

@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <thread>
 
 #include "freeflex_msgs/control_t.hpp"
@@ -27,12 +26,6 @@ std::int64_t wall_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
              std::chrono::system_clock::now().time_since_epoch())
       .count();
-}
-
-/// Text of a fixed field that another process may have filled.
-template <std::size_t kSize>
-std::string bounded_text(const std::array<char, kSize>& text) {
-  return {text.data(), strnlen(text.data(), kSize)};
 }
 
 std::string reason_text(const AckEntry& entry, const Plan& plan) {
@@ -70,7 +63,7 @@ freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Plan& plan, std::int6
   freeflex_msgs::ack_t ack{};
   ack.utime = utime;
   ack.session = session;
-  ack.sender = bounded_text(entry.sender);
+  ack.sender = entry.sender.data();
   ack.sequence = entry.sequence;
   ack.reason = static_cast<std::int32_t>(entry.reason);
   ack.tick = entry.tick;
@@ -142,17 +135,18 @@ void Publisher::send_answers() {
   }
 }
 
-/// What the ingress turned down. Its memory is not trusted: the fields are bounded, the loop is too.
+/// What the ingress turned down. Its memory is not trusted: the loop is bounded, each entry is looked at.
 void Publisher::send_rejections() {
   for (int i = 0; i < Output::kNumAcks && shared_.rejected.try_pop(rejection_); ++i) {
+    if (!io::is_sane(rejection_.verdict)) continue;
     freeflex_msgs::ack_t ack{};
     ack.utime = wall_us();
     ack.session = identity_.session;
-    ack.sender = bounded_text(rejection_.verdict.sender);
+    ack.sender = rejection_.verdict.sender.data();
     ack.sequence = rejection_.verdict.sequence;
     ack.reason = static_cast<std::int32_t>(rejection_.verdict.reason);
     ack.tick = output_.tick.load(std::memory_order_relaxed);
-    ack.text = bounded_text(rejection_.verdict.text);
+    ack.text = rejection_.verdict.text.data();
     send(channels::kAck, ack);
   }
 }

@@ -17,7 +17,7 @@ struct Identity {
   std::int64_t session = 0;
   std::uint64_t plan_fingerprint = 0;
   std::string plan_file;  // absolute
-  Timing timing;
+  Timing timing{};
 };
 
 class StatusReporter {

@@ -1,0 +1,56 @@
+// The simulation thread allocates nothing once it runs. A program of its own: it replaces operator new.
+#include <gtest/gtest.h>
+
+#include <cstdlib>
+#include <new>
+
+#include "tests/service/rig.hpp"
+
+namespace {
+bool is_counting = false;
+int num_allocations = 0;
+}  // namespace
+
+void* operator new(std::size_t size) {
+  if (is_counting) ++num_allocations;
+  if (void* memory = std::malloc(size)) return memory;
+  throw std::bad_alloc();
+}
+void* operator new(std::size_t size, std::align_val_t alignment) {
+  if (is_counting) ++num_allocations;
+  const auto step = static_cast<std::size_t>(alignment);
+  if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
+  throw std::bad_alloc();
+}
+void operator delete(void* memory) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
+void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
+
+namespace freeflex::testing {
+namespace {
+
+TEST(Loop, AllocatesNothing) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.until_tick = 2000});
+  for (int i = 0; i < 300; ++i) {
+    ForceCommand command = make_push(i + 1, i % 40, 5 * i);
+    command.duration_ticks = 100;
+    rig.push(command);
+  }
+  rig.control(freeflex_msgs::control_t::SHAPES, 1);
+  rig.control(freeflex_msgs::control_t::RESET);
+  rig.push(make_push(301, 1));
+  is_counting = true;
+  ::operator delete(::operator new(1));  // the counter counts
+  rig.simulation.run();
+  is_counting = false;
+  EXPECT_EQ(num_allocations, 1);
+  EXPECT_EQ(rig.simulation.state().tick, 2000);
+  rig.collect();
+  EXPECT_EQ(rig.acks.size(), 303u + 256u)
+      << "every command was answered, and again those that waited for the reset";
+}
+
+}  // namespace
+}  // namespace freeflex::testing

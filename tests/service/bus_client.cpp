@@ -1,0 +1,191 @@
+#include "tests/service/bus_client.hpp"
+
+#include <arpa/inet.h>
+#include <fcntl.h>
+#include <netinet/in.h>
+#include <poll.h>
+#include <signal.h>
+#include <spawn.h>
+#include <sys/socket.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include <cstring>
+#include <fstream>
+#include <sstream>
+#include <thread>
+
+#include "messages/channels.hpp"
+
+namespace freeflex::testing {
+
+namespace {
+
+constexpr std::size_t kHeader = 8;               // "LC02" and the sequence
+constexpr int kReceiveBuffer = 8 * 1024 * 1024;  // [B] asked for
+
+std::int64_t wall_us() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
+
+template <class Message>
+bool decode_whole(std::span<const std::byte> payload, Message& message) {
+  const int size = static_cast<int>(payload.size());
+  return message.decode(payload.data(), 0, size) == size;
+}
+
+}  // namespace
+
+BusClient::BusClient(std::string prefix)
+    : prefix_(std::move(prefix)), fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)), buffer_(70'000) {
+  const int on = 1;
+  setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
+  setsockopt(fd_, SOL_SOCKET, SO_REUSEPORT, &on, sizeof on);
+  // beyond the system's limit where this process may
+  if (setsockopt(fd_, SOL_SOCKET, SO_RCVBUFFORCE, &kReceiveBuffer, sizeof kReceiveBuffer) != 0) {
+    setsockopt(fd_, SOL_SOCKET, SO_RCVBUF, &kReceiveBuffer, sizeof kReceiveBuffer);
+  }
+  sockaddr_in here{};
+  here.sin_family = AF_INET;
+  here.sin_port = htons(7667);
+  bind(fd_, reinterpret_cast<const sockaddr*>(&here), sizeof here);
+  ip_mreq group{};
+  inet_pton(AF_INET, "239.255.76.67", &group.imr_multiaddr);
+  setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group);
+}
+
+BusClient::~BusClient() { close(fd_); }
+
+bool BusClient::until(const std::function<bool()>& condition) {
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (!condition()) {
+    if (std::chrono::steady_clock::now() > deadline) return false;
+    receive(1);
+  }
+  return true;
+}
+
+void BusClient::receive(int timeout_ms) {
+  pollfd readable{fd_, POLLIN, 0};
+  if (poll(&readable, 1, timeout_ms) <= 0) return;
+  for (;;) {
+    const ssize_t size = recv(fd_, buffer_.data(), buffer_.size(), MSG_DONTWAIT);
+    if (size < 0) return;
+    const auto packet = std::span(buffer_).first(static_cast<std::size_t>(size));
+    if (packet.size() <= kHeader || std::memcmp(packet.data(), "LC02", 4) != 0) continue;
+    const auto* name = reinterpret_cast<const char*>(packet.data()) + kHeader;
+    const std::size_t length = strnlen(name, packet.size() - kHeader);
+    if (kHeader + length + 1 > packet.size()) continue;
+    take(std::string(name, length), packet.subspan(kHeader + length + 1));
+  }
+}
+
+void BusClient::take(const std::string& channel, std::span<const std::byte> payload) {
+  if (!channel.starts_with(prefix_)) return;
+  const std::string suffix = channel.substr(prefix_.size());
+  ++num_messages[suffix];
+  if (suffix == channels::kAck) {
+    if (freeflex_msgs::ack_t ack; decode_whole(payload, ack)) acks.push_back(ack);
+  } else if (suffix == channels::kApplied) {
+    if (freeflex_msgs::applied_t entry; decode_whole(payload, entry)) applied.push_back(entry);
+  } else if (suffix == channels::kState) {
+    if (freeflex_msgs::state_t state; decode_whole(payload, state)) states[state.tick] = state;
+  } else if (suffix == channels::kStatus) {
+    if (freeflex_msgs::status_t status; decode_whole(payload, status)) statuses.push_back(status);
+  }
+}
+
+void BusClient::send(const ForceCommand& command) {
+  packets.publish(prefix_ + channels::kForce, io::encode(io::to_message(command, session, wall_us())));
+}
+
+std::int64_t BusClient::send_control(std::int32_t command, std::int64_t count) {
+  freeflex_msgs::control_t control{};
+  control.utime = wall_us();
+  control.session = session;
+  control.sender = "test";
+  control.sequence = next_sequence++;
+  control.command = command;
+  control.count = count;
+  packets.publish(prefix_ + channels::kControl, io::encode(control));
+  return control.sequence;
+}
+
+freeflex_msgs::ack_t BusClient::answer(std::int64_t sequence) {
+  freeflex_msgs::ack_t found{};
+  found.reason = -1;
+  until([&] {
+    for (const auto& ack : acks) {
+      if (ack.sender == "test" && ack.sequence == sequence) found = ack;
+    }
+    return found.reason != -1;
+  });
+  return found;
+}
+
+bool BusClient::meet() {
+  statuses.clear();
+  // STARTING may yet yield to another daemon, and takes no commands
+  const auto is_up = [this] {
+    return !statuses.empty() && statuses.back().mode != freeflex_msgs::status_t::STARTING;
+  };
+  if (!until(is_up)) return false;
+  session = statuses.back().session;
+  return true;
+}
+
+Process::Process(const std::vector<std::string>& arguments) {
+  char path[] = "/tmp/freeflex-process-XXXXXX";
+  const int fd = mkostemp(path, O_CLOEXEC);
+  log_ = path;
+  posix_spawn_file_actions_t actions;
+  posix_spawn_file_actions_init(&actions);
+  posix_spawn_file_actions_adddup2(&actions, fd, STDOUT_FILENO);
+  posix_spawn_file_actions_adddup2(&actions, fd, STDERR_FILENO);
+  std::vector<char*> argv;
+  for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
+  argv.push_back(nullptr);
+  if (posix_spawnp(&pid_, argv[0], &actions, nullptr, argv.data(), environ) != 0) pid_ = -1;
+  posix_spawn_file_actions_destroy(&actions);
+  close(fd);
+}
+
+Process::~Process() {
+  if (pid_ > 0) {
+    kill(pid_, SIGKILL);
+    waitpid(pid_, nullptr, 0);
+  }
+  unlink(log_.c_str());
+}
+
+void Process::signal(int number) const {
+  if (pid_ > 0) kill(pid_, number);
+}
+
+int Process::wait() {
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  while (pid_ > 0 && std::chrono::steady_clock::now() < deadline) {
+    int status = 0;
+    if (waitpid(pid_, &status, WNOHANG) == pid_) {
+      pid_ = -1;
+      return WIFEXITED(status) ? WEXITSTATUS(status) : 1000 + WTERMSIG(status);
+    }
+    std::this_thread::sleep_for(std::chrono::milliseconds(2));
+  }
+  return -1;
+}
+
+std::string Process::output() const {
+  std::ostringstream text;
+  text << std::ifstream(log_).rdbuf();
+  return text.str();
+}
+
+std::string program(const std::string& name) { return std::string(FREEFLEX_BIN_DIR) + "/" + name; }
+std::string scene_path(const std::string& name) {
+  return std::string(FREEFLEX_SOURCE_DIR) + "/service/scenes/" + name;
+}
+
+}  // namespace freeflex::testing

@@ -1,0 +1,135 @@
+// Deadlines, overruns and slips, with time injected; durations of the histogram.
+#include "service/clock.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <random>
+
+#include "service/histogram.hpp"
+#include "tests/service/rig.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using service::Histogram;
+using service::Pacer;
+using service::SlidingPercentiles;
+
+constexpr std::int64_t kMillisecond = 1'000'000;  // [ns]
+
+TEST(Pacer, DeadlinesOfAPeriodThatIsNoWholeNumberDoNotDrift) {
+  const double period = 1e9 / 3000.0;
+  Pacer pacer(period);
+  pacer.rebase(5);
+  for (int i = 0; i < 3'000'000; ++i) pacer.finish_tick(0);
+  EXPECT_EQ(pacer.deadline_ns(), 5 + 1'000'000'000'000);
+}
+
+TEST(Pacer, CountsATickThatEndsAfterTheNextDeadline) {
+  Pacer pacer(1e6);
+  pacer.rebase(0);
+  pacer.finish_tick(kMillisecond);  // exactly in time
+  EXPECT_EQ(pacer.num_overruns(), 0);
+  pacer.finish_tick(2 * kMillisecond + 1);
+  EXPECT_EQ(pacer.num_overruns(), 1);
+  EXPECT_EQ(pacer.deadline_ns(), 2 * kMillisecond) << "the deadline stays: the next tick catches up";
+}
+
+TEST(Pacer, GivesUpLostTimeOnlyBeyondTheBound) {
+  static_assert(Pacer::kCatchUp >= 100 * kMillisecond);
+  Pacer pacer(1e6);
+  pacer.rebase(0);
+  pacer.finish_tick(kMillisecond + Pacer::kCatchUp);
+  EXPECT_EQ(pacer.num_slips(), 0);
+  const std::int64_t now = 2 * kMillisecond + Pacer::kCatchUp + 1;
+  pacer.finish_tick(now);
+  EXPECT_EQ(pacer.num_slips(), 1);
+  EXPECT_EQ(pacer.deadline_ns(), now);
+}
+
+/// Runs 1000 ticks of 1 ms; the machine stalls once, at tick 100.
+void run_with_stall(Rig& rig, std::int64_t stall_ns) {
+  bool has_stalled = false;
+  rig.clock.on_sleep = [&] {
+    if (rig.tick() == 100 && !has_stalled) {
+      has_stalled = true;
+      rig.clock.pass(stall_ns);
+    }
+  };
+  rig.run();
+}
+
+TEST(Loop, CatchesUpAfterAStallAndExecutesEveryTick) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.until_tick = 1000});
+  const std::int64_t start = rig.clock.now_ns();
+  run_with_stall(rig, 50 * kMillisecond);
+  EXPECT_EQ(rig.simulation.state().tick, 1000);
+  EXPECT_EQ(rig.output->num_slips.load(), 0);
+  // the tick that stood at 100 ms ended at 150 ms, and so did all up to the one that stood at 149 ms (the
+  // last of which ended exactly when the next stood)
+  EXPECT_EQ(rig.output->num_overruns.load(), 49);
+  EXPECT_EQ(rig.clock.now_ns() - start, 999 * kMillisecond) << "no time was lost";
+}
+
+TEST(Loop, SlipsOnceAfterALongStallAndStillExecutesEveryTick) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.until_tick = 1000});
+  const std::int64_t start = rig.clock.now_ns();
+  run_with_stall(rig, 500 * kMillisecond);
+  EXPECT_EQ(rig.simulation.state().tick, 1000);
+  EXPECT_EQ(rig.output->num_slips.load(), 1);
+  EXPECT_EQ(rig.output->num_overruns.load(), 1);
+  // tick 100 ended at 600 ms, where the new base stands: 899 ticks follow, the first at once
+  EXPECT_EQ(rig.clock.now_ns() - start, 600 * kMillisecond + 898 * kMillisecond);
+}
+
+TEST(Loop, AHoldIsNoOverrun) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.starts_holding = true, .until_tick = 10});
+  int num_sleeps = 0;
+  rig.clock.on_sleep = [&] {
+    if (++num_sleeps == 5000) rig.control(freeflex_msgs::control_t::RUN);
+  };
+  rig.run();
+  EXPECT_EQ(rig.simulation.state().tick, 10);
+  EXPECT_EQ(rig.output->num_overruns.load(), 0);
+  EXPECT_EQ(rig.output->num_slips.load(), 0);
+}
+
+TEST(Histogram, KnowsADurationToThreePercentAndNeverTooSmall) {
+  std::mt19937_64 engine(7);
+  std::uniform_real_distribution<double> exponent(std::log(64.0), std::log(1.3e11));
+  for (int i = 0; i < 100'000; ++i) {
+    const auto ns = static_cast<std::int64_t>(std::exp(exponent(engine)));
+    const auto edge = Histogram::upper_edge(Histogram::bucket(ns));
+    ASSERT_GT(edge, ns);
+    // a bucket is 1/32 of its octave's lower end wide
+    ASSERT_LE(static_cast<double>(edge), static_cast<double>(ns) * (1.0 + 1.0 / 32.0) + 1.0);
+  }
+  EXPECT_EQ(Histogram::bucket(-5), 0);
+  EXPECT_EQ(Histogram::bucket(INT64_MAX), Histogram::kNumBuckets - 1);
+}
+
+TEST(Histogram, GivesPercentilesOfTheWindowOnly) {
+  Histogram histogram;
+  SlidingPercentiles percentiles(histogram);
+  EXPECT_EQ(percentiles.read().count, 0);
+  EXPECT_EQ(percentiles.read().us[3], 0.0);
+  for (int i = 0; i < 985; ++i) histogram.record(10'000);
+  for (int i = 0; i < 14; ++i) histogram.record(1'000'000);
+  histogram.record(5'000'000);
+  const service::Percentiles all = percentiles.read();
+  EXPECT_EQ(all.count, 1000);
+  const double width = 1.0 / 32.0;  // of a bucket
+  EXPECT_NEAR(all.us[0], 10.0, 10.0 * width);
+  EXPECT_NEAR(all.us[1], 1000.0, 1000.0 * width);  // 990th of 1000
+  EXPECT_NEAR(all.us[2], 1000.0, 1000.0 * width);  // 999th
+  EXPECT_NEAR(all.us[3], 5000.0, 5000.0 * width);
+  for (int i = 0; i < SlidingPercentiles::kSpan + 1; ++i) percentiles.turn();
+  EXPECT_EQ(percentiles.read().count, 0) << "all of it is older than the window";
+}
+
+}  // namespace
+}  // namespace freeflex::testing

@@ -1,0 +1,170 @@
+// Decisions on force commands that depend on the tick.
+#include "service/desk.hpp"
+
+#include <gtest/gtest.h>
+
+#include <random>
+
+#include "tests/service/rig.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using io::Reason;
+using service::CommandDesk;
+
+constexpr int kPlenty = 100'000;  // free entries on APPLIED
+
+TEST(Desk, TakesACommandAtOnceAtTheNextTick) {
+  CommandDesk desk;
+  const auto decision = desk.submit(make_push(1), 5, 41, kPlenty);
+  EXPECT_EQ(decision.reason, Reason::kAccepted);
+  EXPECT_EQ(decision.tick, 41);
+  const auto due = desk.take_due(41);
+  ASSERT_EQ(due.size(), 1u);
+  EXPECT_EQ(due[0].sequence, 1);
+  ASSERT_EQ(desk.due_received_ns().size(), 1u);
+  EXPECT_EQ(desk.due_received_ns()[0], 5);
+}
+
+TEST(Desk, RejectsALateStartUnlessTheCommandAllowsIt) {
+  CommandDesk desk;
+  EXPECT_EQ(desk.submit(make_push(1, 0, 40), 5, 41, kPlenty).reason, Reason::kLate);
+  EXPECT_EQ(desk.submit(make_push(2, 0, 41), 5, 41, kPlenty).reason, Reason::kAccepted);
+  ForceCommand late = make_push(3, 0, 40);
+  late.late_policy = 1;
+  const auto decision = desk.submit(late, 5, 41, kPlenty);
+  EXPECT_EQ(decision.reason, Reason::kAccepted);
+  EXPECT_EQ(decision.tick, 41);
+}
+
+TEST(Desk, RejectsAStartTooFarAhead) {
+  CommandDesk desk;
+  EXPECT_EQ(desk.submit(make_push(1, 0, 41 + io::kMaxAheadTicks), 5, 41, kPlenty).reason, Reason::kAccepted);
+  EXPECT_EQ(desk.submit(make_push(2, 0, 42 + io::kMaxAheadTicks), 5, 41, kPlenty).reason,
+            Reason::kTooFarAhead);
+  EXPECT_EQ(desk.submit(make_push(3, 0, INT64_MAX), 5, 41, kPlenty).reason, Reason::kTooFarAhead);
+}
+
+TEST(Desk, OrdersByStartTickThenArrival) {
+  CommandDesk desk;
+  const std::vector<std::int64_t> starts{30, 10, 20, 10, 30, 20, 10};
+  for (std::size_t i = 0; i < starts.size(); ++i) {
+    desk.submit(make_push(static_cast<std::int64_t>(i), static_cast<int>(i), starts[i]), 5, 0, kPlenty);
+  }
+  std::vector<std::int64_t> order;
+  for (std::int64_t tick = 0; tick <= 30; ++tick) {
+    for (const ForceCommand& command : desk.take_due(tick)) {
+      EXPECT_EQ(command.start_tick, tick);
+      order.push_back(command.sequence);
+    }
+    desk.settle({});
+  }
+  EXPECT_EQ(order, (std::vector<std::int64_t>{1, 3, 6, 2, 5, 0, 4}));
+  EXPECT_EQ(desk.num_pending(), 0);
+}
+
+TEST(Desk, WaitingByChoiceIsNoLatency) {
+  CommandDesk desk;
+  desk.submit(make_push(1, 0, 12), 5, 10, kPlenty);
+  EXPECT_EQ(desk.take_due(12).size(), 1u);
+  EXPECT_TRUE(desk.due_received_ns().empty());
+}
+
+TEST(Desk, RejectsWhenThePendingListIsFull) {
+  CommandDesk desk;
+  for (int i = 0; i < CommandDesk::kMaxPending; ++i) {
+    ASSERT_EQ(desk.submit(make_push(i, i % 60, 100 + i), 5, 0, kPlenty).reason, Reason::kAccepted);
+  }
+  EXPECT_EQ(desk.submit(make_push(999, 0, 100), 5, 0, kPlenty).reason, Reason::kQueueFull);
+  EXPECT_EQ(desk.take_due(100).size(), 1u);
+  desk.settle({});
+  EXPECT_EQ(desk.submit(make_push(1000, 0, 101), 5, 101, kPlenty).reason, Reason::kAccepted);
+}
+
+TEST(Desk, RejectsWhatTheAppliedRingMightNotTake) {
+  CommandDesk desk;
+  // a command needs an entry, its end another, and one is kept for a reset
+  EXPECT_EQ(desk.submit(make_push(1), 5, 0, 2).reason, Reason::kQueueFull);
+  EXPECT_EQ(desk.submit(make_push(1), 5, 0, 3).reason, Reason::kAccepted);
+  EXPECT_EQ(desk.submit(make_push(2, 1), 5, 0, 4).reason, Reason::kQueueFull);
+  EXPECT_EQ(desk.submit(make_push(2, 1), 5, 0, 5).reason, Reason::kAccepted);
+  desk.take_due(0);
+  desk.settle({});
+  EXPECT_EQ(desk.num_owed(), 2) << "the ends of the two";
+}
+
+TEST(Desk, PromisesNoMoreSlotsThanThereAre) {
+  CommandDesk desk;
+  for (int slot = 0; slot < kMaxSlots; ++slot) {
+    const int start = slot < 32 ? -1 : 1000;  // half in force, half promised
+    ASSERT_EQ(desk.submit(make_push(slot, slot, start), 5, 0, kPlenty).reason, Reason::kAccepted);
+  }
+  desk.take_due(0);
+  desk.settle({});
+  ForceCommand other = make_push(1, 0);
+  other.sender = {'o', 't', 'h', 'e', 'r'};
+  EXPECT_EQ(desk.submit(other, 5, 1, kPlenty).reason, Reason::kNoSlotFree);
+  EXPECT_EQ(desk.submit(make_push(100, 3), 5, 1, kPlenty).reason, Reason::kAccepted) << "replaces its own";
+  other.num_points = 0;
+  EXPECT_EQ(desk.submit(other, 5, 1, kPlenty).reason, Reason::kAccepted)
+      << "a clearing command needs no slot";
+  // slot 5 ends: one is free again
+  service::CommandDesk::Decision decision;
+  desk.take_due(1);
+  StepReport report;
+  report.num_expiries = 1;
+  report.expiries[0] = {make_push(0).sender, 5, 5, false};
+  desk.settle(report);
+  other.num_points = 1;
+  EXPECT_EQ(desk.submit(other, 5, 2, kPlenty).reason, Reason::kAccepted);
+  other.slot = 1;
+  EXPECT_EQ(desk.submit(other, 5, 2, kPlenty).reason, Reason::kNoSlotFree);
+}
+
+/// Commands of two senders on few and many slots, short lives, clears and future starts, against the step.
+TEST(Desk, EveryAcceptedCommandFindsItsSlotInTheStep) {
+  const Plan plan = octahedron_plan();
+  State state = make_state(plan);
+  Workspace workspace = make_workspace(plan);
+  StepReport report;
+  CommandDesk desk;
+  std::mt19937_64 engine(11);
+  const auto draw = [&engine](int low, int high) {
+    return std::uniform_int_distribution<int>(low, high)(engine);
+  };
+  int num_full = 0;
+  for (std::int64_t tick = 0, sequence = 1; tick < 3000; ++tick) {
+    for (int i = draw(0, 4); i > 0; --i) {
+      ForceCommand command = make_push(sequence++, draw(0, 63), draw(0, 1) == 0 ? -1 : tick + draw(0, 40));
+      if (draw(0, 1) == 0) command.sender = {'b'};
+      command.duration_ticks = draw(1, 60);
+      if (draw(0, 5) == 0) command.num_points = 0;
+      num_full += desk.submit(command, 5, tick, kPlenty).reason == Reason::kNoSlotFree ? 1 : 0;
+    }
+    const auto due = desk.take_due(tick);
+    step(plan, state, {due}, workspace, report);
+    // the last command of each slot is the one in force
+    for (const ForceCommand& command : due) {
+      const auto later = due.subspan(static_cast<std::size_t>(&command - due.data()) + 1);
+      const bool is_last = std::ranges::none_of(later, [&](const ForceCommand& other) {
+        return other.slot == command.slot && other.sender == command.sender;
+      });
+      if (!is_last || command.num_points == 0) continue;
+      const auto slots = std::span(state.slots).first(static_cast<std::size_t>(state.num_slots));
+      ASSERT_TRUE(std::ranges::any_of(slots,
+                                      [&](const Slot& slot) {
+                                        return slot.command.sender == command.sender &&
+                                               slot.command.sequence == command.sequence;
+                                      }))
+          << "tick " << tick << " sequence " << command.sequence;
+    }
+    desk.settle(report);
+    ASSERT_EQ(desk.num_owed(), 2 * desk.num_pending() + state.num_slots)
+        << "the desk counts the slots in force";
+  }
+  EXPECT_GT(num_full, 0) << "the case that must be refused was met";
+}
+
+}  // namespace
+}  // namespace freeflex::testing

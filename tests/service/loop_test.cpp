@@ -1,0 +1,353 @@
+// The simulation loop: one answer in every timing, controls, faults, what leaves it.
+#include "service/loop.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <map>
+#include <thread>
+
+#include "tests/service/rig.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using freeflex_msgs::applied_t;
+using freeflex_msgs::control_t;
+using io::Reason;
+using service::LoopSettings;
+using service::Mode;
+using service::Timing;
+
+constexpr Timing kRealtime{};
+constexpr Timing kLockstep{Timing::Kind::kLockstep, 1.0};
+constexpr Timing kAsap{Timing::Kind::kAsap, 1.0};
+
+TEST(Timing, NamesReadBack) {
+  for (const char* name : {"realtime", "lockstep", "asap", "scaled=10", "scaled=0.25", "scaled=1e-3"}) {
+    const auto timing = service::parse_timing(name);
+    ASSERT_TRUE(timing) << name;
+    const auto again = service::parse_timing(service::timing_name(*timing));
+    ASSERT_TRUE(again) << service::timing_name(*timing);
+    EXPECT_EQ(again->kind, timing->kind);
+    EXPECT_EQ(again->scale, timing->scale);
+  }
+  for (const char* name : {"", "Realtime", "scaled", "scaled=", "scaled=0", "scaled=-1", "scaled=nan",
+                           "scaled=inf", "scaled=2x", "asap "}) {
+    EXPECT_FALSE(service::parse_timing(name)) << name;
+  }
+}
+
+/// What one run gave: its last state, and the published ones by tick.
+struct Course {
+  std::vector<std::uint64_t> last;
+  std::map<std::int64_t, std::vector<std::uint64_t>> published;
+  std::vector<std::array<std::int64_t, 4>> applied;  // tick, kind, sequence of command, of entry
+};
+
+/// 400 ticks with commands at ticks of their own: overlapping slots, both axes, an end, a lost lease, a
+/// clear.
+Course run_course(const Plan& plan, const Timing& timing) {
+  service::MonotonicClock clock;
+  Rig rig(plan, {.timing = timing, .until_tick = 400}, clock);
+  ForceCommand body = make_push(1, 0, 100, 2, 3.0);
+  body.axes = 1;
+  body.duration_ticks = 57;
+  ForceCommand lease = make_push(2, 1, 111, 4, -5.0);
+  lease.duration_ticks = 0;
+  lease.lease_ticks = 80;
+  ForceCommand clear = make_push(4, 2, 250);
+  clear.num_points = 0;
+  for (const ForceCommand& command : {body, lease, make_push(3, 2, 111, 1), clear, make_push(5, 0, 300, 5)}) {
+    rig.push(command);
+  }
+  if (timing.kind == Timing::Kind::kLockstep)
+    rig.control(control_t::STEP, 150), rig.control(control_t::STEP, 250);
+  Course course;
+  std::thread simulating([&rig] { rig.simulation.run(); });
+  for (bool is_last = false; !is_last;) {
+    is_last = rig.output->is_finished.load();
+    if (const service::Snapshot* snapshot = rig.output->state.take()) {
+      course.published[snapshot->state.tick] = motion_bits(snapshot->state);
+    }
+    rig.output->points.take();
+    rig.output->loads.take();
+    rig.output->status.take();
+    std::this_thread::yield();
+  }
+  simulating.join();
+  rig.collect();
+  course.last = motion_bits(rig.simulation.state());
+  for (const auto& entry : rig.applied) {
+    const bool is_command = entry.kind == applied_t::FORCE;
+    course.applied.push_back({entry.tick, entry.kind,
+                              is_command ? entry.command.sequence : entry.expiry.sequence, entry.sequence});
+  }
+  return course;
+}
+
+TEST(Loop, GivesTheSameBitsFlatOutTenTimesRealTimeAndLockstep) {
+  const Plan plan = octahedron_plan();
+  const Course flat_out = run_course(plan, kAsap);
+  const std::vector<std::array<std::int64_t, 4>> applied{
+      {100, applied_t::FORCE, 1, 0},   {111, applied_t::FORCE, 2, 1},      {111, applied_t::FORCE, 3, 2},
+      {157, applied_t::EXPIRED, 1, 3}, {191, applied_t::LEASE_LOST, 2, 4}, {250, applied_t::FORCE, 4, 5},
+      {300, applied_t::FORCE, 5, 6}};
+  EXPECT_EQ(flat_out.applied, applied);
+  // no state is skipped when nothing presses: the start and every twentieth of a second
+  for (std::int64_t tick = 0; tick <= 400; tick += 20) EXPECT_TRUE(flat_out.published.contains(tick)) << tick;
+  EXPECT_NE(flat_out.published.at(100), flat_out.published.at(120));
+  for (const Timing& timing : {Timing{Timing::Kind::kScaled, 10.0}, kRealtime, kLockstep}) {
+    const Course course = run_course(plan, timing);
+    EXPECT_EQ(course.last, flat_out.last) << service::timing_name(timing);
+    EXPECT_EQ(course.applied, flat_out.applied) << service::timing_name(timing);
+    int num_compared = 0;
+    for (const auto& [tick, bits] : course.published) {
+      const auto same = flat_out.published.find(tick);
+      if (same == flat_out.published.end()) continue;
+      EXPECT_EQ(bits, same->second) << service::timing_name(timing) << " tick " << tick;
+      ++num_compared;
+    }
+    EXPECT_GE(num_compared, 2) << service::timing_name(timing);
+  }
+}
+
+TEST(Loop, LockstepAdvancesByStepAloneAndPublishesAfterEach) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.timing = kLockstep});
+  std::vector<std::int64_t> published;
+  int num_sleeps = 0;
+  rig.clock.on_sleep = [&] {
+    if (const auto* snapshot = rig.output->state.take()) published.push_back(snapshot->state.tick);
+    rig.output->points.take(), rig.output->loads.take();
+    if (++num_sleeps == 10) rig.control(control_t::STEP, 7);
+    if (num_sleeps == 20) {
+      EXPECT_EQ(rig.tick(), 7);
+    }
+    if (num_sleeps == 30) rig.control(control_t::STEP, 1);
+    if (num_sleeps == 40) rig.control(control_t::RUN);
+    if (num_sleeps == 60) rig.control(control_t::STOP);
+  };
+  rig.run();
+  EXPECT_EQ(rig.simulation.state().tick, 8);
+  EXPECT_EQ(published, (std::vector<std::int64_t>{0, 7, 8}));
+  ASSERT_EQ(rig.acks.size(), 4u);
+  EXPECT_EQ(rig.acks[0].reason, Reason::kAccepted);
+  EXPECT_EQ(rig.acks[0].tick, 0);
+  EXPECT_EQ(rig.acks[1].tick, 7);
+  EXPECT_EQ(rig.acks[2].reason, Reason::kWrongMode);
+  EXPECT_EQ(rig.acks[3].reason, Reason::kAccepted);
+  EXPECT_EQ(rig.acks[3].mode, Mode::kStopped);
+}
+
+TEST(Loop, HoldsStepsAndRunsAgainInRealTime) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.until_tick = 500});
+  bool has_held = false;
+  int num_idle = 0;
+  rig.clock.on_sleep = [&] {
+    if (rig.tick() == 100 && !has_held)
+      has_held = rig.control(control_t::STEP, 1) && rig.control(control_t::HOLD);
+    if (!has_held) return;
+    if (++num_idle == 50) {
+      EXPECT_EQ(rig.tick(), 100);
+      rig.control(control_t::STEP, 3);
+    }
+    if (num_idle == 100) {
+      EXPECT_EQ(rig.tick(), 103);
+      rig.control(control_t::RUN);
+    }
+  };
+  rig.run();
+  EXPECT_EQ(rig.simulation.state().tick, 500);
+  ASSERT_EQ(rig.acks.size(), 4u);
+  EXPECT_EQ(rig.acks[0].reason, Reason::kWrongMode) << "STEP while running";
+  for (int i = 1; i < 4; ++i) EXPECT_EQ(rig.acks[static_cast<std::size_t>(i)].reason, Reason::kAccepted);
+}
+
+TEST(Loop, ResetGoesBackToTheStartInANewEpochAndAnswersWhatWaited) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.timing = kAsap, .until_tick = 300});
+  rig.push(make_push(1, 0, -1));
+  rig.push(make_push(2, 1, 290));
+  bool has_reset = false;
+  rig.clock.on_sleep = [&] {
+    if (rig.tick() >= 200 && !has_reset)
+      has_reset = rig.control(control_t::RESET) && rig.push(make_push(3, 0, -1));
+  };
+  rig.run();
+  ASSERT_EQ(rig.acks.size(), 5u);
+  EXPECT_EQ(rig.acks[2].sequence, 2);
+  EXPECT_EQ(rig.acks[2].reason, Reason::kEpochEnded);
+  EXPECT_EQ(rig.acks[2].found, 290);
+  EXPECT_EQ(rig.acks[3].reason, Reason::kAccepted);
+  const std::int64_t tick = rig.acks[3].tick;
+  EXPECT_GE(tick, 200) << "ticks go on";
+  ASSERT_EQ(rig.applied.size(), 3u);
+  EXPECT_EQ(rig.applied[1].kind, applied_t::RESET);
+  EXPECT_EQ(rig.applied[1].tick, tick);
+  EXPECT_EQ(rig.applied[2].kind, applied_t::FORCE);
+  EXPECT_EQ(rig.applied[2].tick, tick) << "the first command of the new epoch";
+  EXPECT_EQ(rig.applied[2].sequence, 2);
+  // the new epoch is a run of its own
+  Rig fresh(plan, {.timing = kAsap, .until_tick = 300 - tick});
+  fresh.push(make_push(1, 0, -1));
+  fresh.run();
+  State state = rig.simulation.state();
+  EXPECT_EQ(state.epoch, 1);
+  EXPECT_EQ(state.epoch_start_tick, tick);
+  state.tick -= tick, state.epoch = 0;
+  EXPECT_EQ(motion_bits(state), motion_bits(fresh.simulation.state()));
+}
+
+TEST(Loop, HoldsTheLastGoodStateWhenTheNextIsNotFiniteAndResetRecovers) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {});
+  ForceCommand huge = make_push(1, 0, 50, 0, 5e307);
+  for (int point = 1; point < 6; ++point) add_force(huge, point, Eigen::Vector3d(1e308, 1e308, 1e308));
+  rig.push(huge);
+  Mode seen = Mode::kStarting;
+  std::int64_t fault_sequence = 0;
+  std::vector<double> held_q;
+  int num_idle = 0;
+  rig.clock.on_sleep = [&] {
+    if (const auto* snapshot = rig.output->state.take()) {
+      seen = snapshot->mode;
+      fault_sequence = snapshot->fault.sequence;
+      held_q = snapshot->state.q;
+    }
+    if (rig.tick() < 50) return;
+    ++num_idle;
+    if (num_idle == 50) {
+      EXPECT_EQ(rig.tick(), 50);
+      EXPECT_EQ(seen, Mode::kFault);
+      EXPECT_EQ(fault_sequence, 1);
+      for (const double q : held_q) EXPECT_TRUE(std::isfinite(q));
+      rig.push(make_push(2));
+      rig.control(control_t::RUN);
+      rig.control(control_t::HOLD);
+      rig.control(control_t::STEP, 1);
+      rig.control(control_t::RESET);
+    }
+    if (rig.tick() == 120) rig.control(control_t::STOP);
+  };
+  rig.run();
+  EXPECT_GE(rig.simulation.state().tick, 120) << "it ran before the fault, so it runs after the reset";
+  EXPECT_EQ(rig.simulation.state().epoch, 1);
+  ASSERT_EQ(rig.acks.size(), 8u);
+  EXPECT_EQ(rig.acks[0].reason, Reason::kAccepted);
+  for (std::size_t i = 1; i < 5; ++i) EXPECT_EQ(rig.acks[i].reason, Reason::kWrongMode) << i;
+  EXPECT_EQ(rig.acks[5].reason, Reason::kEpochEnded) << "the command that was never applied";
+  EXPECT_EQ(rig.acks[5].sequence, 1);
+  EXPECT_EQ(rig.acks[6].reason, Reason::kAccepted);
+  ASSERT_EQ(rig.applied.size(), 1u) << "a command that faulted changed nothing";
+  EXPECT_EQ(rig.applied[0].kind, applied_t::RESET);
+}
+
+TEST(Loop, AppliedHasNoGapWhenNobodyReadsIt) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.timing = kAsap, .until_tick = 3000});
+  std::int64_t sequence = 1;
+  rig.clock.on_sleep = [&] {
+    // acknowledgements are read, APPLIED is not
+    for (service::AckEntry ack; rig.output->acks.try_pop(ack);) rig.acks.push_back(ack);
+    for (int i = 0; i < 40; ++i) rig.push(make_push(sequence++, i % 8));
+    rig.output->state.take(), rig.output->points.take(), rig.output->loads.take();
+  };
+  rig.run();
+  std::int64_t num_accepted = 0, num_full = 0;
+  for (const auto& ack : rig.acks) {
+    num_accepted += ack.reason == Reason::kAccepted ? 1 : 0;
+    num_full += ack.reason == Reason::kQueueFull ? 1 : 0;
+  }
+  EXPECT_EQ(num_accepted + num_full, static_cast<std::int64_t>(rig.acks.size()));
+  EXPECT_GT(num_full, 0) << "the ring was filled";
+  // the sequence has no hole, and every accepted command is there, whole
+  std::int64_t num_forces = 0;
+  for (std::size_t i = 0; i < rig.applied.size(); ++i) {
+    ASSERT_EQ(rig.applied[i].sequence, static_cast<std::int64_t>(i));
+    num_forces += rig.applied[i].kind == applied_t::FORCE ? 1 : 0;
+  }
+  EXPECT_EQ(num_forces, num_accepted);
+  EXPECT_EQ(rig.simulation.applied_count(), static_cast<std::int64_t>(rig.applied.size()));
+}
+
+TEST(Loop, DrainsABoundedNumberOfCommandsATickAndAnswersAll) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.timing = kAsap, .until_tick = 20});
+  for (int i = 0; i < 200; ++i) ASSERT_TRUE(rig.push(make_push(i + 1, i % 16)));
+  rig.run();
+  ASSERT_EQ(rig.acks.size(), 200u);
+  ASSERT_EQ(rig.applied.size(), 200u);
+  for (int i = 0; i < 200; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    EXPECT_EQ(rig.acks[at].sequence, i + 1);
+    EXPECT_EQ(rig.acks[at].tick, i / service::Simulation::kMaxDrained);
+    EXPECT_EQ(rig.applied[at].tick, rig.acks[at].tick);
+    EXPECT_EQ(rig.applied[at].command.sequence, i + 1);
+  }
+}
+
+TEST(Loop, LeavesCommandsInTheRingWhileTheirAnswersHaveNoRoom) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.timing = kAsap, .until_tick = 2000});
+  std::int64_t sequence = 1;
+  std::int64_t num_pushed = 0;
+  rig.clock.on_sleep = [&] {
+    for (service::AppliedEntry entry; rig.output->applied.try_pop(entry);) rig.applied.push_back(entry);
+    for (int i = 0; i < 100; ++i) num_pushed += rig.push(make_push(sequence++, 0)) ? 1 : 0;
+    rig.output->state.take(), rig.output->points.take(), rig.output->loads.take();
+  };
+  rig.run();  // acknowledgements are read only now
+  ASSERT_GT(num_pushed, service::Output::kNumAcks);
+  ASSERT_LE(rig.acks.size(), static_cast<std::size_t>(service::Output::kNumAcks));
+  for (std::size_t i = 1; i < rig.acks.size(); ++i) ASSERT_GT(rig.acks[i].sequence, rig.acks[i - 1].sequence);
+  std::size_t num_forces = 0;
+  for (const auto& entry : rig.applied) num_forces += entry.kind == applied_t::FORCE ? 1 : 0;
+  EXPECT_EQ(num_forces, rig.acks.size()) << "nothing was taken that was not answered";
+}
+
+TEST(Loop, TrustsNothingInTheRing) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.timing = kAsap, .until_tick = 10});
+  ForceCommand bad = make_push(1);
+  bad.num_points = 1'000'000;
+  rig.push(bad);
+  bad = make_push(2);
+  bad.points[0].point = 77;
+  rig.push(bad);
+  bad = make_push(3);
+  bad.sender.fill('x');
+  rig.push(bad);
+  bad = make_push(4);
+  bad.slot = -3;
+  rig.push(bad);
+  rig.control(control_t::STEP, -1);
+  rig.control(77);
+  service::InboundEntry wild{};
+  wild.kind = 99;
+  rig.inbound->try_push(wild);
+  rig.push(make_push(5));
+  rig.run();
+  ASSERT_EQ(rig.acks.size(), 1u);
+  EXPECT_EQ(rig.acks[0].sequence, 5);
+}
+
+TEST(Loop, HandsOutShapesOfModesThatExist) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.timing = kAsap, .until_tick = 5});
+  for (const std::int64_t mode : {1, plan.num_elastic, plan.num_elastic + 1})
+    rig.control(control_t::SHAPES, mode);
+  rig.run();
+  const std::vector<Reason> reasons{Reason::kAccepted, Reason::kAccepted, Reason::kBadControl};
+  ASSERT_EQ(rig.acks.size(), reasons.size());
+  for (std::size_t i = 0; i < reasons.size(); ++i) EXPECT_EQ(rig.acks[i].reason, reasons[i]);
+  std::int32_t mode = 0;
+  ASSERT_TRUE(rig.output->shapes.try_pop(mode));
+  EXPECT_EQ(mode, 1);
+  ASSERT_TRUE(rig.output->shapes.try_pop(mode));
+  EXPECT_EQ(mode, plan.num_elastic);
+}
+
+}  // namespace
+}  // namespace freeflex::testing

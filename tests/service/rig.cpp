@@ -1,0 +1,67 @@
+#include "tests/service/rig.hpp"
+
+#include <bit>
+
+namespace freeflex::testing {
+
+Plan octahedron_plan() {
+  Scene scene = octahedron();
+  publish_everything(scene);
+  return plan_of(scene);
+}
+
+ForceCommand make_push(std::int64_t sequence, int slot, std::int64_t start_tick, int point, double size) {
+  ForceCommand command = make_command(slot, sequence);
+  command.start_tick = start_tick;
+  add_force(command, point, size * Eigen::Vector3d(1.0, 2.0, 3.0));
+  return command;
+}
+
+Rig::Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock_of_loop)
+    : output(std::make_unique<service::Output>(plan)),
+      simulation(plan, settings, clock_of_loop, *inbound, *output) {}
+
+bool Rig::push(const ForceCommand& command) {
+  auto entry = std::make_unique<service::InboundEntry>();
+  entry->received_ns = clock.now_ns();
+  entry->kind = 1;
+  entry->force = command;
+  return inbound->try_push(*entry);
+}
+
+bool Rig::control(std::int32_t command, std::int64_t count) {
+  auto entry = std::make_unique<service::InboundEntry>();
+  entry->received_ns = clock.now_ns();
+  entry->kind = 2;
+  entry->control.sender = {'t', 'e', 's', 't'};
+  entry->control.sequence = next_sequence++;
+  entry->control.command = command;
+  entry->control.count = count;
+  return inbound->try_push(*entry);
+}
+
+void Rig::collect() {
+  for (service::AckEntry ack; output->acks.try_pop(ack);) acks.push_back(ack);
+  for (service::AppliedEntry entry; output->applied.try_pop(entry);) applied.push_back(entry);
+}
+
+void Rig::run() {
+  simulation.run();
+  collect();
+}
+
+std::vector<std::uint64_t> motion_bits(const State& state) {
+  std::vector<std::uint64_t> bits{static_cast<std::uint64_t>(state.tick),
+                                  static_cast<std::uint64_t>(state.epoch)};
+  const auto add = [&bits](const auto& values) {
+    for (const double value : values) bits.push_back(std::bit_cast<std::uint64_t>(value));
+  };
+  for (const Vec3* v :
+       {&state.p_WB, &state.p_WB_low, &state.v_WB, &state.v_WB_low, &state.H_W, &state.H_W_low})
+    add(*v);
+  add(state.q_WB), add(state.q_WB_low);
+  add(state.q), add(state.q_low), add(state.q_dot), add(state.q_dot_low);
+  return bits;
+}
+
+}  // namespace freeflex::testing

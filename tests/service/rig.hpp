@@ -1,0 +1,65 @@
+// A simulation loop without a bus: commands go into its ring, what comes out is collected. One thread.
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <vector>
+
+#include "freeflex_msgs/applied_t.hpp"
+#include "freeflex_msgs/control_t.hpp"
+#include "service/loop.hpp"
+#include "tests/support/simulation.hpp"
+#include "tests/support/structures.hpp"
+
+namespace freeflex::testing {
+
+/// Time that passes only by sleeping, or when a test says so.
+class FakeClock final : public service::Clock {
+ public:
+  std::int64_t now_ns() noexcept override { return now_ns_; }
+  void sleep_until(std::int64_t deadline_ns) noexcept override {
+    now_ns_ = std::max(now_ns_, deadline_ns);
+    if (on_sleep) on_sleep();
+  }
+  void pass(std::int64_t ns) { now_ns_ += ns; }
+
+  std::function<void()> on_sleep;  // after each sleep
+
+ private:
+  std::int64_t now_ns_ = 1'000'000'000;
+};
+
+/// The octahedron, everything pushable and published, at 1 kHz.
+Plan octahedron_plan();
+
+/// [N] along (1, 2, 3) on a point, by sender "test", for ever.
+ForceCommand make_push(std::int64_t sequence, int slot = 0, std::int64_t start_tick = -1, int point = 0,
+                       double size = 1.0);
+
+struct Rig {
+  Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock);
+  Rig(const Plan& plan, const service::LoopSettings& settings) : Rig(plan, settings, clock) {}
+
+  /// False when the ring is full.
+  bool push(const ForceCommand& command);
+  bool control(std::int32_t command, std::int64_t count = 0);
+  /// What the rings hold by now, appended to acks and applied.
+  void collect();
+  /// Runs to the end and collects.
+  void run();
+  /// Next tick to be executed, as the loop last published it.
+  std::int64_t tick() const { return output->tick.load(); }
+
+  FakeClock clock;
+  std::unique_ptr<service::InboundRing> inbound = std::make_unique<service::InboundRing>();
+  std::unique_ptr<service::Output> output;
+  service::Simulation simulation;
+  std::vector<service::AckEntry> acks;
+  std::vector<service::AppliedEntry> applied;
+  std::int64_t next_sequence = 1'000'000;  // of controls
+};
+
+/// Every number of the motion, bit for bit.
+std::vector<std::uint64_t> motion_bits(const State& state);
+
+}  // namespace freeflex::testing
