@@ -33,17 +33,20 @@ struct Checker {
     if (!(std::isfinite(value) && value >= 0.0))
       error(origin, join_text(what, " is ", value, " ", unit, ", must be finite and >= 0"));
   }
-  void finite(const Origin& origin, const std::string& what, const Eigen::Ref<const Eigen::VectorXd>& values) {
+  void finite(const Origin& origin, const std::string& what,
+              const Eigen::Ref<const Eigen::VectorXd>& values) {
     if (!values.allFinite()) error(origin, join_text(what, " is not finite: (", values.transpose(), ")"));
   }
   bool known_point(const Origin& origin, const std::string& what, int index) {
     if (is_point(index)) return true;
-    error(origin, join_text(what, " names point index ", index, ", there are ", scene.points.size(), " points"));
+    error(origin,
+          join_text(what, " names point index ", index, ", there are ", scene.points.size(), " points"));
     return false;
   }
   bool known_group(const Origin& origin, const std::string& what, int index) {
     if (is_group(index)) return true;
-    error(origin, join_text(what, " names group index ", index, ", there are ", scene.groups.size(), " groups"));
+    error(origin,
+          join_text(what, " names group index ", index, ", there are ", scene.groups.size(), " groups"));
     return false;
   }
 
@@ -85,8 +88,9 @@ void Checker::check_two_point_link(const Link& link, const std::string& who) {
   }
   const Eigen::Vector3d a = point(link.points[0]).position, b = point(link.points[1]).position;
   if (a.allFinite() && b.allFinite() && (b - a).isZero(0.0))
-    error(link.origin, who + " joins " + point_names(scene, {link.points[0], link.points[1]}, 2) +
-                           ", which are in one place; a link needs a length > 0: move a point or remove the link");
+    error(link.origin,
+          who + " joins " + point_names(scene, {link.points[0], link.points[1]}, 2) +
+              ", which are in one place; a link needs a length > 0: move a point or remove the link");
 }
 
 void Checker::check_beam(const Link& link, const Beam& beam, const std::string& who) {
@@ -96,10 +100,12 @@ void Checker::check_beam(const Link& link, const Beam& beam, const std::string& 
   positive(link.origin, who + ": EI_z", beam.EI_z, "N m^2");
   finite(link.origin, who + ": y_axis", beam.y_axis);
   if (!is_point(link.points[0]) || !is_point(link.points[1]) || beam.y_axis.isZero(0.0)) return;
-  const Eigen::Vector3d x = (point(link.points[1]).position - point(link.points[0]).position).stableNormalized();
+  const Eigen::Vector3d x =
+      (point(link.points[1]).position - point(link.points[0]).position).stableNormalized();
   if (x.cross(beam.y_axis.stableNormalized()).norm() < kParallel)
-    error(link.origin, join_text(who, ": y_axis (", beam.y_axis.transpose(),
-                                 ") is parallel to the beam; give a direction across it, or none to have one chosen"));
+    error(link.origin,
+          join_text(who, ": y_axis (", beam.y_axis.transpose(),
+                    ") is parallel to the beam; give a direction across it, or none to have one chosen"));
 }
 
 void Checker::check_matrix_link(const Link& link, const MatrixLink& matrix, const std::string& who) {
@@ -109,7 +115,8 @@ void Checker::check_matrix_link(const Link& link, const MatrixLink& matrix, cons
       error(link.origin, who + " names point " + quoted(point(index).name, index) + " twice; name each once");
   const auto size = 3 * static_cast<Eigen::Index>(matrix.points.size());
   if (matrix.points.size() < 2)
-    error(link.origin, join_text(who, " names ", matrix.points.size(), " points; a matrix link joins at least two"));
+    error(link.origin,
+          join_text(who, " names ", matrix.points.size(), " points; a matrix link joins at least two"));
   if (matrix.stiffness.rows() != size || matrix.stiffness.cols() != size)
     error(link.origin, join_text(who, ": the stiffness matrix is ", matrix.stiffness.rows(), " x ",
                                  matrix.stiffness.cols(), ", must be ", size, " x ", size, " for ",
@@ -162,8 +169,9 @@ void Checker::check_history(const Load& load, const std::string& who) {
     if (!std::isfinite(sine->phase)) error(load.origin, who + ": sine phase is not finite");
   } else if (const auto* table = std::get_if<TableHistory>(&load.history)) {
     if (table->times.empty() || table->times.size() != table->values.size()) {
-      error(load.origin, join_text(who, ": the table has ", table->times.size(), " times and ", table->values.size(),
-                                   " values; it needs as many of one as of the other, at least one"));
+      error(load.origin,
+            join_text(who, ": the table has ", table->times.size(), " times and ", table->values.size(),
+                      " values; it needs as many of one as of the other, at least one"));
       return;
     }
     for (std::size_t row = 0; row < table->times.size(); ++row) {
@@ -221,13 +229,15 @@ void Checker::check_publication() {
   for (const int index : publication.groups) known_group({}, "publication", index);
   for (const int index : publication.links) {
     if (index < 0 || index >= static_cast<int>(scene.links.size())) {
-      error({}, join_text("publication names link index ", index, ", there are ", scene.links.size(), " links"));
+      error({},
+            join_text("publication names link index ", index, ", there are ", scene.links.size(), " links"));
       continue;
     }
     const Link& link = scene.links[static_cast<std::size_t>(index)];
     if (std::holds_alternative<MatrixLink>(link.kind))
-      error(link.origin, "link " + quoted(link.name, index) +
-                             " is a matrix link: it has no member force to publish; publish springs, bars or beams");
+      error(link.origin,
+            "link " + quoted(link.name, index) +
+                " is a matrix link: it has no member force to publish; publish springs, bars or beams");
   }
   for (const int index : scene.pushable) known_point({}, "the list of pushable points", index);
 }
@@ -241,10 +251,13 @@ void check_scene(const Scene& scene, Faults& faults) {
   checker.not_negative({}, "torque limit", scene.torque_limit, "N m");
   checker.finite({}, "gravity", scene.gravity);
   checker.check_points();
-  for (std::size_t i = 0; i < scene.links.size(); ++i) checker.check_link(scene.links[i], static_cast<int>(i));
-  for (std::size_t i = 0; i < scene.groups.size(); ++i) checker.check_group(scene.groups[i], static_cast<int>(i));
+  for (std::size_t i = 0; i < scene.links.size(); ++i)
+    checker.check_link(scene.links[i], static_cast<int>(i));
+  for (std::size_t i = 0; i < scene.groups.size(); ++i)
+    checker.check_group(scene.groups[i], static_cast<int>(i));
   checker.check_damping();
-  for (std::size_t i = 0; i < scene.loads.size(); ++i) checker.check_load(scene.loads[i], static_cast<int>(i));
+  for (std::size_t i = 0; i < scene.loads.size(); ++i)
+    checker.check_load(scene.loads[i], static_cast<int>(i));
   checker.check_initial();
   checker.check_publication();
 }
@@ -252,8 +265,9 @@ void check_scene(const Scene& scene, Faults& faults) {
 void check_modes(const Scene& scene, int num_elastic, Faults& faults) {
   const auto check = [&](const Origin& origin, const char* what, int mode) {
     if (mode < 1 || mode > num_elastic)
-      add_error(faults, origin,
-                join_text(what, " names elastic mode ", mode, ", there are ", num_elastic, ", numbered from 1"));
+      add_error(
+          faults, origin,
+          join_text(what, " names elastic mode ", mode, ", there are ", num_elastic, ", numbered from 1"));
   };
   for (const auto& [mode, ratio] : scene.damping.mode_ratios) check(scene.damping.origin, "damping", mode);
   for (const auto& each : scene.initial.modes) check(scene.initial.origin, "initial state", each.mode);

@@ -15,7 +15,8 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// [-] of the given displacements: a rigid part above this is said, below it is rounding of what a person typed
+// [-] of the given displacements: a rigid part above this is said, below it is rounding of what a person
+// typed
 constexpr double kRigidPart = 1e-9;
 
 Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
@@ -46,7 +47,8 @@ void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.rigid_freedoms = body.rigid_freedoms;
   plan.p_SB = to_array(body.p_SB);
   plan.inertia = to_array(body.inertia);
-  // through principal moments, which keep their digits for thin shapes; a moment of a freedom that is not there has none
+  // through principal moments, which keep their digits for thin shapes; a moment of a freedom that is not
+  // there has none
   Eigen::Vector3d inverse = Eigen::Vector3d::Zero();
   for (int k = 0; k < 3; ++k) {
     const bool turns = body.rigid_freedoms == 6 || (body.rigid_freedoms == 5 && k > 0);
@@ -58,7 +60,7 @@ void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.gravity_W = to_array(scene.gravity);
 }
 
-// X15: decay = zeta omega + alpha / 2 + beta omega^2 / 2
+// X53: decay = zeta omega + alpha / 2 + beta omega^2 / 2
 Eigen::VectorXd decays(const Damping& damping, const Eigen::VectorXd& omega) {
   Eigen::VectorXd ratio = Eigen::VectorXd::Constant(omega.size(), damping.modal_ratio);
   for (const auto& [mode, zeta] : damping.mode_ratios) ratio[mode - 1] = zeta;
@@ -110,10 +112,12 @@ void compile_points(const Scene& scene, const Structure& structure, Plan& plan) 
     point.name = scene.points[i].name;
     point.mass = scene.points[i].mass;
     point.r = to_array(Eigen::Vector3d(structure.mass_properties.r.col(column)));
-    point.pushable = std::find(scene.pushable.begin(), scene.pushable.end(), static_cast<int>(i)) != scene.pushable.end();
+    point.pushable =
+        std::find(scene.pushable.begin(), scene.pushable.end(), static_cast<int>(i)) != scene.pushable.end();
     if (used[i]) {
       point.row = num_blocks++;
-      for (int axis = 0; axis < 3; ++axis) append_row(plan, structure.shapes.row(3 * column + axis), plan.rows);
+      for (int axis = 0; axis < 3; ++axis)
+        append_row(plan, structure.shapes.row(3 * column + axis), plan.rows);
     }
     plan.points.push_back(std::move(point));
   }
@@ -141,7 +145,8 @@ void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
   }
 }
 
-// X14: mass-weighted rigid weights of a group; a line takes no torque about itself, one place takes none at all
+// X12: mass-weighted rigid weights of a group; a line takes no torque about itself, one place takes none at
+// all
 PlanGroup compile_group(const Scene& scene, const Group& group, const MassProperties& body) {
   const auto num_points = static_cast<Eigen::Index>(group.points.size());
   PlanGroup plan;
@@ -179,9 +184,9 @@ PlanGroup compile_group(const Scene& scene, const Group& group, const MassProper
   return plan;
 }
 
-// elastic coordinates from displacements given at points: q_l = sum m_i b_il . V_i / M   (THEORY X16)
-Eigen::VectorXd project(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V, const char* what,
-                        Faults& faults) {
+// elastic coordinates from displacements given at points: q_l = sum m_i b_il . V_i / M   (THEORY X54)
+Eigen::VectorXd project(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V,
+                        const char* what, Faults& faults) {
   Eigen::VectorXd weighted = V;
   for (std::size_t i = 0; i < scene.points.size(); ++i)
     weighted.segment<3>(3 * static_cast<Eigen::Index>(i)) *= scene.points[i].mass;
@@ -192,10 +197,11 @@ Eigen::VectorXd project(const Scene& scene, const Structure& structure, const Ei
   for (std::size_t i = 0; i < scene.points.size(); ++i)
     rest2 += scene.points[i].mass * rest.segment<3>(3 * static_cast<Eigen::Index>(i)).squaredNorm();
   if (std::sqrt(rest2) > kRigidPart * given)
-    add_warning(faults, scene.initial.origin,
-                join_text("the initial ", what, " of the points hold ", 100.0 * std::sqrt(rest2) / given,
-                          " % of rigid motion (mass-weighted), which was taken out; give rigid motion by position, "
-                          "attitude and velocities"));
+    add_warning(
+        faults, scene.initial.origin,
+        join_text("the initial ", what, " of the points hold ", 100.0 * std::sqrt(rest2) / given,
+                  " % of rigid motion (mass-weighted), which was taken out; give rigid motion by position, "
+                  "attitude and velocities"));
   return q;
 }
 
@@ -233,8 +239,10 @@ void compile_initial(const Scene& scene, const Structure& structure, Plan& plan,
   if (idle.norm() > kRigidPart * spin.norm())
     add_warning(faults, initial.origin,
                 join_text("the initial angular velocity has ", idle.norm(), " rad/s ",
-                          body.rigid_freedoms == 3 ? "but one point does not turn" : "about the line of the points, "
-                          "which is no motion", "; it was taken out"));
+                          body.rigid_freedoms == 3 ? "but one point does not turn"
+                                                   : "about the line of the points, "
+                                                     "which is no motion",
+                          "; it was taken out"));
   spin -= idle;
   plan.initial.w_WB_B = to_array(spin);
   compile_elastic_state(scene, structure, plan, faults);
@@ -265,7 +273,8 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   compile_modes(scene, structure, plan);
   compile_points(scene, structure, plan);
   compile_links(scene, structure, plan);
-  for (const Group& group : scene.groups) plan.groups.push_back(compile_group(scene, group, structure.mass_properties));
+  for (const Group& group : scene.groups)
+    plan.groups.push_back(compile_group(scene, group, structure.mass_properties));
   plan.force_limit = scene.force_limit;
   plan.torque_limit = scene.torque_limit;
   compile_initial(scene, structure, plan, faults);
@@ -275,8 +284,9 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   warn_of_shifted_edges(scene, plan, faults);
   if (has_error(faults)) return std::nullopt;
   if (const std::string error = find_inconsistency(plan); !error.empty()) {
-    add_error(faults, {}, "the compiled plan is not usable: " + error +
-                              "; values of the scene are too large or too small; use SI units");
+    add_error(faults, {},
+              "the compiled plan is not usable: " + error +
+                  "; values of the scene are too large or too small; use SI units");
     return std::nullopt;
   }
   return plan;
@@ -285,10 +295,9 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
 void set_rate(Plan& plan, double rate) {
   plan.period = 1.0 / rate;
   Propagator& propagator = plan.propagator;
-  for (std::vector<double>* each :
-       {&propagator.c_qq, &propagator.c_qv, &propagator.c_vq, &propagator.c_vv, &propagator.l_qq,
-        &propagator.l_qv, &propagator.l_vq, &propagator.l_vv, &propagator.w_q0, &propagator.w_q1, &propagator.w_v0,
-        &propagator.w_v1})
+  for (std::vector<double>* each : {&propagator.c_qq, &propagator.c_qv, &propagator.c_vq, &propagator.c_vv,
+                                    &propagator.l_qq, &propagator.l_qv, &propagator.l_vq, &propagator.l_vv,
+                                    &propagator.w_q0, &propagator.w_q1, &propagator.w_v0, &propagator.w_v1})
     each->assign(static_cast<std::size_t>(plan.num_padded), 0.0);
   for (int mode = 0; mode < plan.num_elastic; ++mode) {
     const auto l = static_cast<std::size_t>(mode);

@@ -30,8 +30,8 @@ std::vector<std::byte> plan_to_bytes(const Plan& plan);
 /// truncated, trailing bytes, checksum, inconsistent sizes). Never trusts a count.
 std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::string& error);
 
-/// What is wrong with a plan: sizes that disagree, indices out of range, values that are not finite. Empty when nothing.
-/// A plan that passes can be stepped and read without any access out of bounds.
+/// What is wrong with a plan: sizes that disagree, indices out of range, values that are not finite. Empty
+/// when nothing. A plan that passes can be stepped and read without any access out of bounds.
 std::string find_inconsistency(const Plan& plan);
 
 /// XXH3-64 of plan_to_bytes content: two plans with one fingerprint give one set of bits.

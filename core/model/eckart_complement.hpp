@@ -8,9 +8,9 @@
 
 namespace freeflex {
 
-/// In y = sqrt(m) V the rigid motions and mechanisms span few columns; Householder reflectors turn them to the front, and
-/// what is left, H, is orthonormal to rounding whatever the masses   (THEORY X11). Heavy points come first, which keeps
-/// (2.2) for the light ones.
+/// In y = sqrt(m) V the rigid motions and mechanisms span few columns; Householder reflectors turn them to
+/// the front, and what is left, H, is orthonormal to rounding whatever the masses   (THEORY X51). Heavy
+/// points come first, which keeps (2.2) for the light ones.
 class EckartComplement {
  public:
   /// \param mechanisms  [-] (3N x count) Mechanisms::motions

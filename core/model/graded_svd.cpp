@@ -17,7 +17,8 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr int kMaxSweeps = 40;
 
 // Turns columns p and q of x until they are orthogonal. norm2 holds the squared norms. True when it had to.
-bool rotate_pair(Eigen::MatrixXd& x, Eigen::VectorXd& norm2, Eigen::Index p, Eigen::Index q, double tolerance) {
+bool rotate_pair(Eigen::MatrixXd& x, Eigen::VectorXd& norm2, Eigen::Index p, Eigen::Index q,
+                 double tolerance) {
   const double product = x.col(p).dot(x.col(q));
   const double sizes = std::sqrt(norm2[p]) * std::sqrt(norm2[q]);
   if (std::abs(product) <= tolerance * sizes) return false;
@@ -59,8 +60,8 @@ void orthogonalise_columns(Eigen::MatrixXd& x) {
   }
 }
 
-// Relative error of the smallest value: roundings times the condition of R with its rows scaled to one, which is what
-// one-sided Jacobi on R' depends on.
+// Relative error of the smallest value: some roundings times the condition of R with its rows scaled to one, which
+// is what one-sided Jacobi on R' depends on.
 double scaled_condition(const Eigen::MatrixXd& R) {
   const Eigen::VectorXd size = R.rowwise().norm();
   const Eigen::MatrixXd scaled = size.cwiseInverse().asDiagonal() * R;
@@ -89,7 +90,9 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
 
   const double limit = n > kLarge ? kMildLossLarge : kMildLoss;
   // roundings of the largest value that reach the smallest
-  const auto loss = [](double largest, double smallest) { return 8.0 * kEpsilon * std::abs(largest / smallest); };
+  const auto loss = [](double largest, double smallest) {
+    return 8.0 * kEpsilon * std::abs(largest / smallest);
+  };
   Eigen::MatrixXd left;  // left singular vectors of R'
   Eigen::VectorXd values;
   bool is_done = false;
@@ -106,7 +109,7 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
     orthogonalise_columns(left);
     values = left.colwise().norm();
     left.array().rowwise() /= values.transpose().array();
-    svd.accuracy = kEpsilon * scaled_condition(R);
+    svd.accuracy = 4.0 * kEpsilon * scaled_condition(R);
   }
   std::vector<int> order(static_cast<std::size_t>(n));
   std::iota(order.begin(), order.end(), 0);

@@ -8,7 +8,8 @@
 namespace freeflex {
 namespace {
 
-// [-] of a period: an edge nearer to a tick than this is on it, the rest being rounding of what a person typed
+// [-] of a period: an edge nearer to a tick than this is on it, the rest being rounding of what a person
+// typed
 constexpr double kOnTick = 1e-6;
 
 // [-] of a torque: a part that the group cannot take above this is an error
@@ -16,11 +17,13 @@ constexpr double kIdleTorque = 1e-9;
 
 Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
-void check_torque(const Scene& scene, const Plan& plan, const Load& load, const WrenchLoad& wrench, Faults& faults) {
+void check_torque(const Scene& scene, const Plan& plan, const Load& load, const WrenchLoad& wrench,
+                  Faults& faults) {
   const PlanGroup& group = plan.groups[static_cast<std::size_t>(wrench.group)];
   Eigen::Vector3d idle = Eigen::Vector3d::Zero();
   if (group.torque_rank == 0) idle = wrench.torque;
-  // about a line only a torque in body axes can be judged now; in world axes the part about the line turns with the body
+  // about a line only a torque in body axes can be judged now; in world axes the part about the line turns
+  // with the body
   if (group.torque_rank == 2 && load.axes == Axes::kBody) {
     const Eigen::Vector3d line(group.line[0], group.line[1], group.line[2]);
     idle = line * line.dot(wrench.torque);
@@ -28,7 +31,8 @@ void check_torque(const Scene& scene, const Plan& plan, const Load& load, const 
   if (idle.norm() <= kIdleTorque * wrench.torque.norm()) return;
   add_error(faults, load.origin,
             join_text("load ", quoted(load.name, static_cast<int>(&load - scene.loads.data())), ": group ",
-                      quoted(group.name, wrench.group), " cannot take ", idle.norm(), " N m of the torque: its points lie ",
+                      quoted(group.name, wrench.group), " cannot take ", idle.norm(),
+                      " N m of the torque: its points lie ",
                       group.torque_rank == 0 ? "in one place" : "on a line and it is about that line",
                       "; put points beside them into the group or leave that torque out"));
 }
@@ -86,16 +90,18 @@ void warn_of_shifted_edges(const Scene& scene, const Plan& plan, Faults& faults)
       const double shift = static_cast<double>(tick) * plan.period - time;
       // a late edge carries the rounding of its own time besides
       if (std::abs(shift) <= kOnTick * plan.period + 1e-15 * time) return;
-      add_warning(faults, scene.loads[k].origin,
-                  join_text("load ", quoted(history.name, static_cast<int>(k)), ": the pulse ", edge, " at ", time,
-                            " s, which is no tick at ", 1.0 / plan.period, " Hz; it was moved by ", shift, " s"));
+      add_warning(
+          faults, scene.loads[k].origin,
+          join_text("load ", quoted(history.name, static_cast<int>(k)), ": the pulse ", edge, " at ", time,
+                    " s, which is no tick at ", 1.0 / plan.period, " Hz; it was moved by ", shift, " s"));
     };
     warn("starts", history.pulse_start, history.start_tick);
     warn("ends", history.pulse_start + history.pulse_duration, history.end_tick);
     if (history.start_tick == history.end_tick)
-      add_warning(faults, scene.loads[k].origin,
-                  join_text("load ", quoted(history.name, static_cast<int>(k)),
-                            ": the pulse is shorter than half a tick and never acts; lengthen it or raise the rate"));
+      add_warning(
+          faults, scene.loads[k].origin,
+          join_text("load ", quoted(history.name, static_cast<int>(k)),
+                    ": the pulse is shorter than half a tick and never acts; lengthen it or raise the rate"));
   }
 }
 

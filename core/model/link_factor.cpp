@@ -12,7 +12,8 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// rows that involve no rotation, and the rows of all beams, whose rotations are freedoms after the displacements
+// rows that involve no rotation, and the rows of all beams, whose rotations are freedoms after the
+// displacements
 struct AllRows {
   std::vector<DeformationRow> direct;
   std::vector<DeformationRow> beams;
@@ -21,7 +22,8 @@ struct AllRows {
 std::vector<int> find_joints(const Scene& scene) {
   std::vector<int> joints;
   for (const Link& link : scene.links)
-    if (std::holds_alternative<Beam>(link.kind)) joints.insert(joints.end(), link.points.begin(), link.points.end());
+    if (std::holds_alternative<Beam>(link.kind))
+      joints.insert(joints.end(), link.points.begin(), link.points.end());
   std::sort(joints.begin(), joints.end());
   joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
   return joints;
@@ -68,9 +70,10 @@ struct Condensed {
   Eigen::Index rank = 0;
 };
 
-// X7: [A_theta A_V] = Q [R *; 0 A]; the rows below the rank of A_theta are those of K condensed, and
+// X47: [A_theta A_V] = Q [R *; 0 A]; the rows below the rank of A_theta are those of K condensed, and
 // theta = -R^+ (Q' A_V) V. known_rank < 0: found here, from columns scaled to one.
-Condensed condense(Eigen::MatrixXd rows, Eigen::Index num_displacements, Eigen::Index known_rank, bool with_recovery) {
+Condensed condense(Eigen::MatrixXd rows, Eigen::Index num_displacements, Eigen::Index known_rank,
+                   bool with_recovery) {
   sort_rows(rows);
   const Eigen::Index num_rotations = rows.cols() - num_displacements;
   Eigen::MatrixXd rotation_columns = rows.rightCols(num_rotations);
@@ -109,7 +112,8 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
   factor.joint_points = find_joints(scene);
   const AllRows all = collect_rows(scene, factor, faults);
   const auto num_displacements = 3 * static_cast<Eigen::Index>(scene.points.size());
-  const Eigen::Index num_freedoms = num_displacements + 3 * static_cast<Eigen::Index>(factor.joint_points.size());
+  const Eigen::Index num_freedoms =
+      num_displacements + 3 * static_cast<Eigen::Index>(factor.joint_points.size());
   factor.rows = dense_rows(all.direct, num_displacements, false);
   factor.unit_rows = dense_rows(all.direct, num_displacements, true);
   if (all.beams.empty()) return factor;

@@ -6,7 +6,7 @@
 namespace freeflex {
 namespace {
 
-// X8: tension = stiffness * (V2 - V1) . direction
+// X48: tension = stiffness * (V2 - V1) . direction
 LinkForceRows axial_force(const DeformationRow& row, const Link& link) {
   LinkForceRows force;
   force.columns_points = {link.points[0], link.points[1]};
@@ -17,7 +17,8 @@ LinkForceRows axial_force(const DeformationRow& row, const Link& link) {
   return force;
 }
 
-// X9: end forces of unit natural forces (axial, torsion, bending about z symmetric and antisymmetric, about y the same)
+// X49: end forces of unit natural forces (axial, torsion, bending about z symmetric and antisymmetric, about
+// y the same)
 Eigen::Matrix<double, 12, 6> end_forces(double length) {
   Eigen::Matrix<double, 12, 6> forces = Eigen::Matrix<double, 12, 6>::Zero();
   enum { kFx1, kFy1, kFz1, kMx1, kMy1, kMz1, kFx2, kFy2, kFz2, kMx2, kMy2, kMz2 };
@@ -34,12 +35,13 @@ Eigen::Matrix<double, 12, 6> end_forces(double length) {
   return forces;
 }
 
-// X9: natural deformations from displacements and recovered rotations, times stiffness, to end forces
+// X49: natural deformations from displacements and recovered rotations, times stiffness, to end forces
 LinkForceRows beam_forces(const Scene& scene, const Link& link, const LinkFactor& factor) {
   const int num_displacements = 3 * static_cast<int>(scene.points.size());
   std::array<int, 2> first_rotation{};
   for (std::size_t end = 0; end < 2; ++end) {
-    const auto place = std::lower_bound(factor.joint_points.begin(), factor.joint_points.end(), link.points[end]);
+    const auto place =
+        std::lower_bound(factor.joint_points.begin(), factor.joint_points.end(), link.points[end]);
     first_rotation[end] = num_displacements + 3 * static_cast<int>(place - factor.joint_points.begin());
   }
   const std::vector<DeformationRow> rows = beam_rows(scene, link, first_rotation);

@@ -48,7 +48,8 @@ Eigen::Matrix3d beam_axes(const Eigen::Vector3d& span, const Eigen::Vector3d& y_
   return axes;
 }
 
-std::vector<DeformationRow> beam_rows(const Scene& scene, const Link& link, const std::array<int, 2>& first_rotation) {
+std::vector<DeformationRow> beam_rows(const Scene& scene, const Link& link,
+                                      const std::array<int, 2>& first_rotation) {
   const Beam& beam = std::get<Beam>(link.kind);
   const Eigen::Vector3d span = span_of(scene, link);
   const double length = span.stableNorm();
@@ -64,8 +65,10 @@ std::vector<DeformationRow> beam_rows(const Scene& scene, const Link& link, cons
   torsion.unit_scale = 0.5 * length;
   rows.push_back(torsion);
 
-  // bending about `about` with deflection along `along`; the chord turns by turn * (along . (V2 - V1)) / length
-  const auto add_bending = [&](const Eigen::Vector3d& about, const Eigen::Vector3d& along, double turn, double EI) {
+  // bending about `about` with deflection along `along`; the chord turns by turn * (along . (V2 - V1)) /
+  // length
+  const auto add_bending = [&](const Eigen::Vector3d& about, const Eigen::Vector3d& along, double turn,
+                               double EI) {
     DeformationRow symmetric;
     add_vector(symmetric, first_rotation[0], -1.0, about);
     add_vector(symmetric, first_rotation[1], 1.0, about);

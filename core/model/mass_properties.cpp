@@ -39,8 +39,9 @@ void find_centre(const std::vector<PointMass>& points, MassProperties& propertie
   properties.p_SB = first + offset + correction;
 }
 
-// (1.3), (1.4), X1: principal moments from the singular values s of sqrt(m) r, I_1 = s_2^2 + s_3^2 and so on. Squares of
-// singular values keep the digits that an eigensolver on the inertia tensor loses for thin shapes.
+// (1.3), (1.4), X41: principal moments from the singular values s of sqrt(m) r, I_1 = s_2^2 + s_3^2 and so
+// on. Squares of singular values keep the digits that an eigensolver on the inertia tensor loses for thin
+// shapes.
 void find_inertia(const std::vector<PointMass>& points, MassProperties& properties) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
   Eigen::Matrix3Xd weighted = Eigen::Matrix3Xd::Zero(3, std::max<Eigen::Index>(3, num_points));
@@ -73,11 +74,13 @@ MassProperties find_mass_properties(const std::vector<PointMass>& points, Faults
     largest_coordinate = std::max(largest_coordinate, point.position.cwiseAbs().maxCoeff());
   if (length <= 4.0 * kEpsilon * largest_coordinate) {
     add_error(faults, points.front().origin,
-              join_text("all ", points.size(), " points are in one place; a structure of more than one point needs "
+              join_text("all ", points.size(),
+                        " points are in one place; a structure of more than one point needs "
                         "at least two places: move a point or keep only one"));
     return properties;
   }
-  // X2: distance of the farthest point from the best line. Unweighted, so that light points count as heavy ones do.
+  // X42: distance of the farthest point from the best line. Unweighted, so that light points count as heavy
+  // ones do.
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(properties.r, Eigen::ComputeThinU);
   const Eigen::Vector3d line = svd.matrixU().col(0);
   const Eigen::Matrix3Xd across = properties.r - line * (line.transpose() * properties.r);
@@ -90,10 +93,11 @@ MassProperties find_mass_properties(const std::vector<PointMass>& points, Faults
     properties.principal_axes.col(1) = line.unitOrthogonal();
     properties.principal_axes.col(2) = line.cross(properties.principal_axes.col(1));
   } else if (width < kNearlyCollinear * length) {
-    add_warning(faults, points.front().origin,
-                join_text("the points lie within ", width, " m of a line ", length,
-                          " m long: the spin about the line is poorly determined; put the points exactly on the line "
-                          "if that is what is meant"));
+    add_warning(
+        faults, points.front().origin,
+        join_text("the points lie within ", width, " m of a line ", length,
+                  " m long: the spin about the line is poorly determined; put the points exactly on the line "
+                  "if that is what is meant"));
   }
   return properties;
 }
@@ -103,7 +107,8 @@ Eigen::MatrixXd rigid_motions(const MassProperties& properties) {
   Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(3 * num_points, properties.rigid_freedoms);
   for (int axis = 0; axis < 3; ++axis)
     for (Eigen::Index i = 0; i < num_points; ++i) motions(3 * i + axis, axis) = 1.0;
-  // the axes of the largest moments first: the first principal axis is the one a collinear shape has no freedom about
+  // the axes of the largest moments first: the first principal axis is the one a collinear shape has no
+  // freedom about
   for (int column = 3; column < properties.rigid_freedoms; ++column) {
     const Eigen::Vector3d axis = properties.principal_axes.col(5 - column);
     for (Eigen::Index i = 0; i < num_points; ++i)

@@ -15,15 +15,17 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // [-] relative to the largest entry. Matrices travel as decimal text: tables with seven digits pass.
 constexpr double kSymmetryTolerance = 1e-6;
 
-// [-] |K u| over |K| |u| for a rigid motion u. Coordinates and matrices are often written with seven digits (single
-// precision), which leaves residuals of some 1e-7; a link to ground leaves its whole share, far above this.
+// [-] |K u| over |K| |u| for a rigid motion u. Coordinates and matrices are often written with seven digits
+// (single precision), which leaves residuals of some 1e-7; a link to ground leaves its whole share, far above
+// this.
 constexpr double kRigidTolerance = 1e-5;
 
 // [-] relative to the largest eigenvalue. What clipping an eigenvalue changes is of the size that the two
 // tolerances above let pass.
 constexpr double kNegativeTolerance = 1e-6;
 
-// rigid motions of the link's own points, orthonormal columns; five when they lie on a line, three for one place
+// rigid motions of the link's own points, orthonormal columns; five when they lie on a line, three for one
+// place
 Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
   Eigen::Matrix3Xd position(3, num_points);
@@ -59,7 +61,8 @@ bool check_matrix(const Link& link, const std::string& who, const Eigen::MatrixX
   const double asymmetry = (K - K.transpose()).cwiseAbs().maxCoeff() / largest;
   if (asymmetry > kSymmetryTolerance) {
     add_error(faults, link.origin,
-              join_text("link ", who, ": the stiffness matrix is not symmetric: entries across the diagonal differ by ",
+              join_text("link ", who,
+                        ": the stiffness matrix is not symmetric: entries across the diagonal differ by ",
                         asymmetry, " of the largest entry, allowed ", kSymmetryTolerance,
                         "; give a symmetric matrix"));
     return false;
@@ -69,8 +72,8 @@ bool check_matrix(const Link& link, const std::string& who, const Eigen::MatrixX
 
 }  // namespace
 
-std::vector<DeformationRow> matrix_rows(const Scene& scene, const Link& link, int link_index, double& accuracy,
-                                        Faults& faults) {
+std::vector<DeformationRow> matrix_rows(const Scene& scene, const Link& link, int link_index,
+                                        double& accuracy, Faults& faults) {
   const auto& matrix = std::get<MatrixLink>(link.kind);
   const std::string who = quoted(link.name, link_index);
   Eigen::MatrixXd K = matrix.stiffness;
@@ -79,7 +82,7 @@ std::vector<DeformationRow> matrix_rows(const Scene& scene, const Link& link, in
 
   const Eigen::MatrixXd rigid = rigid_basis(scene, matrix.points);
   const Eigen::MatrixXd K_rigid = K * rigid;
-  // X6: K <- (1 - R R') K (1 - R R')
+  // X46: K <- (1 - R R') K (1 - R R')
   K.noalias() -= K_rigid * rigid.transpose();
   K -= (rigid * (rigid.transpose() * K)).eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (K + K.transpose()));
@@ -87,16 +90,18 @@ std::vector<DeformationRow> matrix_rows(const Scene& scene, const Link& link, in
   const double largest = std::max(value.cwiseAbs().maxCoeff(), K_rigid.colwise().norm().maxCoeff());
   const double residual = K_rigid.colwise().norm().maxCoeff() / largest;
   if (residual > kRigidTolerance) {
-    add_error(faults, link.origin,
-              join_text("link ", who, ": the stiffness matrix resists rigid motion of its points: |K u| / (|K| |u|) is ",
-                        residual, " for one, allowed ", kRigidTolerance,
-                        "; a free structure has no link to ground: check supports, units and the order of points"));
+    add_error(
+        faults, link.origin,
+        join_text("link ", who,
+                  ": the stiffness matrix resists rigid motion of its points: |K u| / (|K| |u|) is ",
+                  residual, " for one, allowed ", kRigidTolerance,
+                  "; a free structure has no link to ground: check supports, units and the order of points"));
     return {};
   }
   if (value[0] < -kNegativeTolerance * largest) {
     add_error(faults, link.origin,
-              join_text("link ", who, ": the stiffness matrix is not positive semidefinite: eigenvalue ", value[0],
-                        " N/m beside the largest, ", largest, " N/m, allowed -", kNegativeTolerance,
+              join_text("link ", who, ": the stiffness matrix is not positive semidefinite: eigenvalue ",
+                        value[0], " N/m beside the largest, ", largest, " N/m, allowed -", kNegativeTolerance,
                         " of it; such a link would release energy without end"));
     return {};
   }

@@ -39,20 +39,53 @@ Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows, double threshold) {
   return qr.colsPermutation() * basis;
 }
 
-// Basis of the same space in which each motion is 1 in a coordinate of its own where all others are 0. With rigid
-// motions included this clamps one part of the structure, so that a loose part moves alone.
-Eigen::MatrixXd localise(const Eigen::MatrixXd& space) {
-  const Eigen::MatrixXd basis = orthonormal(space);
+// A large set of points whose distances no motion changes: the part of the structure that the rest moves
+// against. Greedy, from the points that keep most distances; any answer is correct, a larger one names
+// mechanisms better.
+std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::Matrix3Xd& r) {
+  const auto num_points = static_cast<int>(r.cols());
+  Eigen::MatrixXi keeps = Eigen::MatrixXi::Zero(num_points, num_points);
+  for (int i = 0; i < num_points; ++i)
+    for (int j = 0; j < i; ++j) {
+      const Eigen::Vector3d direction = (r.col(j) - r.col(i)).stableNormalized();
+      const Eigen::RowVectorXd stretch =
+          direction.transpose() * (motions.middleRows<3>(3 * j) - motions.middleRows<3>(3 * i));
+      keeps(i, j) = keeps(j, i) = stretch.norm() < kRestingBelow ? 1 : 0;
+    }
+  const Eigen::VectorXi count = keeps.rowwise().sum();
+  std::vector<int> order(static_cast<std::size_t>(num_points)), core;
+  std::iota(order.begin(), order.end(), 0);
+  std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return count[a] > count[b]; });
+  for (const int point : order)
+    if (std::all_of(core.begin(), core.end(), [&](int other) { return keeps(point, other) == 1; }))
+      core.push_back(point);
+  return core;
+}
+
+// The same motions but for rigid ones: such that the core rests, as far as it can
+Eigen::MatrixXd rest_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
+                          const std::vector<int>& core) {
+  std::vector<Eigen::Index> rows;
+  for (const int point : core)
+    for (Eigen::Index axis = 0; axis < 3; ++axis) rows.push_back(3 * point + axis);
+  const Eigen::MatrixXd rigid_core = rigid(rows, Eigen::all);
+  return motions - rigid * rigid_core.completeOrthogonalDecomposition().solve(motions(rows, Eigen::all));
+}
+
+// Basis of the same space in which each motion is 1 in a coordinate of its own where all others are 0
+Eigen::MatrixXd localise(const Eigen::MatrixXd& motions) {
+  const Eigen::MatrixXd basis = orthonormal(motions);
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(basis.transpose());
   Eigen::MatrixXd own(basis.cols(), basis.cols());
   for (Eigen::Index k = 0; k < basis.cols(); ++k) own.row(k) = basis.row(qr.colsPermutation().indices()[k]);
   return own.transpose().fullPivLu().solve(basis.transpose()).transpose();
 }
 
-// True when no singular value of the rows is anywhere near zero: B'B - kSafe^2 has a Cholesky factor. Cheap beside the
-// rank-revealing QR, which decides where this does not.
+// True when no singular value of the rows is anywhere near zero: B'B - kSafe^2 has a Cholesky factor. Cheap
+// beside the rank-revealing QR, which decides where this does not.
 bool has_full_rank(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid) {
-  constexpr double kSafe = 1e-5;  // [-] its square is far above the rounding of B'B, some 1e-12 at 3000 columns
+  constexpr double kSafe =
+      1e-5;  // [-] its square is far above the rounding of B'B, some 1e-12 at 3000 columns
   const Eigen::SparseMatrix<double> sparse = unit_rows.sparseView();
   Eigen::MatrixXd gram = rigid * rigid.transpose() + Eigen::MatrixXd(sparse.transpose() * sparse);
   gram.diagonal().array() -= kSafe * kSafe;
@@ -74,7 +107,8 @@ std::vector<int> moved_points(const Eigen::VectorXd& motion) {
 
 }  // namespace
 
-Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const MassProperties& properties, double rounding) {
+Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const MassProperties& properties,
+                           double rounding) {
   const Eigen::MatrixXd rigid = orthonormal(rigid_motions(properties));
   Mechanisms mechanisms;
   mechanisms.motions.resize(unit_rows.cols(), 0);
@@ -86,32 +120,13 @@ Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const MassPropertie
   const Eigen::MatrixXd null = null_space(all_rows, threshold);
   if (null.cols() == 0) return mechanisms;
 
-  Eigen::MatrixXd space(rigid.rows(), rigid.cols() + null.cols());
-  space << rigid, null;
-  const Eigen::MatrixXd local = localise(space);
-  std::vector<std::vector<int>> moved;
-  for (Eigen::Index k = 0; k < local.cols(); ++k) moved.push_back(moved_points(local.col(k)));
-  std::vector<int> order(moved.size());
-  std::iota(order.begin(), order.end(), 0);
-  std::stable_sort(order.begin(), order.end(), [&](int a, int b) {
-    return moved[static_cast<std::size_t>(a)].size() < moved[static_cast<std::size_t>(b)].size();
-  });
-
-  // fewest points first, as long as each is new besides rigid motion and those already taken
-  Eigen::MatrixXd taken = rigid;
-  mechanisms.motions.resize(unit_rows.cols(), null.cols());
-  Eigen::Index num_taken = 0;
-  for (const int k : order) {
-    if (num_taken == null.cols()) break;
-    Eigen::VectorXd rest = local.col(k).normalized();
-    for (int pass = 0; pass < 2; ++pass) rest -= taken * (taken.transpose() * rest);
-    if (rest.norm() < kRestingBelow) continue;
-    taken.conservativeResize(Eigen::NoChange, taken.cols() + 1);
-    taken.rightCols(1) = rest.normalized();
-    mechanisms.motions.col(num_taken++) = local.col(k) / local.col(k).cwiseAbs().maxCoeff();
-    mechanisms.names.push_back({moved[static_cast<std::size_t>(k)]});
+  // rigid motion does not change distances, so the motions besides it tell which points keep together
+  const Eigen::MatrixXd motions = orthonormal(null);
+  mechanisms.motions = localise(rest_core(motions, rigid, find_core(motions, properties.r)));
+  for (Eigen::Index k = 0; k < mechanisms.motions.cols(); ++k) {
+    mechanisms.motions.col(k) /= mechanisms.motions.col(k).cwiseAbs().maxCoeff();
+    mechanisms.names.push_back({moved_points(mechanisms.motions.col(k))});
   }
-  mechanisms.motions.conservativeResize(Eigen::NoChange, num_taken);
   return mechanisms;
 }
 

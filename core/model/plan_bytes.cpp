@@ -26,7 +26,8 @@ void all_of(Archive& archive, auto&... fields) {
 
 template <typename Archive, Is<Propagator> T>
 void fields(Archive& archive, T& p) {
-  all_of(archive, p.c_qq, p.c_qv, p.c_vq, p.c_vv, p.l_qq, p.l_qv, p.l_vq, p.l_vv, p.w_q0, p.w_q1, p.w_v0, p.w_v1);
+  all_of(archive, p.c_qq, p.c_qv, p.c_vq, p.c_vv, p.l_qq, p.l_qv, p.l_vq, p.l_vv, p.w_q0, p.w_q1, p.w_v0,
+         p.w_v1);
 }
 
 template <typename Archive, Is<PlanPoint> T>
@@ -46,14 +47,14 @@ void fields(Archive& archive, T& g) {
 
 template <typename Archive, Is<LoadPattern> T>
 void fields(Archive& archive, T& p) {
-  all_of(archive, p.force_W, p.moment_W, p.has_world, p.num_direct, p.direct_row, p.direct_force_W, p.uses_table, p.table,
-         p.force_B, p.torque_B, p.has_body, p.Q_B);
+  all_of(archive, p.force_W, p.moment_W, p.has_world, p.num_direct, p.direct_row, p.direct_force_W,
+         p.uses_table, p.table, p.force_B, p.torque_B, p.has_body, p.Q_B);
 }
 
 template <typename Archive, Is<PlanHistory> T>
 void fields(Archive& archive, T& h) {
-  all_of(archive, h.name, h.kind, h.pulse_start, h.pulse_duration, h.start_tick, h.end_tick, h.frequency, h.phase,
-         h.times, h.values);
+  all_of(archive, h.name, h.kind, h.pulse_start, h.pulse_duration, h.start_tick, h.end_tick, h.frequency,
+         h.phase, h.times, h.values);
   archive(h.pattern);
 }
 
@@ -69,11 +70,12 @@ void fields(Archive& archive, T& i) {
 
 template <typename Archive, Is<Plan> T>
 void fields(Archive& archive, T& p) {
-  all_of(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia, p.inverse_inertia,
-         p.line, p.gravity_W, p.num_elastic, p.num_padded, p.omega, p.decay, p.frequency_accuracy, p.conditioning);
-  all_of(archive, p.propagator, p.points, p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs,
-         p.mechanisms, p.histories, p.force_limit, p.torque_limit, p.initial, p.state_rate, p.points_rate,
-         p.loads_rate, p.status_rate, p.published_points, p.published_groups);
+  all_of(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia,
+         p.inverse_inertia, p.line, p.gravity_W, p.num_elastic, p.num_padded, p.omega, p.decay,
+         p.frequency_accuracy, p.conditioning);
+  all_of(archive, p.propagator, p.points, p.links, p.groups, p.rows, p.eckart_rows, p.link_rows,
+         p.link_outputs, p.mechanisms, p.histories, p.force_limit, p.torque_limit, p.initial, p.state_rate,
+         p.points_rate, p.loads_rate, p.status_rate, p.published_points, p.published_groups);
 }
 
 template <typename T>
@@ -90,7 +92,8 @@ class Writer {
   void operator()(const T& value) {
     if constexpr (Scalar<T>) {
       const auto bits = static_cast<std::uint64_t>(std::bit_cast<BitsOf<T>>(value));
-      for (std::size_t i = 0; i < sizeof(T); ++i) bytes_.push_back(static_cast<std::byte>(bits >> (8 * i) & 0xff));
+      for (std::size_t i = 0; i < sizeof(T); ++i)
+        bytes_.push_back(static_cast<std::byte>(bits >> (8 * i) & 0xff));
     } else {
       fields(*this, value);
     }
@@ -157,7 +160,8 @@ class Reader {
     }
   }
 
-  // every element takes a byte at least, numbers their size: a false count is seen before anything is allocated
+  // every element takes a byte at least, numbers their size: a false count is seen before anything is
+  // allocated
   template <typename Sequence>
   void sequence(Sequence& values) {
     using T = typename Sequence::value_type;
@@ -210,7 +214,8 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
   std::uint64_t length = 0, checksum = 0;
   Reader header(bytes.first(std::min(bytes.size(), kHeaderSize)));
   header(magic);
-  if (!header.is_good() || magic != kMagic) return refuse("not a plan: it does not start with the mark of one");
+  if (!header.is_good() || magic != kMagic)
+    return refuse("not a plan: it does not start with the mark of one");
   header(version);
   header(length);
   header(checksum);
@@ -220,7 +225,8 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
                   std::to_string(kVersion) + "; compile the scene again");
   const std::span<const std::byte> content = bytes.subspan(kHeaderSize);
   if (content.size() < length)
-    return refuse("truncated plan: " + std::to_string(content.size()) + " bytes of " + std::to_string(length));
+    return refuse("truncated plan: " + std::to_string(content.size()) + " bytes of " +
+                  std::to_string(length));
   if (content.size() > length)
     return refuse("trailing bytes after the plan: " + std::to_string(content.size() - length));
   if (XXH3_64bits(content.data(), content.size()) != checksum)
@@ -232,7 +238,8 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
   if (!reader.is_good()) return refuse("inconsistent plan: " + reader.error());
   if (reader.num_left() > 0)
     return refuse("inconsistent plan: " + std::to_string(reader.num_left()) + " bytes belong to no field");
-  if (const std::string why = find_inconsistency(*plan); !why.empty()) return refuse("inconsistent plan: " + why);
+  if (const std::string why = find_inconsistency(*plan); !why.empty())
+    return refuse("inconsistent plan: " + why);
   return plan;
 }
 

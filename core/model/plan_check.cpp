@@ -132,7 +132,8 @@ void PlanCheck::check_points() {
   require_rows(plan_.eckart_rows, 6, "the Eckart rows");
   for (const auto& mechanism : plan_.mechanisms)
     require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that is not there");
-  require(plan_.mechanisms.size() <= static_cast<std::size_t>(plan_.num_elastic), "more mechanisms than modes");
+  require(plan_.mechanisms.size() <= static_cast<std::size_t>(plan_.num_elastic),
+          "more mechanisms than modes");
 }
 
 void PlanCheck::check_links() {
@@ -158,8 +159,9 @@ void PlanCheck::check_groups() {
     require(!group.points.empty() && are_indices(group.points, plan_.points.size()),
             "a group is empty or names a point that is not there");
     if (!error_.empty()) return;
-    require(std::all_of(group.points.begin(), group.points.end(),
-                        [&](std::int32_t point) { return plan_.points[static_cast<std::size_t>(point)].row >= 0; }),
+    require(std::all_of(
+                group.points.begin(), group.points.end(),
+                [&](std::int32_t point) { return plan_.points[static_cast<std::size_t>(point)].row >= 0; }),
             "a point of a group has no rows");
     require(is_positive(group.mass) && are_finite(group.centre) && are_finite(group.inverse_inertia) &&
                 are_finite(group.line),
@@ -170,8 +172,8 @@ void PlanCheck::check_groups() {
 }
 
 void PlanCheck::check_pattern(const LoadPattern& pattern, const std::string& who) {
-  require(are_finite(pattern.force_W) && are_finite(pattern.moment_W) &&
-              are_finite(pattern.force_B) && are_finite(pattern.torque_B),
+  require(are_finite(pattern.force_W) && are_finite(pattern.moment_W) && are_finite(pattern.force_B) &&
+              are_finite(pattern.torque_B),
           who + ": a force is not finite");
   require(pattern.num_direct >= 0 && pattern.num_direct <= LoadPattern::kMaxDirect,
           who + ": the number of direct points is out of range");
@@ -196,7 +198,8 @@ void PlanCheck::check_histories() {
     require(is_at_least(history.pulse_start, 0.0) && is_at_least(history.pulse_duration, 0.0) &&
                 is_at_least(history.frequency, 0.0) && std::isfinite(history.phase),
             who + " has a parameter out of range");
-    require(history.start_tick >= 0 && history.end_tick >= history.start_tick, who + " ends before it starts");
+    require(history.start_tick >= 0 && history.end_tick >= history.start_tick,
+            who + " ends before it starts");
     require(history.times.size() == history.values.size(), who + " has a table of unequal columns");
     require(history.kind != PlanHistory::Kind::kTable || !history.times.empty(), who + " has an empty table");
     require(are_finite(history.times) && are_finite(history.values), who + " has a table that is not finite");
@@ -228,9 +231,10 @@ void PlanCheck::check_publication() {
   require(are_indices(plan_.published_points, plan_.points.size()), "a published point is not there");
   require(are_indices(plan_.published_groups, plan_.groups.size()), "a published group is not there");
   if (!error_.empty()) return;
-  require(std::all_of(plan_.published_points.begin(), plan_.published_points.end(),
-                      [&](std::int32_t point) { return plan_.points[static_cast<std::size_t>(point)].row >= 0; }),
-          "a published point has no rows");
+  require(
+      std::all_of(plan_.published_points.begin(), plan_.published_points.end(),
+                  [&](std::int32_t point) { return plan_.points[static_cast<std::size_t>(point)].row >= 0; }),
+      "a published point has no rows");
 }
 
 }  // namespace

@@ -17,7 +17,8 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// [-] components of a shape this close to the largest count as equal, so that rounding does not choose the sign
+// [-] components of a shape this close to the largest count as equal, so that rounding does not choose the
+// sign
 constexpr double kEqualComponents = 1e-6;
 
 constexpr int kNamesInWarning = 8;
@@ -46,7 +47,8 @@ void check_matrices(const Scene& scene, Faults& faults) {
 // Relative error of the directions in the unit rows: one rounding of a coordinate over the shortest link.
 double direction_rounding(const Scene& scene) {
   double largest = 0.0;
-  for (const PointMass& point : scene.points) largest = std::max(largest, point.position.cwiseAbs().maxCoeff());
+  for (const PointMass& point : scene.points)
+    largest = std::max(largest, point.position.cwiseAbs().maxCoeff());
   double shortest = std::numeric_limits<double>::infinity();
   for (const Link& link : scene.links) {
     if (std::holds_alternative<MatrixLink>(link.kind)) continue;
@@ -70,14 +72,17 @@ void fix_signs(Eigen::MatrixXd& shapes) {
 void warn_of_mechanisms(const Scene& scene, const std::vector<Mechanism>& mechanisms, Faults& faults) {
   for (std::size_t k = 0; k < mechanisms.size(); ++k) {
     const std::vector<int>& moved = mechanisms[k].moved_points;
-    add_warning(faults, scene.points[static_cast<std::size_t>(moved.front())].origin,
-                join_text("mechanism ", k + 1, " of ", mechanisms.size(), ": ", point_names(scene, moved, kNamesInWarning),
-                          moved.size() == 1 ? " moves" : " move",
-                          " without straining any link; it is kept with frequency zero; add links if that is not meant"));
+    add_warning(
+        faults, scene.points[static_cast<std::size_t>(moved.front())].origin,
+        join_text(
+            "mechanism ", k + 1, " of ", mechanisms.size(), ": ", point_names(scene, moved, kNamesInWarning),
+            moved.size() == 1 ? " moves" : " move",
+            " without straining any link; it is kept with frequency zero; add links if that is not meant"));
   }
 }
 
-// modes from the singular values of sqrt(D) B M^-1/2 H (THEORY X12); mechanisms first, with omega exactly zero
+// modes from the singular values of sqrt(D) B M^-1/2 H (THEORY X52); mechanisms first, with omega exactly
+// zero
 void find_modes(const LinkFactor& factor, const EckartComplement& complement, Structure& structure) {
   const GradedSvd svd = graded_svd(complement.reduce(factor.rows));
   const auto num_mechanisms = static_cast<Eigen::Index>(structure.mechanisms.size());
@@ -106,19 +111,23 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
     return std::nullopt;
   }
 
-  const bool publishes_beam = std::any_of(
-      scene.publication.links.begin(), scene.publication.links.end(),
-      [&](int link) { return std::holds_alternative<Beam>(scene.links[static_cast<std::size_t>(link)].kind); });
+  const bool publishes_beam =
+      std::any_of(scene.publication.links.begin(), scene.publication.links.end(), [&](int link) {
+        return std::holds_alternative<Beam>(scene.links[static_cast<std::size_t>(link)].kind);
+      });
   const LinkFactor factor = factor_links(scene, publishes_beam, faults);
   if (has_error(faults)) return std::nullopt;
 
-  Mechanisms mechanisms = find_mechanisms(factor.unit_rows, structure.mass_properties, direction_rounding(scene));
+  Mechanisms mechanisms =
+      find_mechanisms(factor.unit_rows, structure.mass_properties, direction_rounding(scene));
   structure.mechanisms = std::move(mechanisms.names);
   warn_of_mechanisms(scene, structure.mechanisms, faults);
   const EckartComplement complement(scene.points, structure.mass_properties, mechanisms.motions);
   find_modes(factor, complement, structure);
   if (!structure.omega.allFinite() || !structure.shapes.allFinite()) {
-    add_error(faults, {}, "the frequencies are not finite: masses or stiffnesses are too large or too small; use SI units");
+    add_error(
+        faults, {},
+        "the frequencies are not finite: masses or stiffnesses are too large or too small; use SI units");
     return std::nullopt;
   }
   structure.link_forces = link_force_rows(scene, factor);

@@ -12,14 +12,14 @@ namespace freeflex {
 
 /// Mass properties of the rest shape (THEORY 1.1-1.4).
 struct MassProperties {
-  double mass = 0.0;              // [kg]
-  Eigen::Vector3d p_SB;          // [m] centre of mass in scene axes
-  Eigen::Matrix3Xd r;            // [m] (3 x N) rest positions from the centre of mass, body axes
-  Eigen::Matrix3d inertia;       // [kg m^2] about the centre of mass, body axes
-  Eigen::Vector3d principal;     // [kg m^2] ascending
+  double mass = 0.0;               // [kg]
+  Eigen::Vector3d p_SB;            // [m] centre of mass in scene axes
+  Eigen::Matrix3Xd r;              // [m] (3 x N) rest positions from the centre of mass, body axes
+  Eigen::Matrix3d inertia;         // [kg m^2] about the centre of mass, body axes
+  Eigen::Vector3d principal;       // [kg m^2] ascending
   Eigen::Matrix3d principal_axes;  // columns, right-handed
-  int rigid_freedoms = 6;        // 6; 5 collinear; 3 for one point
-  Eigen::Vector3d line;          // [-] unit vector along a collinear shape, else zero
+  int rigid_freedoms = 6;          // 6; 5 collinear; 3 for one point
+  Eigen::Vector3d line;            // [-] unit vector along a collinear shape, else zero
 };
 
 /// A motion that strains no link (zero frequency, not rigid).
@@ -38,11 +38,11 @@ struct LinkForceRows {
 
 struct Structure {
   MassProperties mass_properties;
-  Eigen::VectorXd omega;    // [rad/s] (n) ascending; exact 0 for mechanisms
-  Eigen::MatrixXd shapes;   // [-] (3N x n) unit elastic displacements b, sum m b.b = M (THEORY 3.3)
+  Eigen::VectorXd omega;   // [rad/s] (n) ascending; exact 0 for mechanisms
+  Eigen::MatrixXd shapes;  // [-] (3N x n) unit elastic displacements b, sum m b.b = M (THEORY 3.3)
   std::vector<Mechanism> mechanisms;
-  double frequency_accuracy = 0.0;  // [-] stated relative accuracy of the lowest nonzero frequency
-  double conditioning = 0.0;        // [-] omega_max / omega_min over nonzero modes
+  double frequency_accuracy = 0.0;         // [-] stated relative accuracy of the lowest nonzero frequency
+  double conditioning = 0.0;               // [-] omega_max / omega_min over nonzero modes
   std::vector<LinkForceRows> link_forces;  // for Scene::publication.links, in that order
 };
 

@@ -1,0 +1,239 @@
+// Every fault of a scene's physics is found, at once, with the words a person needs.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <functional>
+#include <limits>
+
+#include "tests/model/make_scene.hpp"
+#include "tests/support/structures.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+constexpr double kNaN = std::numeric_limits<double>::quiet_NaN();
+
+Faults faults_of(const Scene& scene) {
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  EXPECT_EQ(structure.has_value(), !has_error(faults));
+  if (structure) {
+    const auto plan = compile_plan(scene, *structure, faults);
+    EXPECT_EQ(plan.has_value(), !has_error(faults));
+  }
+  return faults;
+}
+
+bool has_words(const Faults& faults, const std::string& words) {
+  for (const Fault& fault : faults)
+    if (fault.severity == Fault::Severity::kError && fault.message.find(words) != std::string::npos)
+      return true;
+  return false;
+}
+
+std::string all_words(const Faults& faults) {
+  std::string all;
+  for (const Fault& fault : faults) all += fault.message + "\n";
+  return all;
+}
+
+Eigen::SparseMatrix<double> spring_matrix(double stiffness) {
+  Eigen::SparseMatrix<double> K(6, 6);
+  K.insert(0, 0) = stiffness;
+  K.insert(3, 3) = stiffness;
+  K.insert(0, 3) = -stiffness;
+  K.insert(3, 0) = -stiffness;
+  return K;
+}
+
+// a sound scene with a beam, a matrix link, a group, loads
+Scene sound_scene() {
+  Scene scene = square_truss(2);
+  scene.points[0].origin = {0, 4, 3};
+  add_link(scene, 0, 1, Beam{1e5, 1e3, 1e3, 1e3, {1.0, 0.0, 0.0}});
+  Link matrix;
+  matrix.name = "box";
+  matrix.kind = MatrixLink{{0, 4}, spring_matrix(1e4)};
+  matrix.origin = {0, 30, 5};
+  scene.links.push_back(matrix);
+  scene.groups.push_back({"pair", {0, 4}, {}});
+  scene.groups.push_back({"end", {4, 5, 6, 7}, {}});
+  Load load;
+  load.name = "push";
+  load.axes = Axes::kBody;
+  load.forces.push_back({0, {1.0, 0.0, 0.0}});
+  load.wrenches.push_back({0, {0.0, 0.0, 0.0}, {0.0, 1.0, 0.0}});
+  scene.loads.push_back(load);
+  return scene;
+}
+
+TEST(Faults, SoundSceneHasNone) { EXPECT_EQ(all_words(faults_of(sound_scene())), ""); }
+
+struct BadScene {
+  const char* words;  // part of the message
+  std::function<void(Scene&)> spoil;
+};
+
+Beam& beam(Scene& scene) { return std::get<Beam>(scene.links[scene.links.size() - 2].kind); }
+MatrixLink& box(Scene& scene) { return std::get<MatrixLink>(scene.links.back().kind); }
+
+const std::vector<BadScene>& bad_scenes() {
+  static const std::vector<BadScene> kBad{
+      {"the scene has no points", [](Scene& s) { s = Scene{}; }},
+      {"point 'p0': mass is 0 kg, must be finite and > 0", [](Scene& s) { s.points[0].mass = 0.0; }},
+      {"point 'p0': mass is -2 kg", [](Scene& s) { s.points[0].mass = -2.0; }},
+      {"mass is nan kg", [](Scene& s) { s.points[0].mass = kNaN; }},
+      {"point 'p3': position is not finite", [](Scene& s) { s.points[3].position.y() = kNaN; }},
+      {"all 8 points are in one place",
+       [](Scene& s) {
+         for (auto& p : s.points) p.position.setOnes();
+       }},
+      {"which are in one place; a link needs a length > 0",
+       [](Scene& s) { s.points[1].position = s.points[0].position; }},
+      {"joins point 'p1' to itself",
+       [](Scene& s) {
+         s.links[0].points = {1, 1};
+       }},
+      {"names point index 99, there are 8 points",
+       [](Scene& s) {
+         s.links[0].points = {1, 99};
+       }},
+      {"stiffness is -5 N/m, must be finite and > 0", [](Scene& s) { s.links[0].kind = Spring{-5.0}; }},
+      {"EA is 0 N, must be finite and > 0", [](Scene& s) { s.links[0].kind = Bar{0.0}; }},
+      {"GJ is nan N m^2", [](Scene& s) { beam(s).GJ = kNaN; }},
+      {"EI_y is 0 N m^2", [](Scene& s) { beam(s).EI_y = 0.0; }},
+      {"EI_z is -1 N m^2", [](Scene& s) { beam(s).EI_z = -1.0; }},
+      {"is parallel to the beam",
+       [](Scene& s) {
+         beam(s).y_axis = {0.0, 2.0, 0.0};
+       }},
+      {"the stiffness matrix is 6 x 6, must be 9 x 9 for 3 points",
+       [](Scene& s) {
+         box(s).points = {0, 4, 5};
+       }},
+      {"names point 'p0' twice",
+       [](Scene& s) {
+         box(s).points = {0, 0};
+       }},
+      {"is not symmetric: entries across the diagonal differ by 0.5",
+       [](Scene& s) { box(s).stiffness.coeffRef(0, 3) *= 0.5; }},
+      {"resists rigid motion of its points", [](Scene& s) { box(s).stiffness.coeffRef(1, 1) = 1.0; }},
+      {"is not positive semidefinite", [](Scene& s) { box(s).stiffness = spring_matrix(-1e4); }},
+      {"the stiffness matrix is zero", [](Scene& s) { box(s).stiffness = spring_matrix(0.0); }},
+      {"has an entry that is not finite", [](Scene& s) { box(s).stiffness = spring_matrix(kNaN); }},
+      {"group 'pair' has no points", [](Scene& s) { s.groups[0].points.clear(); }},
+      {"group 'pair' names point 'p0' twice",
+       [](Scene& s) {
+         s.groups[0].points = {0, 0};
+       }},
+      {"group 'pair' names point index -1", [](Scene& s) { s.groups[0].points = {-1}; }},
+      {"damping: modal_ratio is -0.1", [](Scene& s) { s.damping.modal_ratio = -0.1; }},
+      {"damping: alpha is nan 1/s", [](Scene& s) { s.damping.alpha = kNaN; }},
+      {"damping names elastic mode 19, there are 18",
+       [](Scene& s) {
+         s.damping.mode_ratios = {{19, 0.1}};
+       }},
+      {"damping: mode 2 is given twice",
+       [](Scene& s) {
+         s.damping.mode_ratios = {{2, 0.1}, {2, 0.2}};
+       }},
+      {"initial state names elastic mode 0",
+       [](Scene& s) {
+         s.initial.modes.push_back({0, 1.0, 0.0});
+       }},
+      {"initial attitude (0 0 0 0) is no rotation", [](Scene& s) { s.initial.attitude.setZero(); }},
+      {"initial velocity is not finite", [](Scene& s) { s.initial.velocity.x() = kNaN; }},
+      {"initial displacement names point index 8",
+       [](Scene& s) {
+         s.initial.points.push_back({8, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
+       }},
+      {"gravity is not finite", [](Scene& s) { s.gravity.z() = kNaN; }},
+      {"rate is 0 Hz", [](Scene& s) { s.rate = 0.0; }},
+      {"force limit is -1 N", [](Scene& s) { s.force_limit = -1.0; }},
+      {"has no force and no wrench",
+       [](Scene& s) {
+         s.loads[0].forces.clear();
+         s.loads[0].wrenches.clear();
+       }},
+      {"load 'push' names group index 2", [](Scene& s) { s.loads[0].wrenches[0].group = 2; }},
+      {"cannot take 1 N m of the torque: its points lie on a line",
+       [](Scene& s) {
+         s.loads[0].wrenches[0].torque = {1.0, 0.0, 0.0};
+       }},
+      {"cannot take 1 N m of the torque: its points lie in one place",
+       [](Scene& s) { s.groups[0].points = {3}; }},
+      {"pulse duration is 0 s",
+       [](Scene& s) {
+         s.loads[0].history = PulseHistory{1.0, 0.0};
+       }},
+      {"sine frequency is -1 Hz",
+       [](Scene& s) {
+         s.loads[0].history = SineHistory{-1.0, 0.0};
+       }},
+      {"the table has 2 times and 1 values",
+       [](Scene& s) {
+         s.loads[0].history = TableHistory{{0.0, 1.0}, {1.0}};
+       }},
+      {"times of the table must increase, row 2 has 0 s after 1 s",
+       [](Scene& s) {
+         s.loads[0].history = TableHistory{{1.0, 0.0}, {1.0, 2.0}};
+       }},
+      {"is a matrix link: it has no member force to publish",
+       [](Scene& s) { s.publication.links = {static_cast<int>(s.links.size()) - 1}; }},
+      {"publication names link index 99", [](Scene& s) { s.publication.links = {99}; }},
+      {"publication: state rate is -1 Hz", [](Scene& s) { s.publication.state_rate = -1.0; }},
+      {"the list of pushable points names point index 8", [](Scene& s) { s.pushable = {8}; }},
+      {"more than 3700 elastic freedoms",
+       [](Scene& s) {
+         while (s.points.size() < 1300)
+           add_point(s, 1.0, {1.0 * static_cast<double>(s.points.size()), 0.0, 0.0});
+       }},
+  };
+  return kBad;
+}
+
+TEST(Faults, EachIsFoundAndSaysWhatIsWrong) {
+  for (const BadScene& bad : bad_scenes()) {
+    Scene scene = sound_scene();
+    bad.spoil(scene);
+    const Faults faults = faults_of(scene);
+    EXPECT_TRUE(has_words(faults, bad.words)) << bad.words << "\nfound:\n" << all_words(faults);
+  }
+}
+
+TEST(Faults, AllAreReportedAtOnceWithTheirPlaces) {
+  Scene scene = sound_scene();
+  scene.points[0].mass = -1.0;
+  scene.links[3].kind = Spring{0.0};
+  box(scene).stiffness.coeffRef(1, 1) = 1.0;
+  scene.groups[1].points.clear();
+  const Faults faults = faults_of(scene);
+  EXPECT_EQ(faults.size(), 4U) << all_words(faults);
+  EXPECT_EQ(faults[0].origin.line, 4);
+  EXPECT_EQ(faults.back().origin.line, 30);
+}
+
+TEST(MatrixLinks, WrittenWithSevenDigitsAreTaken) {
+  // the stiffness of a small truss, as a table with seven digits would give it
+  Scene truss = square_truss(2);
+  const Structure exact = build(truss);
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(24, 24);
+  const double M = exact.mass_properties.mass;
+  for (Eigen::Index l = 0; l < exact.omega.size(); ++l)
+    K += exact.omega[l] * exact.omega[l] / M * exact.shapes.col(l) * exact.shapes.col(l).transpose();
+  for (double& entry : K.reshaped()) entry = static_cast<double>(static_cast<float>(entry));
+  truss.links.clear();
+  truss.publication.links.clear();
+  Link link;
+  link.name = "K";
+  link.kind = MatrixLink{{0, 1, 2, 3, 4, 5, 6, 7}, K.sparseView()};
+  truss.links.push_back(link);
+  const Structure structure = build(truss);
+  EXPECT_TRUE(structure.mechanisms.empty());
+  // single precision of K over the square of the frequency ratio
+  EXPECT_LT(((structure.omega - exact.omega).array() / exact.omega.array()).abs().maxCoeff(),
+            1e-7 * exact.conditioning * exact.conditioning);
+}
+
+}  // namespace
+}  // namespace freeflex::testing

@@ -1,0 +1,77 @@
+// Scenes written in one line each. Header only.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <random>
+#include <string>
+
+#include "core/model/compile.hpp"
+
+namespace freeflex::testing {
+
+inline int add_point(Scene& scene, double mass, const Eigen::Vector3d& position) {
+  PointMass point;
+  point.name = std::string("p") + std::to_string(scene.points.size());
+  point.mass = mass;
+  point.position = position;
+  scene.points.push_back(point);
+  return static_cast<int>(scene.points.size()) - 1;
+}
+
+template <typename Kind>
+int add_link(Scene& scene, int first, int second, const Kind& kind) {
+  Link link;
+  link.name = std::string("l") + std::to_string(scene.links.size());
+  link.points = {first, second};
+  link.kind = kind;
+  scene.links.push_back(link);
+  return static_cast<int>(scene.links.size()) - 1;
+}
+
+inline void join_all(Scene& scene, double stiffness) {
+  for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
+    for (int j = 0; j < i; ++j) add_link(scene, i, j, Spring{stiffness});
+}
+
+/// Structure of a scene that has no error.
+inline Structure build(const Scene& scene, Faults* warnings = nullptr) {
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  for (const Fault& fault : faults)
+    if (fault.severity == Fault::Severity::kError) ADD_FAILURE() << fault.message;
+  if (warnings != nullptr) *warnings = faults;
+  return structure.value_or(Structure{});
+}
+
+/// Plan of a scene that has no error.
+inline Plan compile(const Scene& scene, Faults* warnings = nullptr) {
+  Faults faults;
+  const Structure structure = build(scene);
+  const auto plan = compile_plan(scene, structure, faults);
+  for (const Fault& fault : faults)
+    if (fault.severity == Fault::Severity::kError) ADD_FAILURE() << fault.message;
+  if (warnings != nullptr) *warnings = faults;
+  return plan.value_or(Plan{});
+}
+
+inline Eigen::VectorXd masses(const Scene& scene) {
+  Eigen::VectorXd mass(3 * static_cast<Eigen::Index>(scene.points.size()));
+  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = scene.points[static_cast<std::size_t>(i / 3)].mass;
+  return mass;
+}
+
+/// Free beam of length 1 along x with EI = rho A = 1 and half masses at its ends; axial motion and torsion
+/// far above.
+inline Scene lumped_beam(int num_points) {
+  Scene scene;
+  const int num_spans = num_points - 1;
+  for (int i = 0; i < num_points; ++i) {
+    const bool is_end = i == 0 || i == num_spans;
+    add_point(scene, (is_end ? 0.5 : 1.0) / num_spans, {static_cast<double>(i) / num_spans, 0.0, 0.0});
+  }
+  for (int i = 0; i < num_spans; ++i) add_link(scene, i, i + 1, Beam{1e8, 1e8, 1.0, 1.0, {0.0, 1.0, 0.0}});
+  return scene;
+}
+
+}  // namespace freeflex::testing

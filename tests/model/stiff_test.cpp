@@ -1,0 +1,192 @@
+// Low frequencies of stiff structures against sixty-digit arithmetic.
+#include <gtest/gtest.h>
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cmath>
+#include <iomanip>
+#include <iostream>
+
+#include "tests/model/make_scene.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Exact =
+    boost::multiprecision::number<boost::multiprecision::cpp_bin_float<60>, boost::multiprecision::et_off>;
+struct ExactMatrix {
+  std::size_t size = 0;
+  std::vector<Exact> entries;
+  Exact& operator()(std::size_t i, std::size_t j) { return entries[i * size + j]; }
+};
+
+// Square truss of three sections whose points are moved a little, so that no frequency repeats. Every
+// odd-numbered link is stiffer by stiffness_ratio; points are heavy and light by turns.
+Scene stiff_truss(double stiffness_ratio, double mass_ratio) {
+  std::mt19937_64 engine(7);
+  std::uniform_real_distribution<double> shift(-0.1, 0.1);
+  Scene scene;
+  constexpr std::array<double, 4> kY{-0.5, 0.5, 0.5, -0.5}, kZ{-0.5, -0.5, 0.5, 0.5};
+  for (int i = 0; i < 3; ++i)
+    for (std::size_t c = 0; c < 4; ++c)
+      add_point(scene, (static_cast<std::size_t>(i) + c) % 2 == 0 ? mass_ratio : 1.0,
+                {i - 1.0 + shift(engine), kY[c] + shift(engine), kZ[c] + shift(engine)});
+  const auto join = [&](int a, int b) {
+    add_link(scene, a, b, Spring{scene.links.size() % 2 == 1 ? 1e3 * stiffness_ratio : 1e3});
+  };
+  for (int i = 0; i < 3; ++i) {
+    for (int c = 0; c < 4; ++c) join(4 * i + c, 4 * i + (c + 1) % 4);
+    join(4 * i, 4 * i + 2);
+    join(4 * i + 1, 4 * i + 3);
+    for (int c = 0; c < 4 && i < 2; ++c) {
+      join(4 * i + c, 4 * i + 4 + c);
+      join(4 * i + c, 4 * i + 4 + (c + 1) % 4);
+    }
+  }
+  return scene;
+}
+
+// M^-1/2 K M^-1/2 from the exact doubles of a scene of springs
+ExactMatrix exact_dynamic_matrix(const Scene& scene) {
+  const std::size_t size = 3 * scene.points.size();
+  ExactMatrix K{size, std::vector<Exact>(size * size)};
+  for (const Link& link : scene.links) {
+    const std::array<std::size_t, 2> ends{static_cast<std::size_t>(link.points[0]),
+                                          static_cast<std::size_t>(link.points[1])};
+    std::array<Exact, 3> d;
+    Exact length2 = 0;
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto at = static_cast<Eigen::Index>(axis);
+      d[axis] = Exact(scene.points[ends[1]].position[at]) - Exact(scene.points[ends[0]].position[at]);
+      length2 += d[axis] * d[axis];
+    }
+    const Exact factor = Exact(std::get<Spring>(link.kind).stiffness) / length2;
+    for (const std::size_t a : ends)
+      for (const std::size_t b : ends) {
+        const Exact scale = (a == b ? factor : Exact(-factor)) /
+                            sqrt(Exact(scene.points[a].mass) * Exact(scene.points[b].mass));
+        for (std::size_t i = 0; i < 3; ++i)
+          for (std::size_t j = 0; j < 3; ++j) K(3 * a + i, 3 * b + j) += scale * d[i] * d[j];
+      }
+  }
+  return K;
+}
+
+// Eigenvalues, ascending, by cyclic Jacobi: sixty digits of the largest, so 30 of the smallest at a ratio of
+// 1e30.
+std::vector<Exact> exact_eigenvalues(ExactMatrix K) {
+  const std::size_t n = K.size;
+  for (int sweep = 0; sweep < 60; ++sweep) {
+    Exact off = 0, all = 0;
+    for (std::size_t i = 0; i < n; ++i)
+      for (std::size_t j = 0; j < n; ++j) (i == j ? all : off) += K(i, j) * K(i, j);
+    if (off <= all * Exact("1e-116")) break;
+    for (std::size_t p = 0; p < n; ++p)
+      for (std::size_t q = p + 1; q < n; ++q) {
+        if (K(p, q) == 0) continue;
+        const Exact zeta = (K(q, q) - K(p, p)) / (2 * K(p, q));
+        const Exact t = (zeta >= 0 ? 1 : -1) / (abs(zeta) + sqrt(1 + zeta * zeta));
+        const Exact c = 1 / sqrt(1 + t * t), s = c * t;
+        for (std::size_t k = 0; k < n; ++k) {
+          const Exact a = K(k, p), b = K(k, q);
+          K(k, p) = c * a - s * b;
+          K(k, q) = s * a + c * b;
+        }
+        for (std::size_t k = 0; k < n; ++k) {
+          const Exact a = K(p, k), b = K(q, k);
+          K(p, k) = c * a - s * b;
+          K(q, k) = s * a + c * b;
+        }
+      }
+  }
+  std::vector<Exact> values;
+  for (std::size_t i = 0; i < n; ++i) values.push_back(K(i, i));
+  std::sort(values.begin(), values.end());
+  return values;
+}
+
+// what an eigensolver makes of the assembled stiffness, in double
+double naive_lowest(const Scene& scene) {
+  ExactMatrix exact = exact_dynamic_matrix(scene);
+  const auto size = static_cast<Eigen::Index>(exact.size);
+  Eigen::MatrixXd K(size, size);
+  for (Eigen::Index i = 0; i < size; ++i)
+    for (Eigen::Index j = 0; j < size; ++j)
+      K(i, j) = static_cast<double>(exact(static_cast<std::size_t>(i), static_cast<std::size_t>(j)));
+  return std::sqrt(std::abs(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(K).eigenvalues()[6]));
+}
+
+struct Errors {
+  double lowest = 0.0;  // [-] of the lowest frequency
+  double worst = 0.0;   // [-] of any
+  double naive = 0.0;   // [-] of the lowest by an eigensolver on K
+};
+
+Errors errors_of(const Scene& scene, const Structure& structure) {
+  const std::vector<Exact> exact = exact_eigenvalues(exact_dynamic_matrix(scene));
+  const auto error = [&](double omega, std::size_t mode) {
+    const Exact truth = sqrt(exact[mode + 6]);
+    return std::abs(static_cast<double>((Exact(omega) - truth) / truth));
+  };
+  Errors errors;
+  errors.lowest = error(structure.omega[0], 0);
+  errors.naive = error(naive_lowest(scene), 0);
+  for (std::size_t mode = 0; mode < static_cast<std::size_t>(structure.omega.size()); ++mode)
+    errors.worst = std::max(errors.worst, error(structure.omega[static_cast<Eigen::Index>(mode)], mode));
+  return errors;
+}
+
+// prints a row of the table and holds the errors to what is promised
+Errors check(const char* name, double stiffness_ratio, double mass_ratio, const Scene& scene) {
+  const Structure structure = build(scene);
+  EXPECT_TRUE(structure.mechanisms.empty());
+  EXPECT_EQ(structure.omega.size(), 30);
+  if (structure.omega.size() != 30) return {};
+  const Errors errors = errors_of(scene, structure);
+  std::cout << std::setw(8) << name << std::setw(17) << stiffness_ratio << std::setw(12) << mass_ratio
+            << std::setw(14) << structure.omega[0] << std::setw(14) << errors.lowest << std::setw(14)
+            << errors.worst << std::setw(14) << structure.frequency_accuracy << std::setw(14) << errors.naive
+            << '\n';
+  EXPECT_LT(errors.lowest, 1e-8);
+  EXPECT_LT(errors.worst, 1e-8);
+  // what is stated covers what is true
+  EXPECT_LT(errors.lowest, structure.frequency_accuracy);
+  return errors;
+}
+
+void print_head() {
+  std::cout
+      << "   truss  stiffness ratio  mass ratio   lowest rad/s         error    worst mode        stated"
+         "    eigensolver\n";
+}
+
+TEST(Stiff, LowestFrequencyOfATrussHoldsAgainstSixtyDigits) {
+  print_head();
+  for (const double mass_ratio : {1.0, 1e4})
+    for (const double stiffness_ratio : {1e8, 1e10, 1e12, 1e15}) {
+      const Errors errors =
+          check("by turns", stiffness_ratio, mass_ratio, stiff_truss(stiffness_ratio, mass_ratio));
+      // the case is hard: an eigensolver on the assembled stiffness has nothing left
+      if (stiffness_ratio == 1e15) {
+        EXPECT_GT(errors.naive, 1e-3);
+      }
+    }
+}
+
+// stiffnesses and masses spread evenly over the decades, so that no two scales separate
+TEST(Stiff, GradedTrussHoldsAgainstSixtyDigits) {
+  print_head();
+  for (const double stiffness_ratio : {1e8, 1e12, 1e15})
+    for (std::uint64_t seed = 1; seed <= 2; ++seed) {
+      std::mt19937_64 engine(seed);
+      std::uniform_real_distribution<double> share(0.0, 1.0);
+      Scene scene = stiff_truss(1.0, 1.0);
+      for (Link& link : scene.links) link.kind = Spring{1e3 * std::pow(stiffness_ratio, share(engine))};
+      for (PointMass& point : scene.points) point.mass = std::pow(1e4, share(engine));
+      check("graded", stiffness_ratio, 1e4, scene);
+    }
+}
+
+}  // namespace
+}  // namespace freeflex::testing
