@@ -38,8 +38,11 @@ bool decode_whole(std::span<const std::byte> payload, Message& message) {
 
 }  // namespace
 
-BusClient::BusClient(std::string prefix)
-    : prefix_(std::move(prefix)), fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)), buffer_(70'000) {
+BusClient::BusClient(std::string prefix, const char* group_address)
+    : packets(group_address),
+      prefix_(std::move(prefix)),
+      fd_(socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0)),
+      buffer_(70'000) {
   const int on = 1;
   setsockopt(fd_, SOL_SOCKET, SO_REUSEADDR, &on, sizeof on);
   setsockopt(fd_, SOL_SOCKET, SO_REUSEPORT, &on, sizeof on);
@@ -50,9 +53,10 @@ BusClient::BusClient(std::string prefix)
   sockaddr_in here{};
   here.sin_family = AF_INET;
   here.sin_port = htons(7667);
+  inet_pton(AF_INET, group_address, &here.sin_addr);
   bind(fd_, reinterpret_cast<const sockaddr*>(&here), sizeof here);
   ip_mreq group{};
-  inet_pton(AF_INET, "239.255.76.67", &group.imr_multiaddr);
+  inet_pton(AF_INET, group_address, &group.imr_multiaddr);
   setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &group, sizeof group);
 }
 

@@ -27,7 +27,7 @@ inline constexpr std::chrono::seconds kPatience{60};
 /// Sends commands to one prefix and keeps what the daemon answers.
 class BusClient {
  public:
-  explicit BusClient(std::string prefix);
+  explicit BusClient(std::string prefix, const char* group = "239.255.76.67");
   ~BusClient();
   BusClient(const BusClient&) = delete;
   BusClient& operator=(const BusClient&) = delete;
