@@ -148,28 +148,32 @@ void SceneReader::read_link(const Node& node) {
     return links_.mark_incomplete();
   }
   const Fields fields(report_, node, label, kind->keys);
-  const Node& value = *find(kind->key);
-  if (kind->key == "spring") {
+  read_link_of_kind(fields, std::string(kind->key), *find(kind->key), name);
+}
+
+void SceneReader::read_link_of_kind(const Fields& fields, const std::string& kind, const Node& value,
+                                    const std::string& name) {
+  if (kind == "spring") {
     Spring spring;
     fields.require("stiffness", kStiffness, spring.stiffness);
-    read_chain(fields, value, spring, "spring", name);
-  } else if (kind->key == "bar") {
+    read_chain(fields, value, spring, kind, name);
+  } else if (kind == "bar") {
     Bar bar;
     fields.require("EA", kForce, bar.EA);
-    read_chain(fields, value, bar, "bar", name);
-  } else if (kind->key == "beam") {
+    read_chain(fields, value, bar, kind, name);
+  } else if (kind == "beam") {
     Beam beam;
     fields.require("EA", kForce, beam.EA);
     fields.require("GJ", kRigidity, beam.GJ);
     fields.require("EIy", kRigidity, beam.EI_y);
     fields.require("EIz", kRigidity, beam.EI_z);
     if (const Node* axis = fields.find("y_axis")) {
-      const auto direction = read_vector(report_, *axis, label + ": y_axis", kAny.unit);
+      const auto direction = read_vector(report_, *axis, fields.label() + ": y_axis", kAny.unit);
       if (direction && direction->isZero(0.0))
-        report_.error(axis->origin, label + ": y_axis is zero, must be a direction");
+        report_.error(axis->origin, fields.label() + ": y_axis is zero, must be a direction");
       if (direction) beam.y_axis = *direction;
     }
-    read_chain(fields, value, beam, "beam", name);
+    read_chain(fields, value, beam, kind, name);
   } else {
     read_matrix(fields, value, name);
   }
