@@ -24,7 +24,7 @@ Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 Mat3 to_array(const Eigen::Matrix3d& m) {
   Mat3 rows{};
   for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) rows[static_cast<std::size_t>(3 * i + j)] = m(i, j);
+    for (int j = 0; j < 3; ++j) rows[3 * static_cast<std::size_t>(i) + static_cast<std::size_t>(j)] = m(i, j);
   return rows;
 }
 
@@ -190,7 +190,7 @@ Eigen::VectorXd project(const Scene& scene, const Structure& structure, const Ei
   Eigen::VectorXd weighted = V;
   for (std::size_t i = 0; i < scene.points.size(); ++i)
     weighted.segment<3>(3 * static_cast<Eigen::Index>(i)) *= scene.points[i].mass;
-  const Eigen::VectorXd q = structure.shapes.transpose() * weighted / structure.mass_properties.mass;
+  Eigen::VectorXd q = structure.shapes.transpose() * weighted / structure.mass_properties.mass;
   const double given = std::sqrt(V.dot(weighted));
   const Eigen::VectorXd rest = V - structure.shapes * q;
   double rest2 = 0.0;
@@ -210,8 +210,8 @@ void compile_elastic_state(const Scene& scene, const Structure& structure, Plan&
   Eigen::VectorXd V = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(scene.points.size()));
   Eigen::VectorXd V_dot = V;
   for (const auto& each : initial.points) {
-    V.segment<3>(3 * each.point) += each.displacement;
-    V_dot.segment<3>(3 * each.point) += each.velocity;
+    V.segment<3>(3 * Eigen::Index{each.point}) += each.displacement;
+    V_dot.segment<3>(3 * Eigen::Index{each.point}) += each.velocity;
   }
   Eigen::VectorXd q = project(scene, structure, V, "displacements", faults);
   Eigen::VectorXd q_dot = project(scene, structure, V_dot, "elastic velocities", faults);

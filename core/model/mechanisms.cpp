@@ -48,8 +48,8 @@ std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::Matrix3X
   for (int i = 0; i < num_points; ++i)
     for (int j = 0; j < i; ++j) {
       const Eigen::Vector3d direction = (r.col(j) - r.col(i)).stableNormalized();
-      const Eigen::RowVectorXd stretch =
-          direction.transpose() * (motions.middleRows<3>(3 * j) - motions.middleRows<3>(3 * i));
+      const Eigen::RowVectorXd stretch = direction.transpose() * (motions.middleRows<3>(3 * Eigen::Index{j}) -
+                                                                  motions.middleRows<3>(3 * Eigen::Index{i}));
       keeps(i, j) = keeps(j, i) = stretch.norm() < kRestingBelow ? 1 : 0;
     }
   const Eigen::VectorXi count = keeps.rowwise().sum();
@@ -67,7 +67,7 @@ Eigen::MatrixXd rest_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd&
                           const std::vector<int>& core) {
   std::vector<Eigen::Index> rows;
   for (const int point : core)
-    for (Eigen::Index axis = 0; axis < 3; ++axis) rows.push_back(3 * point + axis);
+    for (Eigen::Index axis = 0; axis < 3; ++axis) rows.push_back(3 * Eigen::Index{point} + axis);
   const Eigen::MatrixXd rigid_core = rigid(rows, Eigen::all);
   return motions - rigid * rigid_core.completeOrthogonalDecomposition().solve(motions(rows, Eigen::all));
 }
