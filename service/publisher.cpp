@@ -20,6 +20,9 @@ namespace {
 
 constexpr std::int64_t kSecond = 1'000'000'000;       // [ns]
 constexpr std::int64_t kStatusPatience = 30'000'000;  // [ns] for the loop to hand over a fresh snapshot
+// messages of one ring sent at one look, 32,000 a second: LCM's subscribers queue 30 and drop the newest
+// beyond
+constexpr int kBurst = 8;
 constexpr std::chrono::microseconds kIdle{250}, kIdleUnpaced{50};  // between looks at the rings
 
 std::int64_t wall_us() {
@@ -84,60 +87,76 @@ Publisher::Publisher(const Plan& plan, const Identity& identity, Bus& bus, Outpu
       status_(&starting_) {}
 
 void Publisher::run() {
-  const auto idle = identity_.timing.is_paced() ? kIdle : kIdleUnpaced;
-  for (bool is_last = false; !is_last;) {
+  const bool is_paced = identity_.timing.is_paced();
+  for (;;) {
     // read before the look round, so that nothing offered before it is missed
-    is_last =
+    const bool is_last =
         is_stopping_.load(std::memory_order_relaxed) || output_.is_finished.load(std::memory_order_acquire);
-    while (send_all()) {
-    }
-    if (!is_last) std::this_thread::sleep_for(idle);
+    const bool has_more = send_all();
+    if (is_last && !has_more) break;
+    if (is_paced || !has_more) std::this_thread::sleep_for(is_paced ? kIdle : kIdleUnpaced);
   }
   if (status_->mode == Mode::kStarting) return;
   send(channels::kStatus, reporter_.report(*status_, wall_us()));
 }
 
-/// One look at every ring and box; true when a state was found, so that an unpaced loop need not wait.
+/// One look at every ring and box; true when there may be more to send.
 bool Publisher::send_all() {
   const std::int64_t now_ns = MonotonicClock{}.now_ns();
-  // taken before the rings are drained: whatever a state contains has been published when it goes out
-  const Snapshot* const state = output_.state.take();
-  const Snapshot* const points = output_.points.take();
-  const Snapshot* const loads = output_.loads.take();
+  if (state_ == nullptr) state_ = output_.state.take();
+  if (points_ == nullptr) points_ = output_.points.take();
+  if (loads_ == nullptr) loads_ = output_.loads.take();
   if (const Snapshot* const fresh = output_.status.take()) {
     status_ = fresh;
     has_fresh_ = true;
     note_mode();
   }
-  send_applied();
-  send_answers();
-  send_rejections();
-  if (state != nullptr) send(channels::kState, io::make_state_message(plan_, state->state, stamp(*state)));
-  if (points != nullptr) {
-    for (const auto& page : io::make_points_messages(plan_, points->state, stamp(*points))) {
-      send(channels::kPoints, page);
-    }
-  }
-  if (loads != nullptr) {
-    for (const auto& page : io::make_loads_messages(plan_, loads->state, stamp(*loads)))
-      send(channels::kLoads, page);
-  }
+  bool has_more = send_applied();
+  has_more |= send_answers();
+  has_more |= send_rejections();
+  has_more |= send_motion();
   send_shapes();
   send_status(now_ns);
   send_each_second(now_ns);
-  return state != nullptr || points != nullptr || loads != nullptr;
+  return has_more;
 }
 
-void Publisher::send_answers() {
+/// Sends what was taken, once every APPLIED that it contains is out; true when there was something.
+bool Publisher::send_motion() {
+  const auto is_due = [this](const Snapshot* snapshot) {
+    return snapshot != nullptr && snapshot->applied_count <= num_applied_;
+  };
+  const bool has_any = state_ != nullptr || points_ != nullptr || loads_ != nullptr;
+  if (is_due(state_)) {
+    send(channels::kState, io::make_state_message(plan_, state_->state, stamp(*state_)));
+    state_ = nullptr;
+  }
+  if (is_due(points_)) {
+    for (const auto& page : io::make_points_messages(plan_, points_->state, stamp(*points_)))
+      send(channels::kPoints, page);
+    points_ = nullptr;
+  }
+  if (is_due(loads_)) {
+    for (const auto& page : io::make_loads_messages(plan_, loads_->state, stamp(*loads_)))
+      send(channels::kLoads, page);
+    loads_ = nullptr;
+  }
+  return has_any;
+}
+
+bool Publisher::send_answers() {
   AckEntry entry;
-  for (int i = 0; i < Output::kNumAcks && output_.acks.try_pop(entry); ++i) {
+  int num_sent = 0;
+  for (; num_sent < kBurst && output_.acks.try_pop(entry); ++num_sent) {
     send(channels::kAck, make_ack(entry, plan_, identity_.session, wall_us()));
   }
+  return num_sent == kBurst;
 }
 
 /// What the ingress turned down. Its memory is not trusted: the loop is bounded, each entry is looked at.
-void Publisher::send_rejections() {
-  for (int i = 0; i < Output::kNumAcks && shared_.rejected.try_pop(rejection_); ++i) {
+bool Publisher::send_rejections() {
+  int num_sent = 0;
+  for (; num_sent < kBurst && shared_.rejected.try_pop(rejection_); ++num_sent) {
     if (!io::is_sane(rejection_.verdict)) continue;
     freeflex_msgs::ack_t ack{};
     ack.utime = wall_us();
@@ -149,10 +168,12 @@ void Publisher::send_rejections() {
     ack.text = rejection_.verdict.text.data();
     send(channels::kAck, ack);
   }
+  return num_sent == kBurst;
 }
 
-void Publisher::send_applied() {
-  for (int i = 0; i < Output::kNumApplied && output_.applied.try_pop(applied_); ++i) {
+bool Publisher::send_applied() {
+  int num_sent = 0;
+  for (; num_sent < kBurst && output_.applied.try_pop(applied_); ++num_sent) {
     const io::Stamp stamp{
         .utime = wall_us(), .session = identity_.session, .plan_fingerprint = identity_.plan_fingerprint};
     applied_t message;
@@ -164,7 +185,9 @@ void Publisher::send_applied() {
       message = io::make_applied_expiry(applied_.expiry, applied_.tick, applied_.sequence, stamp);
     }
     send(channels::kApplied, message);
+    num_applied_ = applied_.sequence + 1;
   }
+  return num_sent == kBurst;
 }
 
 void Publisher::send_shapes() {

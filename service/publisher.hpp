@@ -35,9 +35,10 @@ class Publisher {
 
  private:
   bool send_all();
-  void send_answers();
-  void send_rejections();
-  void send_applied();
+  bool send_answers();  // true: there may be more
+  bool send_rejections();
+  bool send_applied();
+  bool send_motion();
   void send_shapes();
   void send_status(std::int64_t now_ns);
   void send_each_second(std::int64_t now_ns);
@@ -53,8 +54,12 @@ class Publisher {
   SharedBlock& shared_;
   StatusReporter reporter_;
   const std::int64_t status_every_ns_;
-  Snapshot starting_;       // what status says before the loop runs
-  const Snapshot* status_;  // latest taken
+  Snapshot starting_;                // what status says before the loop runs
+  const Snapshot* status_;           // latest taken
+  const Snapshot* state_ = nullptr;  // taken, to be sent after the APPLIED it contains
+  const Snapshot* points_ = nullptr;
+  const Snapshot* loads_ = nullptr;
+  std::int64_t num_applied_ = 0;  // sent
   std::int64_t status_due_ns_ = 0;
   std::int64_t second_due_ns_ = 0;
   bool has_asked_ = false;  // for the status that is due

@@ -95,7 +95,10 @@ void BusClient::take(const std::string& channel, std::span<const std::byte> payl
   } else if (suffix == channels::kApplied) {
     if (freeflex_msgs::applied_t entry; decode_whole(payload, entry)) applied.push_back(entry);
   } else if (suffix == channels::kState) {
-    if (freeflex_msgs::state_t state; decode_whole(payload, state)) states[state.tick] = state;
+    freeflex_msgs::state_t state;
+    if (!decode_whole(payload, state)) return;
+    if (state.applied_count > static_cast<std::int64_t>(applied.size())) ++num_early_states;
+    states[state.tick] = state;
   } else if (suffix == channels::kStatus) {
     if (freeflex_msgs::status_t status; decode_whole(payload, status)) statuses.push_back(status);
   }

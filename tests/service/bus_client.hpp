@@ -51,6 +51,7 @@ class BusClient {
   std::map<std::int64_t, freeflex_msgs::state_t> states;  // by tick
   std::vector<freeflex_msgs::status_t> statuses;
   std::map<std::string, std::int64_t> num_messages;  // by channel
+  int num_early_states = 0;                          // that came before an APPLIED they contain
   PacketSender packets;
 
  private:

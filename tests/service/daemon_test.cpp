@@ -1,6 +1,7 @@
 // The real freeflexd in a private network: commands, answers, a second daemon, signals, hostile packets.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <unistd.h>
 
 #include <cmath>
 #include <fstream>
@@ -306,6 +307,57 @@ TEST_F(Daemon, HostilePacketsChangeNoBitAndMissNoTick) {
     ASSERT_EQ(motion(state), motion(same->second)) << tick;
   }
   EXPECT_GE(num_compared, 10);  // of 200 published; a flood may cost the reader some
+}
+
+/// What `freeflex replay` says of an lcm-logger recording of 2 s, with commands at ticks of their own.
+std::string record_and_replay(const std::string& timing, std::map<std::int64_t, state_t>& states) {
+  const std::string log = std::string(P_tmpdir) + "/freeflex-timing-" + std::to_string(getpid()) + ".log";
+  Process logger({"lcm-logger", "-q", "-f", "-c", "T_.*", log});
+  BusClient client("T");
+  const bool is_lockstep = timing == "lockstep";
+  std::vector<std::string> more{"--time", timing, "--until", "2"};
+  if (!is_lockstep) more.emplace_back("--hold");
+  Process daemon(command_line("T", more));
+  EXPECT_TRUE(client.meet()) << daemon.output();
+  for (int i = 0; i < 6; ++i) {
+    ForceCommand push = make_push(client.next_sequence++, i % 3, 100 + 250 * i, 96 + i, 1.0 + i);
+    push.duration_ticks = 40 + 90 * i;
+    push.axes = i % 2;
+    client.send(push);
+    EXPECT_EQ(client.answer(push.sequence).reason, 0);
+  }
+  if (is_lockstep) {
+    client.send_control(control_t::STEP, 2000);
+  } else {
+    client.send_control(control_t::RUN);
+  }
+  EXPECT_EQ(daemon.wait(), 0) << daemon.output();
+  EXPECT_TRUE(client.until([&] { return client.states.contains(2000); }));
+  logger.signal(SIGINT);
+  EXPECT_EQ(logger.wait(), 0) << logger.output();
+  Process replay({program("freeflex"), "replay", log, "--prefix", "T"});
+  EXPECT_EQ(replay.wait(), 0) << timing << replay.output();
+  unlink(log.c_str());
+  states = client.states;
+  return replay.output();
+}
+
+TEST_F(Daemon, RecordingsInEveryTimingAreOneMotionAndReplayToTheBit) {
+  std::map<std::int64_t, state_t> first;
+  for (const char* timing : {"realtime", "scaled=10", "asap", "lockstep"}) {
+    std::map<std::int64_t, state_t> states;
+    const std::string verdict = record_and_replay(timing, states);
+    EXPECT_NE(verdict.find("identical to the bit over 2000 ticks"), std::string::npos)
+        << timing << ": " << verdict;
+    if (first.empty()) first = states;
+    int num_compared = 0;
+    for (const auto& [tick, state] : states) {
+      if (!first.contains(tick)) continue;
+      ++num_compared;
+      ASSERT_EQ(motion(state), motion(first.at(tick))) << timing << " tick " << tick;
+    }
+    EXPECT_GE(num_compared, 10) << timing;
+  }
 }
 
 TEST_F(Daemon, IsHeldInAFaultAndRecoversByReset) {

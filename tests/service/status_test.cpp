@@ -1,0 +1,153 @@
+// What FREEFLEX_STATUS says of a motion, against closed form.
+#include "service/status.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "tests/service/rig.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using freeflex_msgs::status_t;
+using service::Mode;
+using service::Snapshot;
+using service::StatusReporter;
+
+/// Reports of a state that a test steps by itself.
+struct Report {
+  explicit Report(const Scene& scene) : motion(scene) {}
+
+  status_t now(std::int64_t last_load_tick = 0) {
+    snapshot.state = motion.state;
+    snapshot.mode = Mode::kRunning;
+    snapshot.last_load_tick = last_load_tick;
+    return reporter.report(snapshot, 1);
+  }
+
+  Simulation motion;
+  service::Identity identity;
+  std::unique_ptr<service::Output> output = std::make_unique<service::Output>(motion.plan);
+  std::unique_ptr<service::SharedBlock> shared = std::make_unique<service::SharedBlock>();
+  std::atomic<std::int64_t> restarts{0};
+  StatusReporter reporter{motion.plan, identity, *output, *shared, restarts};
+  Snapshot snapshot;
+};
+
+/// Two points of 1 kg, 1 m apart, 100 N/m: omega^2 = 2 k / m. Stretched at rest by 2 mm at each end.
+Scene stretched_pair() {
+  Scene scene = spring_pair(1.0, 1.0, 1.0, 100.0);
+  publish_everything(scene);
+  scene.initial.points.push_back({0, Eigen::Vector3d(-2e-3, 0.0, 0.0), Eigen::Vector3d::Zero()});
+  scene.initial.points.push_back({1, Eigen::Vector3d(2e-3, 0.0, 0.0), Eigen::Vector3d::Zero()});
+  return scene;
+}
+
+TEST(Status, EnergiesAndSizesOfAStretchedPair) {
+  Report report(stretched_pair());
+  const status_t status = report.now();
+  const double potential = 0.5 * 100.0 * 4e-3 * 4e-3;           // [J] the spring is 4 mm longer
+  EXPECT_NEAR(status.potential, potential, 1e-14 * potential);  // a few roundings
+  EXPECT_EQ(status.kinetic_rigid, 0.0);
+  EXPECT_NEAR(status.max_displacement, 2e-3, 1e-17);
+  EXPECT_NEAR(status.displacement_ratio, 2e-3 / 0.5, 1e-15);
+  EXPECT_EQ(status.spin_ratio, 0.0);
+  EXPECT_EQ(status.fault, "");
+  EXPECT_EQ(status.rate, 1000.0);
+}
+
+TEST(Status, SpinRatioIsSpinOverFrequencySquaredTimesSizeOverDisplacement) {
+  Scene scene = stretched_pair();
+  scene.initial.angular_velocity = Eigen::Vector3d(0.0, 0.0, 0.3);
+  Report report(scene);
+  const double expected = 0.3 * 0.3 / 200.0 * 0.5 / 2e-3;
+  EXPECT_NEAR(report.now().spin_ratio, expected, 1e-13 * expected);  // omega_1 through a set-up
+}
+
+TEST(Status, SpinWithoutDisplacementIsPublishedAsAFiniteNumber) {
+  Scene scene = spring_pair(1.0, 1.0, 1.0, 100.0);
+  publish_everything(scene);
+  scene.initial.angular_velocity = Eigen::Vector3d(0.0, 0.0, 0.3);
+  Report report(scene);
+  EXPECT_EQ(report.now().spin_ratio, 1e9);
+}
+
+TEST(Status, DriftCountsFromTheFirstReportAfterTheLastLoad) {
+  Scene scene = octahedron();
+  publish_everything(scene);
+  Report report(scene);
+  EXPECT_EQ(report.now().energy_drift, 0.0) << "at rest there is nothing to drift";
+  ForceCommand push = make_push(1);
+  push.duration_ticks = 100;
+  report.motion.run(50, {&push, 1});
+  EXPECT_EQ(report.now(50).energy_drift, 0.0) << "while it is pushed";
+  report.motion.run(60);
+  const double energy = report.now(100).kinetic_rigid;
+  EXPECT_GT(energy, 0.0);
+  report.motion.run(1000);
+  const status_t free = report.now(100);
+  // modal energy and momentum are kept to rounding, far below this; the work of the push would be 1
+  EXPECT_GT(free.energy_drift, 0.0);
+  EXPECT_LT(free.energy_drift, 1e-12);
+  EXPECT_LT(free.momentum_drift, 1e-12);
+  EXPECT_LT(free.eckart_residual, 1e-13);
+}
+
+TEST(Status, FreeFallKeepsItsEnergy) {
+  Scene scene = stretched_pair();
+  scene.gravity = Eigen::Vector3d(0.0, 0.0, -9.81);
+  Report report(scene);
+  report.now();
+  report.motion.run(1);
+  report.now();
+  report.motion.run(1000);
+  // 96 J of fall cancel against its height, to 8 roundings, beside 0.8 mJ of oscillation
+  EXPECT_LT(report.now().energy_drift, 8 * 2.2e-16 * 96.0 / 0.8e-3);
+}
+
+TEST(Status, DampedEnergyIsNoDrift) {
+  Scene scene = stretched_pair();
+  scene.damping.modal_ratio = 0.1;
+  Report report(scene);
+  report.now();
+  report.motion.run(10);
+  report.now();
+  report.motion.run(500);
+  EXPECT_EQ(report.now().energy_drift, 0.0);
+}
+
+TEST(Status, RejectionsOfIngressAndLoopAreAddedByReason) {
+  Report report(stretched_pair());
+  report.shared->rejections[10] = 3;
+  report.shared->received = 12;
+  report.output->num_rejected[17] = 2;
+  report.output->num_rejected[10] = 1;
+  report.output->num_accepted = 6;
+  report.restarts = 4;
+  const status_t status = report.now();
+  EXPECT_EQ(status.commands_received, 12);
+  EXPECT_EQ(status.commands_accepted, 6);
+  EXPECT_EQ(status.ingress_restarts, 4);
+  ASSERT_EQ(status.num_rejections, 2);
+  EXPECT_EQ(status.rejections[0].reason, 10);
+  EXPECT_EQ(status.rejections[0].count, 4);
+  EXPECT_EQ(status.rejections[1].reason, 17);
+  EXPECT_EQ(status.rejections[1].count, 2);
+}
+
+TEST(Status, AFaultNamesTickAndCommand) {
+  Snapshot snapshot;
+  snapshot.mode = Mode::kFault;
+  snapshot.fault.tick = 77;
+  snapshot.fault.num_commands = 2;
+  snapshot.fault.sender = {'p', 'i', 'd'};
+  snapshot.fault.sequence = 9;
+  const std::string text = service::fault_text(snapshot);
+  for (const char* part : {"tick 77", "not finite", "pid sequence 9", "RESET"}) {
+    EXPECT_NE(text.find(part), std::string::npos) << text;
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::testing
