@@ -13,3 +13,6 @@ struct BareModes {
 
 /// q1 = p q + w f, per mode: ten loads, two stores, eight products.
 void bare_update(BareModes& modes, std::size_t n);
+
+/// The same at the width that core/step chooses at run time: AVX2 where the processor has it.
+void bare_update_wide(BareModes& modes, std::size_t n);
