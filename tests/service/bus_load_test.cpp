@@ -194,6 +194,9 @@ std::string recording_url() {
 class BusLoad : public ::testing::Test {
  protected:
   void SetUp() override {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+    GTEST_SKIP() << "a sanitizer slows the tick to its period: the load is for ordinary builds";
+#endif
     if (!no_network.empty()) GTEST_SKIP() << no_network;
     log_ = std::filesystem::temp_directory_path() / ("freeflex-load-" + std::to_string(getpid()) + ".log");
   }
