@@ -1,8 +1,8 @@
 #include "tests/support/simulation.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <cstring>
 #include <utility>
 
 namespace freeflex::testing {
@@ -73,7 +73,8 @@ Eigen::VectorXd Simulation::link_forces() const {
 
 ForceCommand make_command(int slot, std::int64_t sequence, Axes axes, std::int64_t duration_ticks) {
   ForceCommand command{};
-  std::strcpy(command.sender.data(), "test");
+  constexpr std::string_view kSender = "test";
+  std::copy(kSender.begin(), kSender.end(), command.sender.begin());
   command.slot = slot;
   command.sequence = sequence;
   command.axes = static_cast<std::int32_t>(axes);
