@@ -39,10 +39,38 @@ Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows, double threshold) {
   return qr.colsPermutation() * basis;
 }
 
-// A large set of points whose distances no motion changes: the part of the structure that the rest moves
+// rows of x, y and z of the points
+std::vector<Eigen::Index> rows_of(const std::vector<int>& points) {
+  std::vector<Eigen::Index> rows;
+  for (const int point : points)
+    for (Eigen::Index axis = 0; axis < 3; ++axis) rows.push_back(3 * Eigen::Index{point} + axis);
+  return rows;
+}
+
+// The rigid motions (6 coefficients a column) that the points come nearest to in each motion
+Eigen::MatrixXd rigid_part(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
+                           const std::vector<int>& points) {
+  const auto rows = rows_of(points);
+  return Eigen::MatrixXd(rigid(rows, Eigen::all))
+      .completeOrthogonalDecomposition()
+      .solve(motions(rows, Eigen::all));
+}
+
+// True when the points move as one body in every motion. Distances kept are not enough: to first order a
+// point may leave the line or the plane of others and keep its distances from them.
+bool moves_as_one(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
+                  const std::vector<int>& points) {
+  const auto rows = rows_of(points);
+  const Eigen::MatrixXd left =
+      motions(rows, Eigen::all) - rigid(rows, Eigen::all) * rigid_part(motions, rigid, points);
+  return left.cwiseAbs().maxCoeff() < kRestingBelow;
+}
+
+// A large set of points that moves as one body in every motion: the part of the structure that the rest moves
 // against. Greedy, from the points that keep most distances; any answer is correct, a larger one names
 // mechanisms better.
-std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::Matrix3Xd& r) {
+std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
+                           const Eigen::Matrix3Xd& r) {
   const auto num_points = static_cast<int>(r.cols());
   Eigen::MatrixXi keeps = Eigen::MatrixXi::Zero(num_points, num_points);
   for (int i = 0; i < num_points; ++i)
@@ -56,20 +84,12 @@ std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::Matrix3X
   std::vector<int> order(static_cast<std::size_t>(num_points)), core;
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return count[a] > count[b]; });
-  for (const int point : order)
-    if (std::all_of(core.begin(), core.end(), [&](int other) { return keeps(point, other) == 1; }))
-      core.push_back(point);
+  for (const int point : order) {
+    if (!std::all_of(core.begin(), core.end(), [&](int other) { return keeps(point, other) == 1; })) continue;
+    core.push_back(point);
+    if (!moves_as_one(motions, rigid, core)) core.pop_back();
+  }
   return core;
-}
-
-// The same motions but for rigid ones: such that the core rests, as far as it can
-Eigen::MatrixXd rest_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
-                          const std::vector<int>& core) {
-  std::vector<Eigen::Index> rows;
-  for (const int point : core)
-    for (Eigen::Index axis = 0; axis < 3; ++axis) rows.push_back(3 * Eigen::Index{point} + axis);
-  const Eigen::MatrixXd rigid_core = rigid(rows, Eigen::all);
-  return motions - rigid * rigid_core.completeOrthogonalDecomposition().solve(motions(rows, Eigen::all));
 }
 
 // Basis of the same space in which each motion is 1 in a coordinate of its own where all others are 0
@@ -99,9 +119,14 @@ std::vector<int> moved_points(const Eigen::VectorXd& motion) {
   std::vector<int> points;
   for (int i = 0; i < num_points; ++i)
     if (size[i] > kRestingBelow * size.maxCoeff()) points.push_back(i);
-  // equal movers stay in the order of the scene, rounding apart
-  std::stable_sort(points.begin(), points.end(),
-                   [&](int a, int b) { return size[a] > size[b] * (1.0 + kRestingBelow); });
+  std::stable_sort(points.begin(), points.end(), [&](int a, int b) { return size[a] > size[b]; });
+  // equal movers stand in the order of the scene, rounding apart
+  for (auto first = points.begin(); first != points.end();) {
+    const auto last = std::find_if(
+        first, points.end(), [&](int point) { return size[*first] > size[point] * (1.0 + kRestingBelow); });
+    std::sort(first, last);
+    first = last;
+  }
   return points;
 }
 
@@ -120,9 +145,10 @@ Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const MassPropertie
   const Eigen::MatrixXd null = null_space(all_rows, threshold);
   if (null.cols() == 0) return mechanisms;
 
-  // rigid motion does not change distances, so the motions besides it tell which points keep together
+  // less rigid motion, so that the core rests as far as it can
   const Eigen::MatrixXd motions = orthonormal(null);
-  mechanisms.motions = localise(rest_core(motions, rigid, find_core(motions, properties.r)));
+  const std::vector<int> core = find_core(motions, rigid, properties.r);
+  mechanisms.motions = localise(motions - rigid * rigid_part(motions, rigid, core));
   for (Eigen::Index k = 0; k < mechanisms.motions.cols(); ++k) {
     mechanisms.motions.col(k) /= mechanisms.motions.col(k).cwiseAbs().maxCoeff();
     mechanisms.names.push_back({moved_points(mechanisms.motions.col(k))});

@@ -219,6 +219,19 @@ TEST(Mechanisms, AreNamedByThePointsThatMove) {
   EXPECT_NE(warnings.back().message.find("moves without straining any link"), std::string::npos);
 }
 
+// to first order a point of a chain may leave the line and keep its distances from all others
+TEST(Mechanisms, OfAChainMoveOnePointEachAgainstTwoThatRest) {
+  Scene scene;
+  for (int i = 0; i < 4; ++i) add_point(scene, 1.0 + i, {0.5 * i, 0.0, 0.0});
+  for (int i = 0; i < 3; ++i) add_link(scene, i, i + 1, Spring{100.0});
+  const Structure structure = build(scene);
+  ASSERT_EQ(structure.mechanisms.size(), 4U);
+  for (const Mechanism& mechanism : structure.mechanisms) {
+    ASSERT_EQ(mechanism.moved_points.size(), 1U);
+    EXPECT_GE(mechanism.moved_points[0], 2);
+  }
+}
+
 TEST(Mechanisms, SoftLinksAreNeverTakenForMechanisms) {
   Engine engine(5);
   Scene scene = spatial(engine);
