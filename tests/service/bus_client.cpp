@@ -10,7 +10,9 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
+#include <array>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <sstream>
 #include <thread>
@@ -188,6 +190,33 @@ std::string Process::output() const {
   std::ostringstream text;
   text << std::ifstream(log_).rdbuf();
   return text.str();
+}
+
+/// LCM's default bus with a socket buffer of 4 MB, or the largest that the kernel gives.
+static std::string recording_url() {
+  std::int64_t size = 4 * 1024 * 1024;
+  std::int64_t most = 0;  // a network namespace may not show it
+  if (std::ifstream("/proc/sys/net/core/rmem_max") >> most) size = std::min(size, most);
+  return "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=" + std::to_string(size);
+}
+
+Recorder::Recorder(const std::string& prefix, const std::string& log)
+    : logger_({"lcm-logger", "-q", "-f", "-c", prefix + "_.*", "--lcm-url", recording_url(), log}) {
+  // it says nothing when it is ready: the first of these that arrives is the file's first record
+  PacketSender packets;
+  const auto deadline = std::chrono::steady_clock::now() + kPatience;
+  std::error_code none;
+  while (std::chrono::steady_clock::now() < deadline) {
+    packets.publish(prefix + "_PROBE", std::array<std::byte, 1>{});
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    if (const auto size = std::filesystem::file_size(log, none); !none && size > 0) return;
+  }
+}
+
+std::string Recorder::stop() {
+  logger_.signal(SIGINT);
+  const int status = logger_.wait();
+  return status == 0 ? "" : "lcm-logger ended with " + std::to_string(status) + ": " + logger_.output();
 }
 
 std::string program(const std::string& name) { return std::string(FREEFLEX_BIN_DIR) + "/" + name; }

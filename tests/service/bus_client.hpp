@@ -83,6 +83,17 @@ class Process {
   std::string log_;
 };
 
+/// The unmodified lcm-logger on one prefix, from the constructor's return on.
+class Recorder {
+ public:
+  Recorder(const std::string& prefix, const std::string& log);
+  /// Ends the recording. Empty, or what went wrong.
+  std::string stop();
+
+ private:
+  Process logger_;
+};
+
 /// Path of a program of the build.
 std::string program(const std::string& name);
 /// Path of a scene of the project.

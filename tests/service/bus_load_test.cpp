@@ -3,11 +3,9 @@
 // how long. The percentiles of lateness stand beside those of cyclictest in the same minute: on a machine
 // without a real-time kernel both follow what else runs.
 #include <gtest/gtest.h>
-#include <signal.h>
 #include <unistd.h>
 
 #include <filesystem>
-#include <fstream>
 #include <sstream>
 #include <thread>
 
@@ -183,14 +181,6 @@ void report_ticks(const BusClient& client, const status_t& first, const status_t
   }
 }
 
-/// LCM's default bus with a socket buffer of 4 MB, or the largest that the kernel gives.
-std::string recording_url() {
-  std::int64_t size = 4 * 1024 * 1024;
-  std::int64_t most = 0;  // a network namespace may not show it
-  if (std::ifstream("/proc/sys/net/core/rmem_max") >> most) size = std::min(size, most);
-  return "udpm://239.255.76.67:7667?ttl=0&recv_buf_size=" + std::to_string(size);
-}
-
 class BusLoad : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -206,8 +196,7 @@ class BusLoad : public ::testing::Test {
 
 TEST_F(BusLoad, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog) {
   print_cyclictest("cyclictest before");
-  Process logger({"lcm-logger", "-q", "-f", "-c", std::string(kPrefix) + "_.*", "--lcm-url", recording_url(),
-                  log_.string()});
+  Recorder recorder(kPrefix, log_.string());
   BusClient client(kPrefix);
   Process daemon({program("freeflexd"), scene_path("rotor.yaml"), "--prefix", kPrefix});
   ASSERT_TRUE(client.meet()) << daemon.output();
@@ -222,8 +211,7 @@ TEST_F(BusLoad, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog) {
   EXPECT_EQ(client.answer(client.send_control(control_t::STOP)).reason, 0);
   EXPECT_EQ(daemon.wait(), 0);
   ASSERT_TRUE(client.until([&] { return client.statuses.back().mode == status_t::STOPPED; }));
-  logger.signal(SIGINT);
-  EXPECT_EQ(logger.wait(), 0) << logger.output();
+  EXPECT_EQ(recorder.stop(), "");
 
   report_ticks(client, first, last);
   print_cyclictest("cyclictest after");

@@ -323,7 +323,7 @@ TEST_F(Daemon, HostilePacketsRestartTheIngressAndChangeNoBit) {
 /// What `freeflex replay` says of an lcm-logger recording of 2 s, with commands at ticks of their own.
 std::string record_and_replay(const std::string& timing, std::map<std::int64_t, state_t>& states) {
   const std::string log = std::string(P_tmpdir) + "/freeflex-timing-" + std::to_string(getpid()) + ".log";
-  Process logger({"lcm-logger", "-q", "-f", "-c", "T_.*", log});
+  Recorder recorder("T", log);
   BusClient client("T");
   const bool is_lockstep = timing == "lockstep";
   std::vector<std::string> more{"--time", timing, "--until", "2"};
@@ -344,8 +344,7 @@ std::string record_and_replay(const std::string& timing, std::map<std::int64_t, 
   }
   EXPECT_EQ(daemon.wait(), 0) << daemon.output();
   EXPECT_TRUE(client.until([&] { return client.states.contains(2000); }));
-  logger.signal(SIGINT);
-  EXPECT_EQ(logger.wait(), 0) << logger.output();
+  EXPECT_EQ(recorder.stop(), "");
   Process replay({program("freeflex"), "replay", log, "--prefix", "T"});
   EXPECT_EQ(replay.wait(), 0) << timing << replay.output();
   unlink(log.c_str());
