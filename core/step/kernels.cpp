@@ -6,34 +6,57 @@
 namespace freeflex {
 namespace {
 
-// A kernel is written once and compiled for the processor's baseline and, on x86-64, for AVX2, chosen when
-// the program starts. Both do the same operations in the same order, so the bits are the same; only the width
-// differs.
+// A kernel is written once and compiled for the processor's baseline and, on x86-64, for AVX2 and where it
+// pays for AVX-512, chosen when the program starts. All do the same operations in the same order, so the bits
+// are the same; only the width differs.
 #define FREEFLEX_KERNEL inline __attribute__((always_inline))
 
+enum class Width { kBaseline, kAvx2, kAvx512 };
+
 #if defined(__x86_64__)
-bool has_avx2() noexcept {
+Width find_width() noexcept {
   __builtin_cpu_init();
-  return __builtin_cpu_supports("avx2");
+  if (__builtin_cpu_supports("avx512f")) return Width::kAvx512;
+  return __builtin_cpu_supports("avx2") ? Width::kAvx2 : Width::kBaseline;
 }
-const bool kHasAvx2 = has_avx2();
+const Width kWidth = find_width();
 
 template <auto kernel, class... Args>
-__attribute__((target("avx2"))) void run_wide(Args... args) noexcept {
+__attribute__((target("avx2"))) void run_avx2(Args... args) noexcept {
+  kernel(args...);
+}
+template <auto kernel, class... Args>
+__attribute__((target("avx2,avx512f"))) void run_avx512(Args... args) noexcept {
   kernel(args...);
 }
 #endif
 
-/// Runs a kernel, or its wide form where there is one and the processor has the width.
-template <auto kernel, auto wide_kernel = kernel, class... Args>
+/// Runs a kernel at AVX2 where the processor has it.
+template <auto kernel, class... Args>
 void run(Args... args) noexcept {
 #if defined(__x86_64__)
-  if (kHasAvx2) {
-    run_wide<wide_kernel>(args...);
+  if (kWidth != Width::kBaseline) {
+    run_avx2<kernel>(args...);
     return;
   }
 #endif
   kernel(args...);
+}
+
+/// Runs the form of a kernel that fits the processor.
+template <auto baseline, auto avx2, auto avx512, class... Args>
+void run_widest(Args... args) noexcept {
+#if defined(__x86_64__)
+  if (kWidth == Width::kAvx512) {
+    run_avx512<avx512>(args...);
+    return;
+  }
+  if (kWidth == Width::kAvx2) {
+    run_avx2<avx2>(args...);
+    return;
+  }
+#endif
+  baseline(args...);
 }
 
 // two lanes, the width that every processor of this kind has
@@ -93,6 +116,8 @@ FREEFLEX_KERNEL void combine_one_to(const double* __restrict x, double s, std::s
 using PairBits = std::int64_t __attribute__((vector_size(16)));
 using Quad = double __attribute__((vector_size(32)));
 using QuadBits = std::int64_t __attribute__((vector_size(32)));
+using Oct = double __attribute__((vector_size(64)));
+using OctBits = std::int64_t __attribute__((vector_size(64)));
 
 template <class V>
 FREEFLEX_KERNEL void load_to(V& to, const std::vector<double>& from, std::size_t l) noexcept {
@@ -121,7 +146,7 @@ struct Coordinate {
 template <class V>
 FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const V& l_v,
                                  const Coordinate<V>& q, const Coordinate<V>& v, const V& forced,
-                                 double* value_out, double* low_out) noexcept {
+                                 double* value_out, double* low_out, V& not_finite) noexcept {
   const V a = c_q * q.leading, b = c_v * v.leading;
   const V sum = a + b;
   const V part = sum - a;
@@ -131,12 +156,15 @@ FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const
   const V low = rest - (value - sum);
   __builtin_memcpy(value_out, &value, sizeof(V));
   __builtin_memcpy(low_out, &low, sizeof(V));
+  not_finite += value - value;
 }
 
-/// (X10) for all modes, as many side by side as V holds.
+/// (X10) for all modes, as many side by side as V holds. Of a value that is not finite, x - x is not zero:
+/// is_finite tells.
 template <class V, class Bits>
 FREEFLEX_KERNEL void advance(const Propagator* p, std::size_t n, ModalState from, const double* load_start,
-                             const double* load_end, ModalResult to) noexcept {
+                             const double* load_end, ModalResult to, bool* is_finite) noexcept {
+  V not_finite_q{}, not_finite_v{};
   for (std::size_t l = 0; l < n; l += sizeof(V) / sizeof(double)) {
     Coordinate<V> q, v;
     V low, Q0, dQ, c_q, c_v, l_q, l_v, w0, w1;
@@ -157,15 +185,19 @@ FREEFLEX_KERNEL void advance(const Propagator* p, std::size_t n, ModalState from
     load_to(l_v, p->l_qv, l);
     load_to(w0, p->w_q0, l);
     load_to(w1, p->w_q1, l);
-    advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q + l, to.q_low + l);
+    advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q + l, to.q_low + l, not_finite_q);
     load_to(c_q, p->c_vq, l);
     load_to(c_v, p->c_vv, l);
     load_to(l_q, p->l_vq, l);
     load_to(l_v, p->l_vv, l);
     load_to(w0, p->w_v0, l);
     load_to(w1, p->w_v1, l);
-    advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q_dot + l, to.q_dot_low + l);
+    advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q_dot + l, to.q_dot_low + l, not_finite_v);
   }
+  not_finite_q += not_finite_v;
+  double sum = 0.0;
+  for (std::size_t k = 0; k < sizeof(V) / sizeof(double); ++k) sum += not_finite_q[k];
+  *is_finite = sum == 0.0;
 }
 
 #undef FREEFLEX_KERNEL
@@ -213,22 +245,12 @@ void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) 
     for (std::size_t b = 0; b < 3; ++b) combine_one(rows + a * n, F[b], true, n, table + (3 * a + b) * n);
 }
 
-void advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
+bool advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
                    const double* Q1, const ModalResult& to) noexcept {
-  run<advance<Pair, PairBits>, advance<Quad, QuadBits>>(&propagator, n, from, Q0, Q1, to);
-}
-
-bool all_finite(const double* x, const double* y, std::size_t n) noexcept {
-  // of a value that is not finite, x - x is not zero; two sums, because each waits for itself
-  Pair of_x{}, of_y{};
-  for (std::size_t l = 0; l < n; l += kLanes) {
-    of_x += ((load(x + l) - load(x + l)) + (load(x + l + 2) - load(x + l + 2))) +
-            ((load(x + l + 4) - load(x + l + 4)) + (load(x + l + 6) - load(x + l + 6)));
-    of_y += ((load(y + l) - load(y + l)) + (load(y + l + 2) - load(y + l + 2))) +
-            ((load(y + l + 4) - load(y + l + 4)) + (load(y + l + 6) - load(y + l + 6)));
-  }
-  const Pair sum = of_x + of_y;
-  return sum[0] + sum[1] == 0.0;
+  bool is_finite = false;
+  run_widest<advance<Pair, PairBits>, advance<Quad, QuadBits>, advance<Oct, OctBits>>(&propagator, n, from,
+                                                                                      Q0, Q1, to, &is_finite);
+  return is_finite;
 }
 
 }  // namespace freeflex

@@ -33,11 +33,9 @@ struct ModalState {
 struct ModalResult {
   double *q, *q_low, *q_dot, *q_dot_low;
 };
-/// One step of every mode under a load linear from Q0 to Q1 (THEORY X10).
-void advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
+/// One step of every mode under a load linear from Q0 to Q1 (THEORY X10). Returns true when every new value
+/// is finite.
+bool advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
                    const double* Q1, const ModalResult& to) noexcept;
-
-/// True when every value of both arrays is finite.  \pre n a multiple of kLanes
-bool all_finite(const double* x, const double* y, std::size_t n) noexcept;
 
 }  // namespace freeflex

@@ -143,12 +143,12 @@ void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& works
   const Mat3 R_end = rotation_matrix(frame.q_WB);
   external.generalized(true, R_end, workspace.Q_left);
   const std::size_t n = index(plan.num_padded);
-  advance_modes(plan.propagator, n,
-                {state.q.data(), state.q_low.data(), state.q_dot.data(), state.q_dot_low.data()},
-                is_fresh ? workspace.Q_right.data() : state.Q.data(), workspace.Q_left.data(),
-                {workspace.next_q.data(), workspace.next_q_low.data(), workspace.next_q_dot.data(),
-                 workspace.next_q_dot_low.data()});
-  if (!is_finite(frame) || !all_finite(workspace.next_q.data(), workspace.next_q_dot.data(), n)) {
+  const bool modes_are_finite = advance_modes(
+      plan.propagator, n, {state.q.data(), state.q_low.data(), state.q_dot.data(), state.q_dot_low.data()},
+      is_fresh ? workspace.Q_right.data() : state.Q.data(), workspace.Q_left.data(),
+      {workspace.next_q.data(), workspace.next_q_low.data(), workspace.next_q_dot.data(),
+       workspace.next_q_dot_low.data()});
+  if (!modes_are_finite || !is_finite(frame)) {
     report = {.status = StepStatus::kNotFinite};
     return;
   }
