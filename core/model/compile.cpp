@@ -29,14 +29,14 @@ Mat3 to_array(const Eigen::Matrix3d& m) {
 }
 
 // values over modes, zero beyond them
-std::vector<double> padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
-  std::vector<double> all(static_cast<std::size_t>(plan.num_padded), 0.0);
+Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
+  Array all(static_cast<std::size_t>(plan.num_padded), 0.0);
   std::copy(values.begin(), values.end(), all.begin());
   return all;
 }
 
-void append_row(const Plan& plan, const Eigen::RowVectorXd& values, std::vector<double>& rows) {
-  const std::vector<double> row = padded(plan, values.transpose());
+void append_row(const Plan& plan, const Eigen::RowVectorXd& values, Array& rows) {
+  const Array row = padded(plan, values.transpose());
   rows.insert(rows.end(), row.begin(), row.end());
 }
 
@@ -295,9 +295,9 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
 void set_rate(Plan& plan, double rate) {
   plan.period = 1.0 / rate;
   Propagator& propagator = plan.propagator;
-  for (std::vector<double>* each : {&propagator.c_qq, &propagator.c_qv, &propagator.c_vq, &propagator.c_vv,
-                                    &propagator.l_qq, &propagator.l_qv, &propagator.l_vq, &propagator.l_vv,
-                                    &propagator.w_q0, &propagator.w_q1, &propagator.w_v0, &propagator.w_v1})
+  for (Array* each : {&propagator.c_qq, &propagator.c_qv, &propagator.c_vq, &propagator.c_vv,
+                      &propagator.l_qq, &propagator.l_qv, &propagator.l_vq, &propagator.l_vv,
+                      &propagator.w_q0, &propagator.w_q1, &propagator.w_v0, &propagator.w_v1})
     each->assign(static_cast<std::size_t>(plan.num_padded), 0.0);
   for (int mode = 0; mode < plan.num_elastic; ++mode) {
     const auto l = static_cast<std::size_t>(mode);

@@ -100,8 +100,8 @@ class Writer {
     }
   }
   void operator()(const std::string& text) { sequence(text); }
-  template <typename T>
-  void operator()(const std::vector<T>& values) {
+  template <typename T, typename Allocator>
+  void operator()(const std::vector<T, Allocator>& values) {
     sequence(values);
   }
   template <typename T, std::size_t N>
@@ -133,8 +133,8 @@ class Reader {
     }
   }
   void operator()(std::string& text) { sequence(text); }
-  template <typename T>
-  void operator()(std::vector<T>& values) {
+  template <typename T, typename Allocator>
+  void operator()(std::vector<T, Allocator>& values) {
     sequence(values);
   }
   template <typename T, std::size_t N>

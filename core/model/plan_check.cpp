@@ -56,7 +56,7 @@ class PlanCheck {
     if (!holds && error_.empty()) error_ = what;
   }
   // one value a mode, finite, zero in the padding
-  void require_modal(const std::vector<double>& values, const std::string& what) {
+  void require_modal(const Array& values, const std::string& what) {
     require(values.size() == num_padded(), what + " does not have one value a mode");
     require(are_finite(values), what + " is not finite");
     if (!error_.empty()) return;
@@ -64,7 +64,7 @@ class PlanCheck {
             what + " is not zero in the padding");
   }
   // rows of modes
-  void require_rows(const std::vector<double>& values, std::size_t num_rows, const std::string& what) {
+  void require_rows(const Array& values, std::size_t num_rows, const std::string& what) {
     require(values.size() == num_rows * num_padded(), what + " do not have the size of their rows");
     require(are_finite(values), what + " are not finite");
   }
@@ -112,8 +112,8 @@ void PlanCheck::check_modes() {
 
 void PlanCheck::check_propagator() {
   const Propagator& p = plan_.propagator;
-  for (const std::vector<double>* each : {&p.c_qq, &p.c_qv, &p.c_vq, &p.c_vv, &p.l_qq, &p.l_qv, &p.l_vq,
-                                          &p.l_vv, &p.w_q0, &p.w_q1, &p.w_v0, &p.w_v1})
+  for (const Array* each : {&p.c_qq, &p.c_qv, &p.c_vq, &p.c_vv, &p.l_qq, &p.l_qv, &p.l_vq, &p.l_vv, &p.w_q0,
+                            &p.w_q1, &p.w_v0, &p.w_v1})
     require_modal(*each, "the propagator");
 }
 

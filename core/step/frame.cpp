@@ -66,13 +66,14 @@ constexpr double kWeights[kStages] = {11.0 / 120, 0, 27.0 / 40, 27.0 / 40, -4.0 
 
 using Rates = std::array<Vec3, kStages>;
 
-/// start + h sum_j weights_j rates_j over the stages before `stage`
+/// start + h sum_j weights_j rates_j over the stages before `stage`; the newest rate, which the next waits
+/// for, comes last
 template <std::size_t stage>
 Vec3 combine(const Vec3& start, double h, const double* weights, const Rates& rates) noexcept {
-  Vec3 sum{};
+  Vec3 sum = start;
   for (std::size_t j = 0; j < stage; ++j)
-    if (weights[j] != 0.0) sum = add_scaled(sum, weights[j], rates[j]);
-  return add_scaled(start, h, sum);
+    if (weights[j] != 0.0) sum = add_scaled(sum, h * weights[j], rates[j]);
+  return sum;
 }
 
 /// The turning part of a step, in the axes of the step's start: Gibbs vector and angular momentum (X7, X8).
@@ -167,9 +168,9 @@ Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads
 /// q_WB o (1, g) / sqrt(1 + g.g) as an increment, so that rounding stays behind in the low part (X9).
 void turn_attitude(const Vec3& g, Frame& frame) noexcept {
   const double s = dot(g, g);
-  const double norm = __builtin_sqrt(1.0 + s);
+  const double norm = __builtin_sqrt(1.0 + s), inverse = 1.0 / norm;
   const Quat turned =
-      multiply(frame.q_WB, {-s / (norm * (1.0 + norm)), g[0] / norm, g[1] / norm, g[2] / norm});
+      multiply(frame.q_WB, {-s / (norm * (1.0 + norm)), inverse * g[0], inverse * g[1], inverse * g[2]});
   // the norm is drawn back to 1 slowly: what its own rounding feeds in stays below eps / 256 a step
   const Quat& q = frame.q_WB;
   const double excess = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1.0;

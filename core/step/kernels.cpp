@@ -120,7 +120,7 @@ using Oct = double __attribute__((vector_size(64)));
 using OctBits = std::int64_t __attribute__((vector_size(64)));
 
 template <class V>
-FREEFLEX_KERNEL void load_to(V& to, const std::vector<double>& from, std::size_t l) noexcept {
+FREEFLEX_KERNEL void load_to(V& to, const Array& from, std::size_t l) noexcept {
   __builtin_memcpy(&to, from.data() + l, sizeof(V));
 }
 template <class V>

@@ -156,9 +156,9 @@ void add_loads(std::int32_t axes, std::span<const PointForce> forces, std::span<
   }
 }
 
-std::vector<double> make_group_rows(const Plan& plan) {
+Array make_group_rows(const Plan& plan) {
   const std::size_t n = index(plan.num_padded);
-  std::vector<double> rows(6 * plan.groups.size() * n, 0.0);
+  Array rows(6 * plan.groups.size() * n, 0.0);
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
     const PlanGroup& group = plan.groups[k];
     for (const std::int32_t i : group.points) {

@@ -26,7 +26,7 @@ void add_loads(std::int32_t axes, std::span<const PointForce> forces, std::span<
 /// Generalized forces of unit wrenches on each group (THEORY X12): (6*num_groups x num_padded), for each
 /// group three rows for a unit force and three for a unit torque along the body axes. Every point of a group
 /// has rows.
-std::vector<double> make_group_rows(const Plan& plan);
+Array make_group_rows(const Plan& plan);
 
 /// An empty pattern with room for every load.
 LoadPattern make_pattern(const Plan& plan);

@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "core/step/array.hpp"
+
 namespace freeflex {
 
 /// Modes are padded to a multiple of this with zeros; reductions run in this many fixed lanes.
@@ -19,10 +21,10 @@ using Quat = std::array<double, 4>;  // w x y z, unit
 /// C + L is the exact propagator: C its leading 26 bits, so that C times the leading 26 bits of y is exact,
 /// L the rest rounded to double. Every array (num_padded); padding is zero.
 struct Propagator {
-  std::vector<double> c_qq, c_qv, c_vq, c_vv;  // [-], [s], [1/s], [-]
-  std::vector<double> l_qq, l_qv, l_vq, l_vv;  // low parts of the same
-  std::vector<double> w_q0, w_q1;  // [m/N] weights of Q at the start, and of its change over the step
-  std::vector<double> w_v0, w_v1;  // [m/(s N)]
+  Array c_qq, c_qv, c_vq, c_vv;  // [-], [s], [1/s], [-]
+  Array l_qq, l_qv, l_vq, l_vv;  // low parts of the same
+  Array w_q0, w_q1;              // [m/N] weights of Q at the start, and of its change over the step
+  Array w_v0, w_v1;              // [m/(s N)]
 };
 
 struct PlanPoint {
@@ -63,11 +65,11 @@ struct LoadPattern {
   std::array<std::int32_t, kMaxDirect> direct_row{};  // block of rows
   std::array<Vec3, kMaxDirect> direct_force_W{};      // [N]
   bool uses_table = false;
-  std::vector<double> table;  // [N] (9 x num_padded), index 3*a+b: sum_i b_il,a F_i,b
-  Vec3 force_B{};             // [N] resultant of the body-axis part
-  Vec3 torque_B{};            // [N m] its moment about the centre of mass
+  Array table;      // [N] (9 x num_padded), index 3*a+b: sum_i b_il,a F_i,b
+  Vec3 force_B{};   // [N] resultant of the body-axis part
+  Vec3 torque_B{};  // [N m] its moment about the centre of mass
   bool has_body = false;
-  std::vector<double> Q_B;  // [N] (num_padded)
+  Array Q_B;  // [N] (num_padded)
 };
 
 /// Amplitude of a built-in load over ticks since the epoch began (THEORY X13).
@@ -93,9 +95,9 @@ struct PlanInitial {
   Vec3 p_WB{};  // [m]
   Vec3 v_WB{};  // [m/s]
   Quat q_WB{1.0, 0.0, 0.0, 0.0};
-  Vec3 w_WB_B{};              // [rad/s]
-  std::vector<double> q;      // [m] (num_padded)
-  std::vector<double> q_dot;  // [m/s] (num_padded)
+  Vec3 w_WB_B{};  // [rad/s]
+  Array q;        // [m] (num_padded)
+  Array q_dot;    // [m/s] (num_padded)
 };
 
 struct Plan {
@@ -113,8 +115,8 @@ struct Plan {
   // elastic modes
   std::int32_t num_elastic = 0;
   std::int32_t num_padded = 0;
-  std::vector<double> omega;        // [rad/s] (num_padded), padding 0
-  std::vector<double> decay;        // [1/s] (num_padded) zeta omega = d / (2 M)
+  Array omega;                      // [rad/s] (num_padded), padding 0
+  Array decay;                      // [1/s] (num_padded) zeta omega = d / (2 M)
   double frequency_accuracy = 0.0;  // [-]
   double conditioning = 0.0;        // [-]
   Propagator propagator;
@@ -122,10 +124,9 @@ struct Plan {
   std::vector<PlanPoint> points;
   std::vector<PlanLink> links;
   std::vector<PlanGroup> groups;
-  std::vector<double> rows;  // [-] (3*num_row_blocks x num_padded) unit elastic displacements
-  std::vector<double>
-      eckart_rows;                // (6 x num_padded) sum m b [kg], sum m r x b [kg m]: zero but for rounding
-  std::vector<double> link_rows;  // (num_link_rows x num_padded) [N/m], [N]
+  Array rows;         // [-] (3*num_row_blocks x num_padded) unit elastic displacements
+  Array eckart_rows;  // (6 x num_padded) sum m b [kg], sum m r x b [kg m]: zero but for rounding
+  Array link_rows;    // (num_link_rows x num_padded) [N/m], [N]
   std::vector<PlanLinkOutput> link_outputs;
   std::vector<std::vector<std::int32_t>> mechanisms;  // moved points of each
   // loads

@@ -13,7 +13,7 @@ const double* rows_of(const Plan& plan, std::int32_t point) noexcept {
 }
 
 /// rows (3 x num_padded) times x
-Vec3 contract(const Plan& plan, const double* rows, const std::vector<double>& x) noexcept {
+Vec3 contract(const Plan& plan, const double* rows, const Array& x) noexcept {
   const std::size_t n = index(plan.num_padded);
   return {dot_lanes(rows, x.data(), n), dot_lanes(rows + n, x.data(), n),
           dot_lanes(rows + 2 * n, x.data(), n)};

@@ -27,13 +27,13 @@ struct State {
   Vec3 p_WB{}, p_WB_low{};            // [m]
   Vec3 v_WB{}, v_WB_low{};            // [m/s]
   Quat q_WB{1.0, 0.0, 0.0, 0.0}, q_WB_low{};
-  Vec3 H_W{}, H_W_low{};                 // [kg m^2/s] angular momentum about the centre of mass, world axes
-  std::vector<double> q, q_low;          // [m] (num_padded)
-  std::vector<double> q_dot, q_dot_low;  // [m/s] (num_padded)
+  Vec3 H_W{}, H_W_low{};   // [kg m^2/s] angular momentum about the centre of mass, world axes
+  Array q, q_low;          // [m] (num_padded)
+  Array q_dot, q_dot_low;  // [m/s] (num_padded)
   // external loads at the left limit of this tick, for accelerations and read-out
-  Vec3 force_W{};         // [N] resultant without gravity
-  Vec3 moment_B{};        // [N m] about the centre of mass
-  std::vector<double> Q;  // [N] (num_padded)
+  Vec3 force_W{};   // [N] resultant without gravity
+  Vec3 moment_B{};  // [N m] about the centre of mass
+  Array Q;          // [N] (num_padded)
   // command slots in force, sorted by (sender, slot): the order in which they are summed
   std::int32_t num_slots = 0;
   std::vector<Slot> slots;       // capacity kMaxSlots, size kMaxSlots
@@ -44,13 +44,13 @@ struct State {
 /// Scratch of one step: what it writes before it is known to be finite, then swapped with the state.
 /// No value survives from one step to the next but group_rows, which the plan fixes.
 struct Workspace {
-  std::vector<double> Q_right;  // [N] (num_padded) at the right limit of this tick
-  std::vector<double> Q_left;   // [N] (num_padded) at the left limit of the next
-  std::vector<double> next_q, next_q_low, next_q_dot, next_q_dot_low;
+  Array Q_right;  // [N] (num_padded) at the right limit of this tick
+  Array Q_left;   // [N] (num_padded) at the left limit of the next
+  Array next_q, next_q_low, next_q_dot, next_q_dot_low;
   std::vector<Slot> next_slots;  // size kMaxSlots
   LoadPattern next_pattern;
   LoadSums sums;
-  std::vector<double> group_rows;  // see make_group_rows
+  Array group_rows;  // see make_group_rows
 };
 
 /// Allocates a state at the plan's initial values, tick 0, epoch 0.

@@ -59,7 +59,7 @@ struct External {
   }
 
   /// Generalized forces at the right limit of the step's start, or at the left limit of its end.
-  void generalized(bool at_end, const Mat3& R_WB, std::vector<double>& Q) const noexcept {
+  void generalized(bool at_end, const Mat3& R_WB, Array& Q) const noexcept {
     bool has_any = project(plan, commands, R_WB, 1.0, false, Q.data());
     for (const PlanHistory& history : plan.histories) {
       const double amplitude = at_end ? amplitude_left(history, plan.period, tick + 1)
@@ -88,7 +88,7 @@ bool is_finite(const Frame& frame) noexcept {
 constexpr double kNothing = 1e-140;
 constexpr std::int64_t kFlushTicks = 256;
 
-void flush(std::vector<double>& value, std::vector<double>& low) noexcept {
+void flush(Array& value, Array& low) noexcept {
   for (std::size_t l = 0; l < value.size(); ++l) {
     const bool is_nothing = -kNothing < value[l] && value[l] < kNothing;
     value[l] = is_nothing ? 0.0 : value[l];

@@ -23,7 +23,11 @@ inline __attribute__((always_inline)) void update(BareModes& modes, std::size_t 
 }
 
 #if defined(__x86_64__)
-__attribute__((target("avx2"))) void update_wide(BareModes& modes, std::size_t n) { update(modes, n); }
+__attribute__((target("avx2"))) void update_avx2(BareModes& modes, std::size_t n) { update(modes, n); }
+__attribute__((target("avx2,avx512f,prefer-vector-width=512"))) void update_avx512(BareModes& modes,
+                                                                                   std::size_t n) {
+  update(modes, n);
+}
 #endif
 
 }  // namespace
@@ -32,8 +36,12 @@ void bare_update(BareModes& modes, std::size_t n) { update(modes, n); }
 
 void bare_update_wide(BareModes& modes, std::size_t n) {
 #if defined(__x86_64__)
+  if (__builtin_cpu_supports("avx512f")) {
+    update_avx512(modes, n);
+    return;
+  }
   if (__builtin_cpu_supports("avx2")) {
-    update_wide(modes, n);
+    update_avx2(modes, n);
     return;
   }
 #endif

@@ -2,13 +2,14 @@
 #pragma once
 
 #include <cstddef>
-#include <vector>
+
+#include "core/step/array.hpp"
 
 struct BareModes {
-  std::vector<double> q, v;                    // state
-  std::vector<double> p_qq, p_qv, p_vq, p_vv;  // propagator
-  std::vector<double> w_q0, w_q1, w_v0, w_v1;  // load weights at the start and the end
-  std::vector<double> f0, f1;                  // generalized forces at the start and the end
+  freeflex::Array q, v;                    // state
+  freeflex::Array p_qq, p_qv, p_vq, p_vv;  // propagator
+  freeflex::Array w_q0, w_q1, w_v0, w_v1;  // load weights at the start and the end
+  freeflex::Array f0, f1;                  // generalized forces at the start and the end
 };
 
 /// q1 = p q + w f, per mode: ten loads, two stores, eight products.

@@ -35,18 +35,8 @@ BareModes bare_modes(const Plan& plan) {
   const Propagator& p = plan.propagator;
   const auto n = static_cast<std::size_t>(plan.num_padded);
   // the weights need not be those of the ends: only the arithmetic is timed
-  return {std::vector<double>(n, 1e-3),
-          std::vector<double>(n, 1e-3),
-          p.c_qq,
-          p.c_qv,
-          p.c_vq,
-          p.c_vv,
-          p.w_q0,
-          p.w_q1,
-          p.w_v0,
-          p.w_v1,
-          std::vector<double>(n, 1e-2),
-          std::vector<double>(n, 1e-2)};
+  return {Array(n, 1e-3), Array(n, 1e-3), p.c_qq, p.c_qv, p.c_vq,         p.c_vv,
+          p.w_q0,         p.w_q1,         p.w_v0, p.w_v1, Array(n, 1e-2), Array(n, 1e-2)};
 }
 
 }  // namespace

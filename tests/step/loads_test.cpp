@@ -241,7 +241,7 @@ TEST(History, CountsFromTheStartOfTheEpoch) {
   plan.histories.push_back(pulse);
   HandRun run(plan);
   run.run(40);
-  const std::vector<double> first = run.state.q;
+  const Array first = run.state.q;
   reset_state(plan, run.state);
   EXPECT_EQ(run.state.tick, 40);
   EXPECT_EQ(run.state.epoch, 1);

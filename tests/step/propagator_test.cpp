@@ -69,9 +69,7 @@ Errors errors_of(double omega, double decay, double period, double mass) {
   set_mode(p, 0, omega, decay, period, mass);
   const Real h(period), M(mass);
   const Matrix E = exponential(Real(omega) * h, Real(decay) * h);
-  const auto sum = [](const std::vector<double>& c, const std::vector<double>& l) {
-    return Real(c[0]) + Real(l[0]);
-  };
+  const auto sum = [](const Array& c, const Array& l) { return Real(c[0]) + Real(l[0]); };
   const auto largest = [](std::initializer_list<double> list) { return std::max(list); };
   return {
       largest({relative_error(sum(p.c_qq, p.l_qq), E[0][0]), relative_error(sum(p.c_qv, p.l_qv), h * E[0][1]),
