@@ -208,7 +208,7 @@ TEST(Loop, HoldsTheLastGoodStateWhenTheNextIsNotFiniteAndResetRecovers) {
   rig.push(huge);
   Mode seen = Mode::kStarting;
   std::int64_t fault_sequence = 0;
-  std::vector<double> held_q;
+  Array held_q;
   int num_idle = 0;
   rig.clock.on_sleep = [&] {
     if (const auto* snapshot = rig.output->state.take()) {
