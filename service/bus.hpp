@@ -11,14 +11,8 @@
 
 namespace freeflex::service {
 
-inline constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
-
 /// --lcm-url when given, else LCM_DEFAULT_URL, else kDefaultUrl.
 std::string choose_url(const std::string& given);
-
-/// Empty when a packet for the url's group has a way out; else what is missing and the commands that mend it.
-/// Asks the routing table and sends nothing.  \pre check_lcm_url(url) is empty
-std::string find_route_fault(const std::string& url);
 
 /// One publishing connection; one thread.
 class Bus {

@@ -5,6 +5,7 @@
 #include <chrono>
 #include <cmath>
 #include <cstdio>
+#include <cstring>
 #include <filesystem>
 #include <memory>
 #include <stdexcept>
@@ -13,6 +14,7 @@
 #include "service/bus.hpp"
 #include "service/ingress.hpp"
 #include "service/io/input.hpp"
+#include "service/lcm_url.hpp"
 #include "service/publisher.hpp"
 #include "service/realtime.hpp"
 #include "service/session.hpp"
@@ -40,13 +42,36 @@ Plan read_plan(const DaemonOptions& options) {
     std::fputs((io::format_fault(fault, result.sources) + "\n").c_str(), stderr);
   if (!result.plan) throw StartFault(kUsage, fmt::format("'{}' gives no plan, see above", options.input));
   Plan plan = std::move(*result.plan);
-  if (options.rate > 0.0) set_rate(plan, options.rate);
+  if (options.rate > 0.0) {
+    set_rate(plan, options.rate);
+    if (const std::string fault = find_inconsistency(plan); !fault.empty())
+      throw StartFault(kUsage, fmt::format("--rate {:g} does not suit the scene: {}", options.rate, fault));
+  }
   if (plan.points.size() > io::NameTable::kMaxPoints || plan.groups.size() > io::NameTable::kMaxGroups) {
     throw StartFault(
         kUsage, fmt::format("{} points and {} groups: the daemon takes up to {} and {}", plan.points.size(),
                             plan.groups.size(), io::NameTable::kMaxPoints, io::NameTable::kMaxGroups));
   }
   return plan;
+}
+
+/// Ticks until time [s]; 0: for ever. A time below half a tick is one tick, not none.
+std::int64_t count_ticks(double time, double period) {
+  constexpr double kMost = 1e15;  // [ticks] as for the times of a command
+  if (time <= 0.0) return 0;
+  const double ticks = std::round(time / period);
+  if (ticks > kMost)
+    throw StartFault(kUsage, fmt::format("--until {:g} is {:g} ticks, at most 1e15", time, ticks));
+  return std::max<std::int64_t>(1, static_cast<std::int64_t>(ticks));
+}
+
+/// Deadlines are counted in whole nanoseconds of 64 bits.
+void check_pace(const Timing& timing, double period) {
+  constexpr double kLongest = 1e6;  // [s]
+  const double tick = period / timing.scale;
+  if (timing.is_paced() && tick > kLongest)
+    throw StartFault(
+        kUsage, fmt::format("a tick would last {:g} s, at most {:g}: see --rate and --time", tick, kLongest));
 }
 
 /// The running parts. Constructed in order; taken apart in the reverse one.
@@ -68,6 +93,7 @@ class Daemon {
   const DaemonOptions& options_;
   SignalWatch& signals_;
   Plan plan_;
+  std::int64_t until_tick_;
   Identity identity_;
   std::string url_;
   Output output_;
@@ -85,12 +111,14 @@ Daemon::Daemon(const DaemonOptions& options, SignalWatch& signals)
     : options_(options),
       signals_(signals),
       plan_(read_plan(options)),
+      until_tick_(count_ticks(options.until, plan_.period)),
       url_(choose_url(options.lcm_url)),
       output_(plan_) {
   identity_ = {make_session(), plan_fingerprint(plan_), std::filesystem::absolute(options.input).string(),
                options.timing};
+  check_pace(options.timing, plan_.period);
   if (std::string fault = check_lcm_url(url_); !fault.empty()) throw StartFault(kUsage, fault);
-  if (std::string fault = find_route_fault(url_); !fault.empty()) throw StartFault(kRuntimeFailure, fault);
+  if (std::string fault = check_prefix(options.prefix); !fault.empty()) throw StartFault(kUsage, fault);
 }
 
 Daemon::~Daemon() {
@@ -155,9 +183,8 @@ std::int64_t Daemon::listen(milliseconds time) {
 }
 
 void Daemon::start_simulation() {
-  const LoopSettings settings{.timing = options_.timing,
-                              .starts_holding = options_.starts_holding,
-                              .until_tick = std::llround(options_.until / plan_.period)};
+  const LoopSettings settings{
+      .timing = options_.timing, .starts_holding = options_.starts_holding, .until_tick = until_tick_};
   simulation_ = std::make_unique<Simulation>(plan_, settings, clock_, ingress_.block().inbound, output_);
   if (!has_default_arithmetic()) {
     throw StartFault(kRuntimeFailure,
@@ -208,7 +235,7 @@ void Daemon::log_start() const {
 
 void Daemon::log_end() const {
   const int number = signals_.received();
-  const char* const cause = number == SIGINT ? "SIGINT" : number == SIGTERM ? "SIGTERM" : "ended as told";
+  const std::string cause = number == 0 ? "ended as told" : fmt::format("SIG{}", sigabbrev_np(number));
   spdlog::info("{}: {} ticks, {} overruns, {} slips, {} commands accepted, {} ingress restarts", cause,
                output_.tick.load(), output_.num_overruns.load(), output_.num_slips.load(),
                output_.num_accepted.load(), ingress_.num_restarts());

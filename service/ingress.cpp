@@ -85,10 +85,11 @@ std::int64_t private_memory() {
 
 bool is_daemon_gone(const SharedBlock& block) { return getppid() != block.settings.daemon_pid; }
 
-/// Dies with the daemon, outlives Ctrl-C, leaves no core file behind a hostile packet.
+/// Dies with the daemon and not before: a signal to the whole group (Ctrl-C, a terminal that closes, a
+/// service manager) is the daemon's to answer. Leaves no core file behind a hostile packet.
 void prepare_process() {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
-  signal(SIGINT, SIG_IGN);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) signal(number, SIG_IGN);
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
 }

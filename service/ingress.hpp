@@ -29,8 +29,8 @@ enum class IngressEnd : int {
 /// Receives into the block until the daemon is gone or liblcm fails. Blocks.
 IngressEnd run_ingress(SharedBlock& block);
 
-/// Empty when the daemon can receive commands over this URL, else why not. "" stands for LCM's default.
-std::string check_lcm_url(const std::string& url);
+/// Empty when prefix can be the first part of channel names, else what is allowed.
+std::string check_prefix(const std::string& prefix);
 
 /// Owns the shared block and keeps an ingress process alive. The ingress is killed when the thread that
 /// started it ends: start and poll belong to threads that live until stop. One thread at a time.
@@ -43,7 +43,7 @@ class IngressProcess {
 
   struct Options {
     std::int64_t session = 0;
-    std::string lcm_url;                       // "": LCM's default, udpm://239.255.76.67:7667?ttl=0
+    std::string lcm_url;                       // "": LCM's default
     std::string channel_prefix;                // 1 to 32 of A-Z a-z 0-9 _ -
     std::chrono::milliseconds timeout{15000};  // liblcm tests itself for up to 10 s
   };

@@ -13,15 +13,16 @@
 #include <thread>
 
 #include "service/ingress.hpp"
+#include "service/lcm_url.hpp"
 
 namespace freeflex::service {
 namespace {
 
 using std::chrono::milliseconds;
 
-constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
+constexpr std::size_t kUrlReserve = 32;  // [B] for the receive buffer that the ingress adds to a URL
+static_assert(kMaxUrlSize + kUrlReserve < std::tuple_size_v<decltype(IngressSettings::lcm_url)>);
 constexpr int kBlockDescriptor = 3;      // in the ingress: the first after standard error
-constexpr std::size_t kUrlReserve = 32;  // characters that the ingress adds to a URL
 constexpr milliseconds kLongLife{1000};  // one that lived so long is restarted at once
 constexpr milliseconds kFirstPause{5};
 constexpr milliseconds kLongestPause{100};
@@ -52,22 +53,6 @@ std::string describe_end(int status) {
   return "ended with status " + std::to_string(WEXITSTATUS(status));
 }
 
-std::string no_route(const std::string& url) {
-  return "LCM cannot receive on " + url +
-         ": the address is not multicast, or no network route leads to it. On a machine without one, run as "
-         "root\n"
-         "  ip link set lo multicast on\n"
-         "  ip route add 239.0.0.0/8 dev lo\n"
-         "and start again";
-}
-
-bool is_valid_prefix(const std::string& prefix) {
-  const auto is_allowed = [](char c) {
-    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  };
-  return !prefix.empty() && prefix.size() <= 32 && std::all_of(prefix.begin(), prefix.end(), is_allowed);
-}
-
 /// posix_spawn's two helpers, freed on every way out.
 struct SpawnPlan {
   posix_spawn_file_actions_t actions;
@@ -86,18 +71,13 @@ struct SpawnPlan {
 
 }  // namespace
 
-std::string check_lcm_url(const std::string& url) {
-  if (url.empty()) return {};
-  if (url.starts_with("memq://") || url.starts_with("file://")) {
-    return "LCM URL " + url +
-           ": stays inside one process, but the daemon receives in a process of its own; use udpm://";
-  }
-  if (!url.starts_with("udpm://")) {
-    return "LCM URL " + url +
-           ": must be udpm://ADDRESS:PORT?ttl=N with a multicast address, 224.0.0.0 and up";
-  }
-  if (url.size() + kUrlReserve >= IngressSettings{}.lcm_url.size()) return "LCM URL " + url + ": too long";
-  return {};
+std::string check_prefix(const std::string& prefix) {
+  const auto is_allowed = [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
+  if (!prefix.empty() && prefix.size() <= 32 && std::all_of(prefix.begin(), prefix.end(), is_allowed))
+    return {};
+  return "channel prefix '" + prefix + "': must be 1 to 32 of A-Z a-z 0-9 _ -";
 }
 
 IngressProcess::~IngressProcess() {
@@ -108,9 +88,8 @@ IngressProcess::~IngressProcess() {
 
 std::string IngressProcess::start(const Options& options, const io::NameTable& names) {
   std::string fault = check_lcm_url(options.lcm_url);
-  if (fault.empty() && !is_valid_prefix(options.channel_prefix)) {
-    fault = "channel prefix '" + options.channel_prefix + "': must be 1 to 32 of A-Z a-z 0-9 _ -";
-  }
+  if (fault.empty()) fault = check_prefix(options.channel_prefix);
+  if (fault.empty()) fault = find_network_fault(options.lcm_url);
   if (fault.empty()) fault = make_block(options, names);
   if (fault.empty()) fault = spawn();
   if (fault.empty()) fault = wait_until_ready(options.timeout);
@@ -132,7 +111,7 @@ std::string IngressProcess::make_block(const Options& options, const io::NameTab
   }
   new (block_) SharedBlock;
   IngressSettings& settings = block_->settings;
-  const std::string url = options.lcm_url.empty() ? kDefaultUrl : options.lcm_url;
+  const std::string url = effective_url(options.lcm_url);
   std::copy(url.begin(), url.end(), settings.lcm_url.begin());
   std::copy(options.channel_prefix.begin(), options.channel_prefix.end(), settings.channel_prefix.begin());
   settings.session = options.session;
@@ -177,17 +156,15 @@ std::string IngressProcess::wait_until_ready(milliseconds timeout) {
   const std::string url = block_->settings.lcm_url.data();
   while (block_->is_ready.load() == 0) {
     if (int status = 0; reap(status)) {
-      const bool has_no_route =
-          WIFEXITED(status) && WEXITSTATUS(status) == static_cast<int>(IngressEnd::kNoRoute);
-      if (has_no_route) return no_route(url);
-      if (!WIFSIGNALED(status)) return "the ingress process " + describe_end(status);
+      if (!WIFSIGNALED(status)) return "the ingress process " + describe_end(status) + " on " + url;
       // a hostile packet may come as early as this: another try, within the same time
       if (std::string fault = spawn(); !fault.empty()) return fault;
       ++num_restarts_;
     }
     if (Clock::now() > deadline) {
       return "LCM's test of itself on " + url + " had no answer in " + std::to_string(timeout.count()) +
-             " ms. " + no_route(url);
+             " ms: something between this process and the group's address, a packet filter perhaps, drops "
+             "packets";
     }
     std::this_thread::sleep_for(kReadyPeriod);
   }

@@ -10,9 +10,10 @@ namespace freeflex::service {
 
 namespace {
 
-constexpr std::int64_t kIdleLockstep = 100'000;   // [ns] between looks at the ring while told to wait
-constexpr std::int64_t kIdleHolding = 1'000'000;  // [ns]
-constexpr std::int64_t kReaderWait = 20'000;      // [ns] between looks at a box that must be read first
+constexpr std::int64_t kIdleLockstep = 100'000;     // [ns] between looks at the ring while told to wait
+constexpr std::int64_t kIdleHolding = 1'000'000;    // [ns]
+constexpr std::int64_t kLongestSleep = 50'000'000;  // [ns] between looks at the ring while running
+constexpr std::int64_t kReaderWait = 20'000;        // [ns] between looks at a box that must be read first
 constexpr std::int64_t kReaderPatience = 1'000'000'000;  // [ns]
 constexpr std::int64_t kReofferEvery = 1'000'000'000;    // [ns] state of a standing loop, for late joiners
 
@@ -97,10 +98,9 @@ void Simulation::run() noexcept {
   set_steps(runs ? kForever : 0);
   offer_all();
   while (!is_stopping()) {
-    const bool stood = !is_advancing();
-    const std::int64_t woken_ns = stood ? wait_idle() : wait_for_tick();
+    const std::optional<std::int64_t> woken_ns = is_advancing() ? wait_for_tick() : wait_idle();
     drain();
-    if (!stood && is_advancing() && !is_stopping()) advance(woken_ns);
+    if (woken_ns && is_advancing() && !is_stopping()) advance(*woken_ns);
     if (output_.is_status_wanted.exchange(false, std::memory_order_acquire)) offer(output_.status);
   }
   offer_all();
@@ -115,22 +115,28 @@ Mode Simulation::mode() const noexcept {
   return is_advancing() ? Mode::kRunning : Mode::kHolding;
 }
 
-/// Sleeps to the deadline of the next tick; [ns] when it woke.
-std::int64_t Simulation::wait_for_tick() noexcept {
+/// Sleeps to the deadline of the next tick; [ns] when it woke. Nothing when that is yet to come: a loop of
+/// slow ticks looks at its commands in between.
+std::optional<std::int64_t> Simulation::wait_for_tick() noexcept {
   if (!settings_.timing.is_paced()) return clock_.now_ns();
-  clock_.sleep_until(pacer_.deadline_ns());
+  const std::int64_t deadline_ns = pacer_.deadline_ns();
+  if (const std::int64_t now_ns = clock_.now_ns(); deadline_ns - now_ns > kLongestSleep) {
+    clock_.sleep_until(now_ns + kLongestSleep);
+    return {};
+  }
+  clock_.sleep_until(deadline_ns);
   const std::int64_t woken_ns = clock_.now_ns();
-  output_.lateness.record(woken_ns - pacer_.deadline_ns());
+  output_.lateness.record(woken_ns - deadline_ns);
   return woken_ns;
 }
 
-/// Sleeps while told to stand; [ns] when it woke.
-std::int64_t Simulation::wait_idle() noexcept {
+/// Sleeps while told to stand. Nothing: no tick is due.
+std::optional<std::int64_t> Simulation::wait_idle() noexcept {
   const bool is_lockstep = settings_.timing.kind == Timing::Kind::kLockstep;
   const std::int64_t now_ns = clock_.now_ns();
   if (now_ns >= next_reoffer_ns_) offer_all();
   clock_.sleep_until(now_ns + (is_lockstep ? kIdleLockstep : kIdleHolding));
-  return clock_.now_ns();
+  return {};
 }
 
 /// Every change of pace goes through here: a loop that starts again has no deadline in the past.

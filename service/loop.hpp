@@ -60,8 +60,8 @@ class Simulation {
   bool is_stopping() const noexcept { return is_stopping_.load(std::memory_order_relaxed); }
   bool is_advancing() const noexcept { return steps_left_ != 0; }
   Mode mode() const noexcept;
-  std::int64_t wait_for_tick() noexcept;
-  std::int64_t wait_idle() noexcept;
+  std::optional<std::int64_t> wait_for_tick() noexcept;
+  std::optional<std::int64_t> wait_idle() noexcept;
   void advance(std::int64_t woken_ns) noexcept;
   void set_steps(std::int64_t steps) noexcept;
 

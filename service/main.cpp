@@ -1,11 +1,16 @@
 // freeflexd: one free flexible structure in state, advanced at a fixed rate, on the bus.
+#include <fcntl.h>
 #include <spdlog/async.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <unistd.h>
 
 #include <CLI/CLI.hpp>
+#include <chrono>
 #include <cmath>
+#include <future>
 #include <memory>
+#include <thread>
 
 #include "messages/channels.hpp"
 #include "service/daemon.hpp"
@@ -24,16 +29,16 @@ constexpr const char* kFooter = R"(Timing:
 Environment:
   LCM_DEFAULT_URL  bus to use when --lcm-url is not given
 
-Exit status: 0 ended as told (signal, STOP, --until), 1 failed at run time, 2 wrong usage or scene.)";
+Exit status: 0 ended as told (SIGINT, SIGTERM, SIGHUP, STOP, --until), 1 failed at run time, 2 wrong usage or scene.)";
 
-/// Positive and finite, as a CLI11 check.
-std::string check_positive(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (end == text.c_str() || *end != '\0' || !std::isfinite(value) || value <= 0.0) {
-    return "found '" + text + "', must be a number > 0";
-  }
-  return {};
+/// A number that is_right takes, as a CLI11 check.
+auto must_be(const char* allowed, bool (*is_right)(double)) {
+  return [allowed, is_right](const std::string& text) {
+    char* end = nullptr;
+    const double value = std::strtod(text.c_str(), &end);
+    if (end != text.c_str() && *end == '\0' && is_right(value)) return std::string{};
+    return "found '" + text + "', must be " + allowed;
+  };
 }
 
 /// Lines go to a queue and from there to stderr: whoever logs never waits for a slow or broken terminal.
@@ -49,9 +54,29 @@ void start_log(const std::string& level) {
   spdlog::set_default_logger(std::move(log));
 }
 
+/// Writes out what is queued. Ends the process with status when a terminal or a pipe takes nothing.
+void end_log(int status) {
+  constexpr std::chrono::seconds kPatience{1};
+  auto is_written = std::make_shared<std::promise<void>>();
+  std::future<void> written = is_written->get_future();
+  std::thread([is_written] {
+    spdlog::shutdown();
+    is_written->set_value();
+  }).detach();
+  if (written.wait_for(kPatience) == std::future_status::timeout) _exit(status);
+}
+
+/// A socket or a shared block must not become descriptor 0, 1 or 2: whatever prints would write into it.
+void fill_standard_descriptors() {
+  for (int fd = STDIN_FILENO; fd <= STDERR_FILENO; ++fd) {
+    if (fcntl(fd, F_GETFD) < 0) open("/dev/null", O_RDWR);
+  }
+}
+
 }  // namespace
 
 int main(int argc, char** argv) {
+  fill_standard_descriptors();
   if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;
 
   DaemonOptions options;
@@ -65,9 +90,11 @@ int main(int argc, char** argv) {
   app.add_option("--prefix", options.prefix, "first part of every channel name")
       ->default_val(freeflex::channels::kDefaultPrefix);
   app.add_option("--rate", options.rate, "ticks per simulated second [Hz] in place of the scene's")
-      ->check(check_positive);
+      ->check(
+          must_be("a number from 0.001 to 1000000", [](double rate) { return rate >= 1e-3 && rate <= 1e6; }));
   app.add_option("--time", timing, "realtime, scaled=K, lockstep or asap")->default_str(timing);
-  app.add_option("--until", options.until, "end at this simulated time [s]")->check(check_positive);
+  app.add_option("--until", options.until, "end at this simulated time [s]")
+      ->check(must_be("a number > 0", [](double time) { return std::isfinite(time) && time > 0.0; }));
   app.add_flag("--hold", options.starts_holding, "start holding: wait for RUN or STEP");
   app.add_option("--log-level", level, "least level that is logged")
       ->default_str(level)
@@ -85,6 +112,6 @@ int main(int argc, char** argv) {
   freeflex::service::SignalWatch signals;
   start_log(level);
   const int status = freeflex::service::run_daemon(options, signals);
-  spdlog::shutdown();
+  end_log(status);
   return status;
 }

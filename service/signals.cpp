@@ -1,39 +1,66 @@
 #include "service/signals.hpp"
 
-#include <pthread.h>
+#include <signal.h>
 #include <unistd.h>
 
+#include <atomic>
+#include <cerrno>
 #include <string_view>
+
+#include "service/clock.hpp"
 
 namespace freeflex::service {
 
+namespace {
+
+// what a handler can reach: lock-free, and never destroyed
+std::atomic<int> received_signal{0};
+std::atomic<std::int64_t> received_ns{0};
+std::atomic<bool> is_starting{true};
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<std::int64_t>::is_always_lock_free);
+
+/// On any thread, at any moment: async-signal-safe calls only.
+extern "C" void on_signal(int number) {
+  const int error = errno;
+  if (is_starting.load()) {
+    static constexpr std::string_view kText = "freeflexd: stopped by a signal before the first tick\n";
+    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kText.data(), kText.size());
+    _exit(0);
+  }
+  const std::int64_t now_ns = MonotonicClock{}.now_ns();
+  std::int64_t never = 0;
+  if (received_ns.compare_exchange_strong(never, now_ns)) {
+    received_signal.store(number);
+  } else if (now_ns - received_ns.load() >= SignalWatch::kPatience) {
+    _exit(1);
+  }
+  errno = error;
+}
+
+void handle(int number) {
+  struct sigaction action {};
+  action.sa_handler = on_signal;
+  action.sa_flags = SA_RESTART;
+  sigaction(number, &action, nullptr);
+}
+
+}  // namespace
+
 SignalWatch::SignalWatch() {
   signal(SIGPIPE, SIG_IGN);
-  sigemptyset(&signals_);
-  sigaddset(&signals_, SIGINT);
-  sigaddset(&signals_, SIGTERM);
-  pthread_sigmask(SIG_BLOCK, &signals_, nullptr);
-  thread_ = std::thread([this] { watch(); });
+  handle(SIGINT);
+  handle(SIGTERM);
+  struct sigaction hang_up {};
+  sigaction(SIGHUP, nullptr, &hang_up);
+  if (hang_up.sa_handler != SIG_IGN) handle(SIGHUP);
+  // a parent may have blocked them; threads started from here on inherit this mask
+  sigset_t taken;
+  sigemptyset(&taken);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) sigaddset(&taken, number);
+  pthread_sigmask(SIG_UNBLOCK, &taken, nullptr);
 }
 
-SignalWatch::~SignalWatch() {
-  is_ending_.store(true, std::memory_order_release);
-  pthread_kill(thread_.native_handle(), SIGTERM);
-  thread_.join();
-}
-
-void SignalWatch::watch() {
-  for (;;) {
-    int number = 0;
-    if (sigwait(&signals_, &number) != 0) continue;
-    if (is_ending_.load(std::memory_order_acquire)) return;
-    if (is_starting_.load(std::memory_order_acquire)) {
-      static constexpr std::string_view kText = "freeflexd: stopped by a signal before the first tick\n";
-      [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kText.data(), kText.size());
-      _exit(0);
-    }
-    if (received_.exchange(number, std::memory_order_acq_rel) != 0) _exit(1);
-  }
-}
+int SignalWatch::received() const { return received_signal.load(); }
+void SignalWatch::end_start_up() { is_starting.store(false); }
 
 }  // namespace freeflex::service

@@ -1,36 +1,26 @@
-// SIGINT and SIGTERM as a question to ask, on a thread of its own.
+// SIGINT, SIGTERM and SIGHUP as a question to ask.
 #pragma once
-
-#include <signal.h>
-
-#include <atomic>
-#include <thread>
 
 namespace freeflex::service {
 
-/// Blocks the two signals for the calling thread and all that it starts, and ignores SIGPIPE. The first
-/// signal sets a flag; while is_interruptible, and on the second, it ends the process at once: nothing that
-/// needs an orderly end exists then (the ingress dies with its daemon).
+/// Takes the three signals over for the whole process, whatever mask and dispositions it inherited, and
+/// ignores SIGPIPE. A shell starts background jobs with SIGINT ignored; `kill -INT` is to end a daemon all
+/// the same. SIGHUP stays ignored where it was: that is what nohup asks for. The first signal sets a flag.
+/// Two ends are at once, within the handler, and need no order since the ingress dies with its daemon: during
+/// start-up (exit status 0), and by a signal that comes kPatience or more after the first, when the orderly
+/// end hangs (exit status 1). One a process.
 class SignalWatch {
  public:
+  static constexpr long long kPatience = 1'000'000'000;  // [ns] an orderly end takes a few milliseconds
+
   SignalWatch();
-  ~SignalWatch();
   SignalWatch(const SignalWatch&) = delete;
   SignalWatch& operator=(const SignalWatch&) = delete;
 
-  /// The signal that came, or 0.
-  int received() const { return received_.load(std::memory_order_acquire); }
-  /// From here on the first signal only sets the flag.
-  void end_start_up() { is_starting_.store(false, std::memory_order_release); }
-
- private:
-  void watch();
-
-  sigset_t signals_{};
-  std::atomic<int> received_{0};
-  std::atomic<bool> is_starting_{true};
-  std::atomic<bool> is_ending_{false};
-  std::thread thread_;
+  /// The signal that came first, or 0. Any thread.
+  int received() const;
+  /// From here on the first signal only sets the flag. Any thread.
+  void end_start_up();
 };
 
 }  // namespace freeflex::service

@@ -85,6 +85,24 @@ TEST(Loop, SlipsOnceAfterALongStallAndStillExecutesEveryTick) {
   EXPECT_EQ(rig.clock.now_ns() - start, 600 * kMillisecond + 898 * kMillisecond);
 }
 
+TEST(Loop, OfSlowTicksObeysBetweenThem) {
+  // 100 s a tick; told to stop 5 s into the first
+  Plan plan = octahedron_plan();
+  set_rate(plan, 0.01);
+  Rig rig(plan, {});
+  const std::int64_t start_ns = rig.clock.now_ns();
+  std::int64_t told_ns = 0;
+  rig.clock.on_sleep = [&] {
+    if (told_ns != 0 || rig.tick() != 1 || rig.clock.now_ns() < start_ns + 5'000'000'000) return;
+    rig.control(freeflex_msgs::control_t::STOP);
+    told_ns = rig.clock.now_ns();
+  };
+  rig.run();
+  EXPECT_EQ(rig.simulation.state().tick, 1) << "the first stands at the start, the second was not reached";
+  EXPECT_LT(rig.clock.now_ns() - told_ns, 100'000'000);
+  EXPECT_EQ(rig.output->num_overruns.load(), 0);
+}
+
 TEST(Loop, AHoldIsNoOverrun) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.starts_holding = true, .until_tick = 10});

@@ -1,0 +1,25 @@
+// The bus's address: what a URL may say, and whether this machine can receive on it.
+#pragma once
+
+#include <string>
+
+namespace freeflex::service {
+
+/// LCM's own default.
+inline constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
+inline constexpr std::size_t kMaxUrlSize = 220;  // [B]
+
+/// url, or kDefaultUrl for "".
+std::string effective_url(const std::string& url);
+
+/// Empty when url is udpm://ADDRESS:PORT with ttl and recv_buf_size as options, or "udpm://" alone or "" for
+/// LCM's default; else what was found and what is allowed. Stricter than liblcm, which waits ten seconds for
+/// an answer from port 0 and takes what it cannot read for its own default.
+std::string check_lcm_url(const std::string& url);
+
+/// Empty when a packet for the url's group has a way out and its port can be shared; else what is missing and
+/// what mends it. Asks the routing table, binds the port for a moment and sends nothing.
+/// \pre check_lcm_url(url) is empty
+std::string find_network_fault(const std::string& url);
+
+}  // namespace freeflex::service

@@ -1,0 +1,54 @@
+// What a bus URL may say.
+#include "service/lcm_url.hpp"
+
+#include <gtest/gtest.h>
+
+#include <vector>
+
+namespace freeflex::testing {
+namespace {
+
+using service::check_lcm_url;
+
+TEST(LcmUrl, IsTakenAsLcmDocumentsIt) {
+  for (const char* url :
+       {"", service::kDefaultUrl, "udpm://", "udpm://?ttl=1", "udpm://239.255.76.67:7667",
+        "udpm://224.0.0.1:1", "udpm://239.255.255.255:65535?ttl=255&recv_buf_size=4194304"}) {
+    EXPECT_EQ(check_lcm_url(url), "") << url;
+  }
+}
+
+TEST(LcmUrl, IsRefusedWithWhatWasFoundAndWhatIsAllowed) {
+  const std::vector<std::pair<std::string, std::string>> bad = {
+      {"memq://", "use udpm://"},
+      {"file:///tmp/log", "use udpm://"},
+      {"tcpq://localhost:7700", "must be udpm://"},
+      {"udpm:/239.255.76.67:7667", "must be udpm://"},
+      {"239.255.76.67:7667", "must be udpm://"},
+      // liblcm would wait ten seconds for an answer from port 0
+      {"udpm://239.255.76.67", "'239.255.76.67' must be ADDRESS:PORT"},
+      {"udpm://239.255.76.67:", "1 to 65535"},
+      {"udpm://239.255.76.67:0", "1 to 65535"},
+      {"udpm://239.255.76.67:65536", "1 to 65535"},
+      {"udpm://239.255.76.67:-1", "1 to 65535"},
+      {"udpm://239.255.76.67:7667 ", "1 to 65535"},
+      {"udpm://223.255.255.255:7667", "224.0.0.0 to 239.255.255.255"},
+      {"udpm://240.0.0.0:7667", "224.0.0.0 to 239.255.255.255"},
+      {"udpm://localhost:7667", "224.0.0.0 to 239.255.255.255"},
+      {"udpm://[ff02::1]:7667", "224.0.0.0 to 239.255.255.255"},
+      // and would take its own default for these
+      {"udpm://239.255.76.67:7667?ttl=abc", "'ttl=abc' must be ttl=0 to 255"},
+      {"udpm://239.255.76.67:7667?ttl=256", "'ttl=256'"},
+      {"udpm://239.255.76.67:7667?ttl=0&ttl", "'ttl' must be"},
+      {"udpm://239.255.76.67:7667?ttl=0&&ttl=0", "'&' must be"},
+      {"udpm://239.255.76.67:7667?recv_buf_size=-1", "recv_buf_size=BYTES"},
+      {"udpm://239.255.76.67:7667?tll=0", "'tll=0' must be ttl"},
+      {"udpm://239.255.76.67:7667?ttl=0&" + std::string(300, 'x'), "too long"}};
+  for (const auto& [url, text] : bad) {
+    const std::string fault = check_lcm_url(url);
+    EXPECT_NE(fault.find(text), std::string::npos) << url << ": " << fault;
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::testing

@@ -1,0 +1,86 @@
+// What a signal does to the process, at its worst moments. Each in a process of its own.
+#include "service/signals.hpp"
+
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include "service/clock.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using service::SignalWatch;
+using ::testing::ExitedWithCode;
+
+constexpr int kNotEnded = 9;
+
+TEST(SignalsDeathTest, DuringStartUpEndTheProcessAtOnceAndCleanly) {
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) {
+    EXPECT_EXIT(
+        {
+          const SignalWatch signals;
+          raise(number);
+          _exit(kNotEnded);
+        },
+        ExitedWithCode(0), "before the first tick");
+  }
+}
+
+TEST(SignalsDeathTest, AreHeardWhereTheyWereIgnoredOrBlocked) {
+  for (const int number : {SIGINT, SIGTERM}) {
+    EXPECT_EXIT(
+        {
+          signal(number, SIG_IGN);
+          sigset_t all;
+          sigfillset(&all);
+          pthread_sigmask(SIG_BLOCK, &all, nullptr);
+          SignalWatch signals;
+          signals.end_start_up();
+          raise(number);
+          _exit(signals.received() == number ? 0 : kNotEnded);
+        },
+        ExitedWithCode(0), "");
+  }
+}
+
+TEST(SignalsDeathTest, HangUpStaysIgnoredUnderNohup) {
+  EXPECT_EXIT(
+      {
+        signal(SIGHUP, SIG_IGN);
+        SignalWatch signals;
+        signals.end_start_up();
+        raise(SIGHUP);
+        _exit(signals.received());
+      },
+      ExitedWithCode(0), "");
+}
+
+TEST(SignalsDeathTest, TheFirstCountsAndMoreAtTheSameMomentAreTheSameWish) {
+  EXPECT_EXIT(
+      {
+        SignalWatch signals;
+        signals.end_start_up();
+        raise(SIGTERM);
+        raise(SIGINT);
+        raise(SIGHUP);
+        _exit(signals.received() == SIGTERM ? 0 : kNotEnded);
+      },
+      ExitedWithCode(0), "");
+}
+
+TEST(SignalsDeathTest, OneThatComesLateEndsAnOrderlyEndThatHangs) {
+  EXPECT_EXIT(
+      {
+        SignalWatch signals;
+        signals.end_start_up();
+        service::MonotonicClock clock;
+        const std::int64_t give_up_ns = clock.now_ns() + 10 * SignalWatch::kPatience;
+        while (clock.now_ns() < give_up_ns) raise(SIGINT);
+        _exit(kNotEnded);
+      },
+      ExitedWithCode(1), "");
+}
+
+}  // namespace
+}  // namespace freeflex::testing
