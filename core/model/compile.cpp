@@ -294,14 +294,10 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
 
 void set_rate(Plan& plan, double rate) {
   plan.period = 1.0 / rate;
-  Propagator& propagator = plan.propagator;
-  for (Array* each : {&propagator.c_qq, &propagator.c_qv, &propagator.c_vq, &propagator.c_vv,
-                      &propagator.l_qq, &propagator.l_qv, &propagator.l_vq, &propagator.l_vv,
-                      &propagator.w_q0, &propagator.w_q1, &propagator.w_v0, &propagator.w_v1})
-    each->assign(static_cast<std::size_t>(plan.num_padded), 0.0);
+  plan.propagator.lanes.assign(static_cast<std::size_t>(plan.num_padded) / kLanes, {});
   for (int mode = 0; mode < plan.num_elastic; ++mode) {
     const auto l = static_cast<std::size_t>(mode);
-    set_mode(propagator, mode, plan.omega[l], plan.decay[l], plan.period, plan.mass);
+    set_mode(plan.propagator, mode, plan.omega[l], plan.decay[l], plan.period, plan.mass);
   }
   for (PlanHistory& history : plan.histories) set_history_ticks(history, plan.period);
 }

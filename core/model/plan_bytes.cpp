@@ -25,10 +25,15 @@ void all_of(Archive& archive, auto&... fields) {
   (archive(fields), ...);
 }
 
+template <typename Archive, Is<Propagator::Lanes> T>
+void fields(Archive& archive, T& p) {
+  all_of(archive, p.c_qq, p.c_qv, p.l_qq, p.l_qv, p.w_q0, p.w_q1, p.c_vq, p.c_vv, p.l_vq, p.l_vv, p.w_v0,
+         p.w_v1);
+}
+
 template <typename Archive, Is<Propagator> T>
 void fields(Archive& archive, T& p) {
-  all_of(archive, p.c_qq, p.c_qv, p.c_vq, p.c_vv, p.l_qq, p.l_qv, p.l_vq, p.l_vv, p.w_q0, p.w_q1, p.w_v0,
-         p.w_v1);
+  archive(p.lanes);
 }
 
 template <typename Archive, Is<PlanPoint> T>

@@ -111,10 +111,18 @@ void PlanCheck::check_modes() {
 }
 
 void PlanCheck::check_propagator() {
-  const Propagator& p = plan_.propagator;
-  for (const Array* each : {&p.c_qq, &p.c_qv, &p.c_vq, &p.c_vv, &p.l_qq, &p.l_qv, &p.l_vq, &p.l_vv, &p.w_q0,
-                            &p.w_q1, &p.w_v0, &p.w_v1})
-    require_modal(*each, "the propagator");
+  const auto& all = plan_.propagator.lanes;
+  require(all.size() * kLanes == num_padded(), "the propagator does not have one value a mode");
+  for (std::size_t block = 0; block < all.size() && error_.empty(); ++block) {
+    const Propagator::Lanes& p = all[block];
+    for (const auto* lane : {&p.c_qq, &p.c_qv, &p.l_qq, &p.l_qv, &p.w_q0, &p.w_q1, &p.c_vq, &p.c_vv, &p.l_vq,
+                             &p.l_vv, &p.w_v0, &p.w_v1})
+      for (std::size_t l = 0; l < kLanes; ++l) {
+        require(std::isfinite((*lane)[l]), "the propagator is not finite");
+        require(block * kLanes + l < static_cast<std::size_t>(plan_.num_elastic) || (*lane)[l] == 0.0,
+                "the propagator is not zero in the padding");
+      }
+  }
 }
 
 void PlanCheck::check_points() {

@@ -110,15 +110,16 @@ void split(const Real& P, double& leading, double& rest) {
 void set_mode(Propagator& propagator, int index, double omega, double decay, double period, double mass) {
   const Real h(period), W = Real(omega) * h, a = Real(decay) * h, M(mass);
   const UnitStep unit = unit_step(W, a);
-  const auto l = static_cast<std::size_t>(index);
-  split(unit.P11, propagator.c_qq[l], propagator.l_qq[l]);
-  split(h * unit.g, propagator.c_qv[l], propagator.l_qv[l]);
-  split(-(W * W) * unit.g / h, propagator.c_vq[l], propagator.l_vq[l]);
-  split(unit.P11 - 2 * a * unit.g, propagator.c_vv[l], propagator.l_vv[l]);
-  propagator.w_q0[l] = Real(h * h * unit.S / M).convert_to<double>();
-  propagator.w_q1[l] = Real(h * h * unit.R / M).convert_to<double>();
-  propagator.w_v0[l] = Real(h * unit.g / M).convert_to<double>();
-  propagator.w_v1[l] = Real(h * unit.S / M).convert_to<double>();
+  Propagator::Lanes& lanes = propagator.lanes[static_cast<std::size_t>(index) / kLanes];
+  const std::size_t l = static_cast<std::size_t>(index) % kLanes;
+  split(unit.P11, lanes.c_qq[l], lanes.l_qq[l]);
+  split(h * unit.g, lanes.c_qv[l], lanes.l_qv[l]);
+  split(-(W * W) * unit.g / h, lanes.c_vq[l], lanes.l_vq[l]);
+  split(unit.P11 - 2 * a * unit.g, lanes.c_vv[l], lanes.l_vv[l]);
+  lanes.w_q0[l] = Real(h * h * unit.S / M).convert_to<double>();
+  lanes.w_q1[l] = Real(h * h * unit.R / M).convert_to<double>();
+  lanes.w_v0[l] = Real(h * unit.g / M).convert_to<double>();
+  lanes.w_v1[l] = Real(h * unit.S / M).convert_to<double>();
 }
 
 }  // namespace freeflex

@@ -13,11 +13,16 @@ namespace {
 
 enum class Width { kBaseline, kAvx2, kAvx512 };
 
+// a test of the bits holds the loops to a narrower width than the processor's
+#ifndef FREEFLEX_WIDEST
+#define FREEFLEX_WIDEST 2
+#endif
+
 #if defined(__x86_64__)
 Width find_width() noexcept {
   __builtin_cpu_init();
-  if (__builtin_cpu_supports("avx512f")) return Width::kAvx512;
-  return __builtin_cpu_supports("avx2") ? Width::kAvx2 : Width::kBaseline;
+  if (FREEFLEX_WIDEST >= 2 && __builtin_cpu_supports("avx512f")) return Width::kAvx512;
+  return FREEFLEX_WIDEST >= 1 && __builtin_cpu_supports("avx2") ? Width::kAvx2 : Width::kBaseline;
 }
 const Width kWidth = find_width();
 
@@ -120,10 +125,6 @@ using Oct = double __attribute__((vector_size(64)));
 using OctBits = std::int64_t __attribute__((vector_size(64)));
 
 template <class V>
-FREEFLEX_KERNEL void load_to(V& to, const Array& from, std::size_t l) noexcept {
-  __builtin_memcpy(&to, from.data() + l, sizeof(V));
-}
-template <class V>
 FREEFLEX_KERNEL void load_to(V& to, const double* from, std::size_t l) noexcept {
   __builtin_memcpy(&to, from + l, sizeof(V));
 }
@@ -146,7 +147,7 @@ struct Coordinate {
 template <class V>
 FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const V& l_v,
                                  const Coordinate<V>& q, const Coordinate<V>& v, const V& forced,
-                                 double* value_out, double* low_out, V& not_finite) noexcept {
+                                 double* value_out, double* low_out, V& sum_of_lows) noexcept {
   const V a = c_q * q.leading, b = c_v * v.leading;
   const V sum = a + b;
   const V part = sum - a;
@@ -156,17 +157,20 @@ FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const
   const V low = rest - (value - sum);
   __builtin_memcpy(value_out, &value, sizeof(V));
   __builtin_memcpy(low_out, &low, sizeof(V));
-  not_finite += value - value;
+  sum_of_lows += low;
 }
 
-/// (X10) for all modes, as many side by side as V holds. Of a value that is not finite, x - x is not zero:
-/// is_finite tells.
+/// (X10) for all modes, as many side by side as V holds. Of a value that is not finite, the low part is
+/// not finite either, and their sum tells.
 template <class V, class Bits>
-FREEFLEX_KERNEL void advance(const Propagator* p, std::size_t n, ModalState from, const double* load_start,
-                             const double* load_end, ModalResult to, bool* is_finite) noexcept {
-  V not_finite_q{}, not_finite_v{};
+FREEFLEX_KERNEL void advance(const Propagator::Lanes* all, std::size_t n, ModalState from,
+                             const double* load_start, const double* load_end, ModalResult to,
+                             bool* is_finite) noexcept {
+  V q_lows{}, v_lows{};
   for (std::size_t l = 0; l < n; l += sizeof(V) / sizeof(double)) {
     Coordinate<V> q, v;
+    const Propagator::Lanes& p = all[l / kLanes];
+    const std::size_t lane = l % kLanes;
     V low, Q0, dQ, c_q, c_v, l_q, l_v, w0, w1;
     load_to(q.value, from.q, l);
     load_to(low, from.q_low, l);
@@ -179,25 +183,25 @@ FREEFLEX_KERNEL void advance(const Propagator* p, std::size_t n, ModalState from
     load_to(Q0, load_start, l);
     load_to(dQ, load_end, l);
     dQ -= Q0;
-    load_to(c_q, p->c_qq, l);
-    load_to(c_v, p->c_qv, l);
-    load_to(l_q, p->l_qq, l);
-    load_to(l_v, p->l_qv, l);
-    load_to(w0, p->w_q0, l);
-    load_to(w1, p->w_q1, l);
-    advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q + l, to.q_low + l, not_finite_q);
-    load_to(c_q, p->c_vq, l);
-    load_to(c_v, p->c_vv, l);
-    load_to(l_q, p->l_vq, l);
-    load_to(l_v, p->l_vv, l);
-    load_to(w0, p->w_v0, l);
-    load_to(w1, p->w_v1, l);
-    advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q_dot + l, to.q_dot_low + l, not_finite_v);
+    load_to(c_q, p.c_qq.data(), lane);
+    load_to(c_v, p.c_qv.data(), lane);
+    load_to(l_q, p.l_qq.data(), lane);
+    load_to(l_v, p.l_qv.data(), lane);
+    load_to(w0, p.w_q0.data(), lane);
+    load_to(w1, p.w_q1.data(), lane);
+    advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q + l, to.q_low + l, q_lows);
+    load_to(c_q, p.c_vq.data(), lane);
+    load_to(c_v, p.c_vv.data(), lane);
+    load_to(l_q, p.l_vq.data(), lane);
+    load_to(l_v, p.l_vv.data(), lane);
+    load_to(w0, p.w_v0.data(), lane);
+    load_to(w1, p.w_v1.data(), lane);
+    advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q_dot + l, to.q_dot_low + l, v_lows);
   }
-  not_finite_q += not_finite_v;
+  q_lows += v_lows;
   double sum = 0.0;
-  for (std::size_t k = 0; k < sizeof(V) / sizeof(double); ++k) sum += not_finite_q[k];
-  *is_finite = sum == 0.0;
+  for (std::size_t k = 0; k < sizeof(V) / sizeof(double); ++k) sum += q_lows[k];
+  *is_finite = sum - sum == 0.0;
 }
 
 #undef FREEFLEX_KERNEL
@@ -248,8 +252,8 @@ void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) 
 bool advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
                    const double* Q1, const ModalResult& to) noexcept {
   bool is_finite = false;
-  run_widest<advance<Pair, PairBits>, advance<Quad, QuadBits>, advance<Oct, OctBits>>(&propagator, n, from,
-                                                                                      Q0, Q1, to, &is_finite);
+  run_widest<advance<Pair, PairBits>, advance<Quad, QuadBits>, advance<Oct, OctBits>>(
+      propagator.lanes.data(), n, from, Q0, Q1, to, &is_finite);
   return is_finite;
 }
 

@@ -19,12 +19,17 @@ using Quat = std::array<double, 4>;  // w x y z, unit
 
 /// y = (q, q_dot) of each mode: y1 = (C + L) y + W0 Q0 + W1 (Q1 - Q0)   (THEORY X10).
 /// C + L is the exact propagator: C its leading 26 bits, so that C times the leading 26 bits of y is exact,
-/// L the rest rounded to double. Every array (num_padded); padding is zero.
+/// L the rest rounded to double. kLanes modes side by side, in the order in which the step reads them, so
+/// that it reads one stream and not twelve; padding is zero.
 struct Propagator {
-  Array c_qq, c_qv, c_vq, c_vv;  // [-], [s], [1/s], [-]
-  Array l_qq, l_qv, l_vq, l_vv;  // low parts of the same
-  Array w_q0, w_q1;              // [m/N] weights of Q at the start, and of its change over the step
-  Array w_v0, w_v1;              // [m/(s N)]
+  struct alignas(64) Lanes {
+    using Lane = std::array<double, kLanes>;
+    Lane c_qq{}, c_qv{}, l_qq{}, l_qv{};  // [-], [s], low parts of the same
+    Lane w_q0{}, w_q1{};                  // [m/N] weights of Q at the start, and of its change over the step
+    Lane c_vq{}, c_vv{}, l_vq{}, l_vv{};  // [1/s], [-], low parts of the same
+    Lane w_v0{}, w_v1{};                  // [m/(s N)]
+  };
+  std::vector<Lanes> lanes;  // (num_padded / kLanes)
 };
 
 struct PlanPoint {

@@ -1,5 +1,9 @@
 #include "core/step/step.hpp"
 
+#ifdef __FAST_MATH__
+#error "-ffast-math changes the bits: recordings would not replay"
+#endif
+
 #include <algorithm>
 #include <utility>
 

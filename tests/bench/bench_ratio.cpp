@@ -32,11 +32,17 @@ double median(std::vector<double> values) {
 }
 
 BareModes bare_modes(const Plan& plan) {
-  const Propagator& p = plan.propagator;
   const auto n = static_cast<std::size_t>(plan.num_padded);
+  const auto all = [&](auto coefficient) {
+    Array values;
+    for (const Propagator::Lanes& lanes : plan.propagator.lanes)
+      values.insert(values.end(), (lanes.*coefficient).begin(), (lanes.*coefficient).end());
+    return values;
+  };
+  using L = Propagator::Lanes;
   // the weights need not be those of the ends: only the arithmetic is timed
-  return {Array(n, 1e-3), Array(n, 1e-3), p.c_qq, p.c_qv, p.c_vq,         p.c_vv,
-          p.w_q0,         p.w_q1,         p.w_v0, p.w_v1, Array(n, 1e-2), Array(n, 1e-2)};
+  return {Array(n, 1e-3), Array(n, 1e-3), all(&L::c_qq), all(&L::c_qv), all(&L::c_vq),  all(&L::c_vv),
+          all(&L::w_q0),  all(&L::w_q1),  all(&L::w_v0), all(&L::w_v1), Array(n, 1e-2), Array(n, 1e-2)};
 }
 
 }  // namespace

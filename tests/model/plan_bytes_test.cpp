@@ -89,7 +89,7 @@ TEST(PlanBytes, FingerprintChangesWithEveryKindOfContent) {
     if (field == 1) other.name += "x";
     if (field == 2) other.points[2].pushable = true;
     if (field == 3) other.histories[0].end_tick += 1;
-    if (field == 4) other.propagator.l_qv[1] = -other.propagator.l_qv[1] + 1e-300;
+    if (field == 4) other.propagator.lanes[0].l_qv[1] = -other.propagator.lanes[0].l_qv[1] + 1e-300;
     if (field == 5) other.published_points.clear();
     EXPECT_NE(plan_fingerprint(other), before) << field;
   }

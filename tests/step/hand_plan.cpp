@@ -31,9 +31,8 @@ Plan hand_plan(double period, std::span<const Mode> modes, int num_points) {
   plan.num_elastic = static_cast<std::int32_t>(modes.size());
   plan.num_padded = static_cast<std::int32_t>(n);
   Propagator& p = plan.propagator;
-  for (auto* v : {&p.c_qq, &p.c_qv, &p.c_vq, &p.c_vv, &p.l_qq, &p.l_qv, &p.l_vq, &p.l_vv, &p.w_q0, &p.w_q1,
-                  &p.w_v0, &p.w_v1, &plan.omega, &plan.decay, &plan.initial.q, &plan.initial.q_dot})
-    v->assign(n, 0.0);
+  p.lanes.resize(n / kLanes);
+  for (auto* v : {&plan.omega, &plan.decay, &plan.initial.q, &plan.initial.q_dot}) v->assign(n, 0.0);
   for (std::size_t l = 0; l < modes.size(); ++l) {
     plan.omega[l] = modes[l].omega;
     plan.decay[l] = modes[l].decay;

@@ -63,22 +63,21 @@ struct Errors {
 
 Errors errors_of(double omega, double decay, double period, double mass) {
   Propagator p;
-  for (auto* v : {&p.c_qq, &p.c_qv, &p.c_vq, &p.c_vv, &p.l_qq, &p.l_qv, &p.l_vq, &p.l_vv, &p.w_q0, &p.w_q1,
-                  &p.w_v0, &p.w_v1})
-    v->assign(1, 0.0);
+  p.lanes.resize(1);
   set_mode(p, 0, omega, decay, period, mass);
+  const Propagator::Lanes& lanes = p.lanes.front();
   const Real h(period), M(mass);
   const Matrix E = exponential(Real(omega) * h, Real(decay) * h);
-  const auto sum = [](const Array& c, const Array& l) { return Real(c[0]) + Real(l[0]); };
+  const auto sum = [](const auto& c, const auto& l) { return Real(c[0]) + Real(l[0]); };
   const auto largest = [](std::initializer_list<double> list) { return std::max(list); };
-  return {
-      largest({relative_error(sum(p.c_qq, p.l_qq), E[0][0]), relative_error(sum(p.c_qv, p.l_qv), h * E[0][1]),
-               relative_error(sum(p.c_vq, p.l_vq), E[1][0] / h),
-               relative_error(sum(p.c_vv, p.l_vv), E[1][1])}),
-      largest({relative_error(Real(p.w_q0[0]), h * h / M * E[0][2]),
-               relative_error(Real(p.w_q1[0]), h * h / M * E[0][3]),
-               relative_error(Real(p.w_v0[0]), h / M * E[1][2]),
-               relative_error(Real(p.w_v1[0]), h / M * E[1][3])})};
+  return {largest({relative_error(sum(lanes.c_qq, lanes.l_qq), E[0][0]),
+                   relative_error(sum(lanes.c_qv, lanes.l_qv), h * E[0][1]),
+                   relative_error(sum(lanes.c_vq, lanes.l_vq), E[1][0] / h),
+                   relative_error(sum(lanes.c_vv, lanes.l_vv), E[1][1])}),
+          largest({relative_error(Real(lanes.w_q0[0]), h * h / M * E[0][2]),
+                   relative_error(Real(lanes.w_q1[0]), h * h / M * E[0][3]),
+                   relative_error(Real(lanes.w_v0[0]), h / M * E[1][2]),
+                   relative_error(Real(lanes.w_v1[0]), h / M * E[1][3])})};
 }
 
 // the leading part has 26 bits, the rest 53, each cut or rounded once
@@ -129,11 +128,10 @@ TEST(Propagator, EqualsTheMatrixExponentialForRandomModes) {
 
 TEST(Propagator, LeadingPartsHaveTwentySixBits) {
   Propagator p;
-  for (auto* v : {&p.c_qq, &p.c_qv, &p.c_vq, &p.c_vv, &p.l_qq, &p.l_qv, &p.l_vq, &p.l_vv, &p.w_q0, &p.w_q1,
-                  &p.w_v0, &p.w_v1})
-    v->assign(1, 0.0);
+  p.lanes.resize(1);
   set_mode(p, 0, 314.159, 2.0, 1e-3, 1.0);
-  for (const auto* c : {&p.c_qq, &p.c_qv, &p.c_vq, &p.c_vv}) {
+  const Propagator::Lanes& lanes = p.lanes.front();
+  for (const auto* c : {&lanes.c_qq, &lanes.c_qv, &lanes.c_vq, &lanes.c_vv}) {
     const double product = 67108863.0 * c->front();  // 2^26 - 1
     EXPECT_EQ(Real(67108863.0) * Real(c->front()), Real(product));
   }
