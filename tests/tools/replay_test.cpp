@@ -32,13 +32,34 @@ void write_events(const std::string& path, const std::vector<io::LogEvent>& even
   EXPECT_EQ(writer.close(), "");
 }
 
-/// The recording of the frame, tampered with by change.
+/// A recording of the frame made by this build, fed with the commands of the golden one, and its plan: what is
+/// tampered with below must be sound before. Without SCENE, like the golden ones.
+struct SoundRecording {
+  SoundRecording() {
+    const Outcome compiled = run(kFreeflex + " compile " + kGolden + "frame.yaml -o " + plan);
+    EXPECT_EQ(compiled.exit_code, 0) << compiled.err;
+    const Outcome fed =
+        run(kFreeflex + " run " + plan + " --log " + kGolden + "frame.log --out " + folder / "sound.log");
+    EXPECT_EQ(fed.exit_code, 0) << fed.err;
+    events = read_events(folder / "sound.log");
+    std::erase_if(events, [](const io::LogEvent& event) { return event.channel == "FREEFLEX_SCENE"; });
+  }
+  TemporaryFolder folder;
+  std::string plan = folder / "frame.plan";
+  std::vector<io::LogEvent> events;
+};
+const SoundRecording& sound() {
+  static const SoundRecording recording;
+  return recording;
+}
+
+/// That recording, tampered with by change.
 Outcome replay_changed(const std::function<void(std::vector<io::LogEvent>&)>& change) {
   const TemporaryFolder folder;
-  std::vector<io::LogEvent> events = read_events(kGolden + "frame.log");
+  std::vector<io::LogEvent> events = sound().events;
   change(events);
   write_events(folder / "changed.log", events);
-  return run(kFreeflex + " replay " + folder / "changed.log --plan " + kGolden + "frame.plan");
+  return run(kFreeflex + " replay " + folder / "changed.log --plan " + sound().plan);
 }
 
 /// Positions of the events of a channel.
@@ -81,7 +102,7 @@ TEST_P(GoldenRecording, IsReproducedToTheBit) {
   EXPECT_GE(json["ticks"], 2000);
 }
 INSTANTIATE_TEST_SUITE_P(Scenes, GoldenRecording, ::testing::Values("chain", "frame", "truss"),
-                         [](const auto& info) { return std::string(info.param); });
+                         [](const auto& scene) { return std::string(scene.param); });
 
 TEST(Replay, OneBitOfAStateDiffersAndIsNamed) {
   std::int64_t tick = 0;
@@ -137,7 +158,7 @@ TEST(Replay, AChangedEndShowsAtItsTick) {
 }
 
 TEST(Replay, AMissingCommandIsIncomplete) {
-  const auto num_applied = find_all(read_events(kGolden + "frame.log"), "FREEFLEX_APPLIED").size();
+  const auto num_applied = find_all(sound().events, "FREEFLEX_APPLIED").size();
   for (std::size_t dropped = 0; dropped < num_applied; ++dropped) {
     const Outcome outcome = replay_changed([&](auto& events) {
       const auto applied = find_all(events, "FREEFLEX_APPLIED");
@@ -200,16 +221,21 @@ TEST(Replay, ADamagedMessageIsIncomplete) {
 }
 
 TEST(Replay, MissingFilesAndWrongPlansAreUsage) {
-  const std::string golden = kFreeflex + " replay " + kGolden;
+  const TemporaryFolder folder;
+  write_events(folder / "frame.log", sound().events);
+  const std::string replay = kFreeflex + " replay " + folder / "frame.log ";
   EXPECT_EQ(run(kFreeflex + " replay /nonexistent.log").exit_code, 2);
-  EXPECT_EQ(run(golden + "frame.log --plan /nonexistent.plan").exit_code, 2);
-  const Outcome other = run(golden + "frame.log --plan " + kGolden + "chain.plan");
+  EXPECT_EQ(run(replay + "--plan /nonexistent.plan").exit_code, 2);
+  const Outcome other = run(replay + "--plan " + kScenes + "boom.yaml");
   EXPECT_EQ(other.exit_code, 2);
   EXPECT_TRUE(contains(other.err, "fingerprint")) << other.err;
-  const Outcome unnamed = run(golden + "frame.log");
+  const Outcome unnamed = run(replay);
   EXPECT_EQ(unnamed.exit_code, 2);
   EXPECT_TRUE(contains(unnamed.err, "--plan")) << unnamed.err;
-  EXPECT_EQ(run(golden + "frame.log --session 1 --plan " + kGolden + "frame.plan").exit_code, 2);
+  EXPECT_EQ(run(replay + "--session 7 --plan " + sound().plan).exit_code, 2);
+  const Outcome no_log = run(kFreeflex + " replay " + sound().plan + " --plan " + sound().plan);
+  EXPECT_EQ(no_log.exit_code, 2);
+  EXPECT_TRUE(contains(no_log.err, "not an LCM event log")) << no_log.err;
 }
 
 TEST(Replay, SeveralSessionsMustBeChosenFrom) {
@@ -221,14 +247,14 @@ TEST(Replay, SeveralSessionsMustBeChosenFrom) {
   EXPECT_TRUE(contains(open.err, "several sessions")) << open.err;
   // and one of them replays
   state_t state;
-  const auto frame = read_events(kGolden + "frame.log");
+  const auto& frame = sound().events;
   ASSERT_TRUE(tools::decode_message(frame[find_all(frame, "FREEFLEX_STATE")[0]].bytes, state));
   const TemporaryFolder folder;
   std::vector<io::LogEvent> events = frame;
   both(events);
   write_events(folder / "both.log", events);
   const Outcome chosen = run(kFreeflex + " replay " + folder / "both.log --session " +
-                             std::to_string(state.session) + " --plan " + kGolden + "frame.plan");
+                             std::to_string(state.session) + " --plan " + sound().plan);
   EXPECT_EQ(chosen.exit_code, 0) << chosen.err << chosen.out;
 }
 
