@@ -1,0 +1,84 @@
+// What a tick and a read-out point cost against the number of modes. The modes and rows are made by hand:
+// only their number matters to the arithmetic.
+#include <benchmark/benchmark.h>
+
+#include "core/step/readout.hpp"
+#include "tests/step/hand_plan.hpp"
+
+namespace {
+
+using namespace freeflex;
+
+constexpr double kPeriod = 1e-3;
+
+Plan make_plan(std::int64_t num_modes, int num_points = 8) {
+  std::vector<testing::Mode> modes;
+  for (std::int64_t l = 0; l < num_modes; ++l) {
+    const double omega = 10.0 + 2.0 * static_cast<double>(l);
+    modes.push_back({omega, 0.01 * omega, 1e-3 / omega, 0.0});
+  }
+  return testing::hand_plan(kPeriod, modes, num_points);
+}
+
+ForceCommand push_points(int num_points, std::int32_t axes) {
+  ForceCommand command = testing::hand_command("bench", 0, axes);
+  for (int k = 0; k < num_points; ++k) testing::add_force(command, k, {0.48e-3, 0.6e-3, 0.64e-3});
+  return command;
+}
+
+// shown as modes a second
+void report_modes(benchmark::State& state) { state.SetItemsProcessed(state.iterations() * state.range(0)); }
+
+// loads: none, one world point (direct), five world points (a table), one body point
+void step_under(benchmark::State& state, int num_points, std::int32_t axes) {
+  const Plan plan = make_plan(state.range(0));
+  testing::HandRun run(plan);
+  const ForceCommand command = push_points(num_points, axes);
+  run.step_once({&command, 1});
+  for (auto _ : state) benchmark::DoNotOptimize(run.step_once());
+  report_modes(state);
+}
+void all_modes(benchmark::internal::Benchmark* benchmark) {
+  benchmark->ArgName("modes");
+  for (const std::int64_t num_modes : {6, 54, 306, 738, 1494, 2994}) benchmark->Arg(num_modes);
+}
+BENCHMARK_CAPTURE(step_under, no_load, 0, 0)->Apply(all_modes);
+BENCHMARK_CAPTURE(step_under, one_world_point, 1, 0)->Apply(all_modes);
+BENCHMARK_CAPTURE(step_under, five_world_points, 5, 0)->Apply(all_modes);
+BENCHMARK_CAPTURE(step_under, one_body_point, 1, 1)->Apply(all_modes);
+
+// a tick that takes a command in: slots, pattern, table
+void step_with_command(benchmark::State& state) {
+  const Plan plan = make_plan(state.range(0));
+  testing::HandRun run(plan);
+  const ForceCommand command = push_points(5, 0);
+  for (auto _ : state) benchmark::DoNotOptimize(run.step_once({&command, 1}));
+  report_modes(state);
+}
+BENCHMARK(step_with_command)->Apply(all_modes);
+
+// position, velocity and acceleration of each of 64 points in turn
+void read_out_point(benchmark::State& state) {
+  constexpr int kPoints = 64;
+  const Plan plan = make_plan(state.range(0), kPoints);
+  testing::HandRun run(plan);
+  run.step_once();
+  int point = 0;
+  for (auto _ : state) {
+    benchmark::DoNotOptimize(read_point(plan, run.state, point));
+    point = (point + 1) % kPoints;
+  }
+  report_modes(state);
+}
+BENCHMARK(read_out_point)->Apply(all_modes);
+
+void read_out_invariants(benchmark::State& state) {
+  const Plan plan = make_plan(state.range(0));
+  testing::HandRun run(plan);
+  run.step_once();
+  for (auto _ : state) benchmark::DoNotOptimize(read_invariants(plan, run.state));
+  report_modes(state);
+}
+BENCHMARK(read_out_invariants)->Apply(all_modes);
+
+}  // namespace
