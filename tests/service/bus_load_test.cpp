@@ -181,6 +181,42 @@ void report_ticks(const BusClient& client, const status_t& first, const status_t
   }
 }
 
+/// The recording says what the step does, and the unmodified player brings all of it back.
+void expect_replayable(const std::string& log, std::size_t num_applied) {
+  Process replay({program("freeflex"), "replay", log, "--prefix", kPrefix});
+  EXPECT_EQ(replay.wait(), 0) << replay.output();
+  std::printf("%s", replay.output().c_str());
+  BusClient listener(kPrefix, "239.255.76.68");
+  Process player({"lcm-logplayer", "--speed=3", "--lcm-url=udpm://239.255.76.68:7667?ttl=0", log});
+  EXPECT_TRUE(listener.until([&] { return listener.applied.size() >= num_applied; }))
+      << listener.applied.size() << " of " << num_applied;
+  EXPECT_EQ(player.wait(), 0);
+}
+
+/// Played into another daemon the recorded commands are of another session: each is heard and answered, none
+/// moves it. (What feeds them back is `freeflex run --log` and `replay`.)
+void expect_foreign_in_a_fresh_daemon(const std::string& log, std::size_t num_commands) {
+  BusClient client(kPrefix);
+  Process daemon({program("freeflexd"), scene_path("rotor.yaml"), "--prefix", kPrefix, "--time", "lockstep"});
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  Process player({"lcm-logplayer", "--speed=3", "--regexp=" + std::string(kPrefix) + "_FORCE",
+                  "--lcm-url=udpm://239.255.76.67:7667?ttl=0", log});
+  const auto expected = static_cast<std::int64_t>(num_commands);
+  EXPECT_TRUE(client.until([&] { return client.statuses.back().commands_received >= expected; }))
+      << client.statuses.back().commands_received << " of " << expected;
+  EXPECT_EQ(player.wait(), 0);
+  EXPECT_TRUE(client.until([&] { return client.acks.size() >= num_commands; })) << client.acks.size();
+  for (const ack_t& ack : client.acks) ASSERT_EQ(ack.reason, static_cast<int>(Reason::kWrongSession));
+  EXPECT_EQ(client.statuses.back().commands_accepted, 0);
+  EXPECT_EQ(client.statuses.back().commands_received, expected);
+  client.next_sequence = 1'000'000;  // the recording answers to those of its own
+  EXPECT_EQ(client.answer(client.send_control(control_t::STEP, 50)).reason, 0);
+  ASSERT_TRUE(client.until([&] { return client.states.contains(50); }));
+  EXPECT_EQ(client.states.at(50).applied_count, 0);
+  std::printf("played into a fresh daemon: %zu commands, %zu answered as of another session\n", num_commands,
+              client.acks.size());
+}
+
 class BusLoad : public ::testing::Test {
  protected:
   void SetUp() override {
@@ -242,15 +278,8 @@ TEST_F(BusLoad, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog) {
     std::printf("log: %6lld %s\n", static_cast<long long>(count), suffix.c_str());
   }
 
-  // the recording says what the step does, and the unmodified player brings all of it back
-  Process replay({program("freeflex"), "replay", log_.string(), "--prefix", kPrefix});
-  EXPECT_EQ(replay.wait(), 0) << replay.output();
-  std::printf("%s", replay.output().c_str());
-  BusClient listener(kPrefix, "239.255.76.68");
-  Process player({"lcm-logplayer", "--speed=3", "--lcm-url=udpm://239.255.76.68:7667?ttl=0", log_.string()});
-  EXPECT_TRUE(listener.until([&] { return listener.applied.size() >= client.applied.size(); }))
-      << listener.applied.size() << " of " << client.applied.size();
-  EXPECT_EQ(player.wait(), 0);
+  expect_replayable(log_.string(), client.applied.size());
+  expect_foreign_in_a_fresh_daemon(log_.string(), expected.size());
 }
 
 }  // namespace

@@ -1,18 +1,15 @@
-// The real freeflexd in a private network: commands, answers, a second daemon, signals, hostile packets.
+// The real freeflexd in a private network: commands, answers, a second daemon, one motion in every timing.
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <unistd.h>
 
 #include <cmath>
-#include <fstream>
-#include <random>
 #include <set>
 
 #include "messages/channels.hpp"
 #include "service/io/reason.hpp"
-#include "tests/service/bus_client.hpp"
+#include "tests/service/daemon_fixture.hpp"
 #include "tests/service/rig.hpp"
-#include "tests/support/private_network.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -22,32 +19,6 @@ using freeflex_msgs::control_t;
 using freeflex_msgs::state_t;
 using freeflex_msgs::status_t;
 using io::Reason;
-
-std::string no_network;  // why there is none
-
-std::vector<std::string> command_line(const std::string& prefix, std::vector<std::string> more = {}) {
-  std::vector<std::string> arguments{program("freeflexd"), scene_path("truss104.yaml"), "--prefix", prefix};
-  arguments.insert(arguments.end(), more.begin(), more.end());
-  return arguments;
-}
-
-/// Every number of a published motion.
-std::vector<double> motion(const state_t& state) {
-  std::vector<double> numbers(state.q);
-  numbers.insert(numbers.end(), state.q_dot.begin(), state.q_dot.end());
-  for (const double* v : {state.position, state.velocity, state.angular_velocity, state.angular_momentum}) {
-    numbers.insert(numbers.end(), v, v + 3);
-  }
-  numbers.insert(numbers.end(), state.attitude, state.attitude + 4);
-  return numbers;
-}
-
-class Daemon : public ::testing::Test {
- protected:
-  void SetUp() override {
-    if (!no_network.empty()) GTEST_SKIP() << no_network;
-  }
-};
 
 TEST_F(Daemon, AnswersACommandPublishesItAppliedAndMoves) {
   BusClient client("A");
@@ -159,170 +130,16 @@ TEST_F(Daemon, OfTwoStartedTogetherExactlyOneStays) {
   EXPECT_EQ(ends, (std::multiset<int>{0, 1})) << one.output() << other.output();
 }
 
-TEST_F(Daemon, EndsCleanlyWhenToldDuringStartUp) {
-  BusClient client("F");
-  Process daemon(command_line("F"));
-  // the scene is read; the ingress starts, or the bus is listened to
-  ASSERT_TRUE(client.until([&] { return daemon.output().find("104 points") != std::string::npos; }));
-  daemon.signal(SIGTERM);
-  EXPECT_EQ(daemon.wait(), 0);
-  EXPECT_NE(daemon.output().find("before the first tick"), std::string::npos) << daemon.output();
-}
+constexpr int kIncomplete = 3;  // exit status of freeflex replay
 
-TEST_F(Daemon, LeavesNoIngressBehindWhenItIsKilled) {
-  BusClient client("G");
-  Process daemon(command_line("G", {"--hold"}));
-  ASSERT_TRUE(client.meet()) << daemon.output();
-  // the only child there is
-  const std::string task = "/proc/" + std::to_string(daemon.pid()) + "/task/" + std::to_string(daemon.pid());
-  std::ifstream children(task + "/children");
-  pid_t ingress = -1;
-  ASSERT_TRUE(children >> ingress);
-  ASSERT_EQ(kill(ingress, 0), 0);
-  daemon.signal(SIGKILL);
-  EXPECT_EQ(daemon.wait(), 1000 + SIGKILL);
-  const auto is_gone = [ingress] {
-    std::ifstream stat("/proc/" + std::to_string(ingress) + "/stat");
-    std::string pid, name, state;
-    // a zombie that waits for its new parent has ended as well
-    return !(stat >> pid >> name >> state) || state == "Z";
-  };
-  EXPECT_TRUE(client.until(is_gone));
-}
-
-TEST_F(Daemon, SaysWhatIsWrongAndHowToMendIt) {
-  const auto run = [](std::vector<std::string> arguments) {
-    arguments.insert(arguments.begin(), program("freeflexd"));
-    Process daemon(arguments);
-    const int status = daemon.wait();
-    return std::to_string(status) + " " + daemon.output();
-  };
-  const std::string scene = scene_path("boom.yaml");
-  const auto expect = [](const std::string& found, const std::string& status, const std::string& words) {
-    EXPECT_TRUE(found.starts_with(status + " ")) << found;
-    EXPECT_NE(found.find(words), std::string::npos) << found;
-  };
-  expect(run({}), "2", "SCENE");
-  expect(run({"--help"}), "0", "LCM_DEFAULT_URL");
-  expect(run({scene, "--time", "fast"}), "2", "lockstep");
-  expect(run({scene, "--time", "scaled=0"}), "2", "scaled=K");
-  expect(run({scene, "--rate", "-5"}), "2", "'-5'");
-  expect(run({scene, "--rate", "nan"}), "2", "'nan'");
-  expect(run({"nowhere.yaml"}), "2", "nowhere.yaml");
-  expect(run({scene, "--lcm-url", "memq://"}), "2", "udpm://");
-  expect(run({scene, "--lcm-url", "file://x.log"}), "2", "udpm://");
-  expect(run({scene, "--lcm-url", "udpm://10.0.0.1:7667"}), "1", "multicast address");
-  expect(run({scene, "--prefix", "no/slash"}), "1", "prefix");
-}
-
-TEST_F(Daemon, SaysHowToGetAMulticastRoute) {
-  // a network namespace whose loopback is down has no route at all
-  Process daemon({"unshare", "-n", program("freeflexd"), scene_path("boom.yaml")});
-  EXPECT_EQ(daemon.wait(), 1);
-  const std::string output = daemon.output();
-  EXPECT_NE(output.find("ip link set lo up multicast on"), std::string::npos) << output;
-  EXPECT_NE(output.find("ip route add 239.0.0.0/8 dev lo"), std::string::npos) << output;
-}
-
-TEST_F(Daemon, RunsOnWhenNobodyTakesItsLog) {
-  // /dev/full refuses every byte, as a full disk does
-  Process daemon({"/bin/sh", "-c",
-                  "exec " + program("freeflexd") + " " + scene_path("boom.yaml") +
-                      " --prefix H --log-level debug --until 0.2 2>/dev/full"});
-  EXPECT_EQ(daemon.wait(), 0);
-}
-
-/// Ten commands with ticks of their own, all acknowledged before the first.
-void send_programme(BusClient& client) {
-  for (int i = 0; i < 10; ++i) {
-    ForceCommand push = make_push(client.next_sequence++, i % 4, 1000 + 150 * i, 96 + i % 8, 1.0 + i);
-    push.duration_ticks = 100 + 17 * i;
-    push.axes = i % 2;
-    client.send(push);
-    ASSERT_EQ(client.answer(push.sequence).reason, 0);
-  }
-}
-
-/// Bytes that are no command, among them what kills liblcm.
-void attack(BusClient& client, std::mt19937_64& engine, int round) {
-  const std::string channel = std::string("I") + channels::kForce;
-  std::vector<std::byte> bytes = io::encode(io::to_message(make_push(1'000'000), client.session, 0));
-  for (int i = 0; i < 100; ++i) {
-    std::vector<std::byte> bad(bytes);
-    const std::size_t at = engine() % bad.size();
-    switch (i % 4) {
-      case 0:
-        bad.resize(at);
-        break;
-      case 1:
-        bad.push_back(std::byte{7});
-        break;
-      case 2:
-        bad[16 + engine() % 8] ^= std::byte{0x55};
-        break;  // the session
-      default:
-        bad[engine() % 8] ^= std::byte{1};  // the fingerprint
-    }
-    client.packets.publish(channel, bad);
-  }
-  if (round % 2 == 0) client.packets.send_wrapping_fragment(channel);
-  if (round % 2 == 1) client.packets.send_fragment_runt(channel);
-}
-
-/// Ten attacks, each until the ingress has died of one and another runs.
-void attack_and_restart(BusClient& client) {
-  constexpr std::chrono::milliseconds kAgain{500};  // a packet may meet an ingress that does not receive yet
-  std::mt19937_64 engine(5);
-  for (int round = 0; round < 10; ++round) {
-    const std::int64_t before = client.statuses.back().ingress_restarts;
-    auto next = std::chrono::steady_clock::now();
-    EXPECT_TRUE(client.until([&] {
-      if (std::chrono::steady_clock::now() >= next) {
-        attack(client, engine, round);
-        next += kAgain;
-      }
-      return client.statuses.back().ingress_restarts > before;
-    })) << round;
-  }
-}
-
-/// 4 s and more with the programme, in peace or under attack.
-std::map<std::int64_t, state_t> run_programme(bool is_attacked, std::int64_t& restarts) {
-  BusClient client("I");
-  Process daemon(command_line("I"));
-  EXPECT_TRUE(client.meet()) << daemon.output();
-  send_programme(client);
-  if (is_attacked) attack_and_restart(client);
-  EXPECT_TRUE(client.until([&] { return client.states.rbegin()->first >= 4000; }));
-  daemon.signal(SIGINT);
-  EXPECT_EQ(daemon.wait(), 0) << daemon.output();
-  EXPECT_TRUE(client.until([&] { return client.statuses.back().mode == status_t::STOPPED; }));
-  restarts = client.statuses.back().ingress_restarts;
-  EXPECT_EQ(client.applied.size(), 20u) << "ten commands and their ends";
-  return client.states;
-}
-
-TEST_F(Daemon, HostilePacketsRestartTheIngressAndChangeNoBit) {
-  std::int64_t peaceful_restarts = 0;
-  std::int64_t restarts = 0;
-  const auto peaceful = run_programme(false, peaceful_restarts);
-  const auto attacked = run_programme(true, restarts);
-  EXPECT_EQ(peaceful_restarts, 0);
-  EXPECT_GE(restarts, 10);
-  EXPECT_NE(motion(std::prev(peaceful.end())->second), motion(peaceful.begin()->second));
-  int num_compared = 0;
-  for (const auto& [tick, state] : attacked) {
-    const auto same = peaceful.find(tick);
-    if (same == peaceful.end()) continue;
-    ++num_compared;
-    ASSERT_EQ(motion(state), motion(same->second)) << tick;
-  }
-  EXPECT_GE(num_compared, 10);  // of 200 published; a flood may cost the reader some
-}
-
-/// What `freeflex replay` says of an lcm-logger recording of 2 s, with commands at ticks of their own.
-std::string record_and_replay(const std::string& timing, std::map<std::int64_t, state_t>& states) {
-  const std::string log = std::string(P_tmpdir) + "/freeflex-timing-" + std::to_string(getpid()) + ".log";
+/// What `freeflex replay` ends with and says of an lcm-logger recording of 2 s with commands at ticks of
+/// their own.
+struct Verdict {
+  int status = -1;
+  std::string text;
+};
+Verdict record_and_replay(const std::string& timing, std::map<std::int64_t, state_t>& states) {
+  const std::string log = temporary_path("timing.log");
   Recorder recorder("T", log);
   BusClient client("T");
   const bool is_lockstep = timing == "lockstep";
@@ -346,19 +163,23 @@ std::string record_and_replay(const std::string& timing, std::map<std::int64_t, 
   EXPECT_TRUE(client.until([&] { return client.states.contains(2000); }));
   EXPECT_EQ(recorder.stop(), "");
   Process replay({program("freeflex"), "replay", log, "--prefix", "T"});
-  EXPECT_EQ(replay.wait(), 0) << timing << replay.output();
+  const int status = replay.wait();
   unlink(log.c_str());
   states = client.states;
-  return replay.output();
+  return {status, replay.output()};
 }
 
 TEST_F(Daemon, RecordingsInEveryTimingAreOneMotionAndReplayToTheBit) {
   std::map<std::int64_t, state_t> first;
   for (const char* timing : {"realtime", "scaled=10", "asap", "lockstep"}) {
     std::map<std::int64_t, state_t> states;
-    const std::string verdict = record_and_replay(timing, states);
-    EXPECT_NE(verdict.find("identical to the bit over 2000 ticks"), std::string::npos)
-        << timing << ": " << verdict;
+    Verdict verdict = record_and_replay(timing, states);
+    // lcm-logger keeps 30 messages and drops what comes while it does not run: flat out they come within
+    // milliseconds. replay says so; any other fault stands
+    for (int i = 0; i < 10 && verdict.status == kIncomplete; ++i) verdict = record_and_replay(timing, states);
+    EXPECT_EQ(verdict.status, 0) << timing << ": " << verdict.text;
+    EXPECT_NE(verdict.text.find("identical to the bit over 2000 ticks"), std::string::npos)
+        << timing << ": " << verdict.text;
     if (first.empty()) first = states;
     int num_compared = 0;
     for (const auto& [tick, state] : states) {
@@ -398,9 +219,3 @@ TEST_F(Daemon, IsHeldInAFaultAndRecoversByReset) {
 
 }  // namespace
 }  // namespace freeflex::testing
-
-int main(int argc, char** argv) {
-  ::testing::InitGoogleTest(&argc, argv);
-  freeflex::testing::no_network = freeflex::testing::enter_private_network();
-  return RUN_ALL_TESTS();
-}

@@ -1,0 +1,206 @@
+// How the real freeflexd ends, and what it says when it does not begin.
+#include <fcntl.h>
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <array>
+#include <cerrno>
+#include <filesystem>
+#include <fstream>
+
+#include "freeflex_msgs/status_t.hpp"
+#include "service/clock.hpp"
+#include "tests/service/daemon_fixture.hpp"
+#include "tests/service/rig.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using freeflex_msgs::status_t;
+
+/// The same program started by a shell that runs set_up first, with its standard streams sent as said.
+std::vector<std::string> by_shell(const std::string& set_up, const std::vector<std::string>& arguments,
+                                  const std::string& streams = "") {
+  std::string line = set_up + " exec";
+  for (const std::string& argument : arguments) line += " '" + argument + "'";
+  return {"/bin/sh", "-c", line + " " + streams};
+}
+
+struct End {
+  std::string set_up;        // what the shell does before
+  std::vector<int> signals;  // sent at one moment
+};
+
+TEST_F(Daemon, EndsInOrderOnASignalHoweverItWasStarted) {
+  // a shell without job control ignores SIGINT for its background jobs
+  const std::vector<End> ends{{"", {SIGINT}},
+                              {"", {SIGTERM}},
+                              {"", {SIGHUP}},
+                              {"trap '' INT;", {SIGINT}},
+                              {"trap '' INT TERM;", {SIGTERM}},
+                              {"", {SIGINT, SIGINT, SIGINT}}};
+  for (const End& end : ends) {
+    const std::string what = end.set_up + " " + strsignal(end.signals[0]);
+    BusClient client("S");
+    Process daemon(by_shell(end.set_up, command_line("S")));
+    ASSERT_TRUE(client.meet()) << what << daemon.output();
+    const pid_t ingress = find_ingress(daemon);
+    ASSERT_GT(ingress, 0);
+    for (const int number : end.signals) daemon.signal(number);
+    EXPECT_EQ(daemon.wait(), 0) << what;
+    EXPECT_NE(daemon.output().find(std::string("SIG") + sigabbrev_np(end.signals[0]) + ": "),
+              std::string::npos)
+        << what << daemon.output();
+    EXPECT_TRUE(client.until([&] { return client.statuses.back().mode == status_t::STOPPED; })) << what;
+    EXPECT_EQ(kill(ingress, 0), -1) << what << ": the ingress was left behind";
+  }
+}
+
+TEST_F(Daemon, EndsCleanlyWhenToldDuringStartUp) {
+  BusClient client("F");
+  Process daemon(command_line("F"));
+  // the scene is read; the ingress starts, or the bus is listened to
+  ASSERT_TRUE(client.until([&] { return daemon.output().find("104 points") != std::string::npos; }));
+  daemon.signal(SIGTERM);
+  EXPECT_EQ(daemon.wait(), 0);
+  EXPECT_NE(daemon.output().find("before the first tick"), std::string::npos) << daemon.output();
+}
+
+TEST_F(Daemon, LeavesNoIngressBehindWhenItIsKilled) {
+  BusClient client("G");
+  Process daemon(command_line("G", {"--hold"}));
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  const pid_t ingress = find_ingress(daemon);
+  ASSERT_GT(ingress, 0);
+  daemon.signal(SIGKILL);
+  EXPECT_EQ(daemon.wait(), 1000 + SIGKILL);
+  const auto is_gone = [ingress] {
+    std::ifstream stat("/proc/" + std::to_string(ingress) + "/stat");
+    std::string pid, name, state;
+    // a zombie that waits for its new parent has ended as well
+    return !(stat >> pid >> name >> state) || state == "Z";
+  };
+  EXPECT_TRUE(client.until(is_gone));
+}
+
+TEST_F(Daemon, OfAnIngressKilledAgainAndAgainTakesCommandsAfterwards) {
+  BusClient client("K");
+  Process daemon(command_line("K"));
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  for (int i = 0; i < 10; ++i) {
+    const std::int64_t before = client.statuses.back().ingress_restarts;
+    ASSERT_TRUE(client.until([&] { return find_ingress(daemon) > 0; })) << i;
+    kill(find_ingress(daemon), SIGKILL);
+    ASSERT_TRUE(client.until([&] { return client.statuses.back().ingress_restarts > before; })) << i;
+  }
+  // one that is sent before the last ingress receives is lost, so more than one
+  auto next = std::chrono::steady_clock::now();
+  EXPECT_TRUE(client.until([&] {
+    if (std::chrono::steady_clock::now() >= next) {
+      client.send(make_push(client.next_sequence++));
+      next += std::chrono::milliseconds(100);
+    }
+    return !client.acks.empty();
+  }));
+  EXPECT_EQ(client.acks.back().reason, 0);
+}
+
+TEST_F(Daemon, StoppedAndContinuedRunsOnAndPublishesTheLostTime) {
+  BusClient client("L");
+  Process daemon(command_line("L"));
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  daemon.signal(SIGSTOP);
+  const auto end = std::chrono::steady_clock::now() + 3 * std::chrono::nanoseconds(service::Pacer::kCatchUp);
+  ASSERT_TRUE(client.until([&] { return std::chrono::steady_clock::now() > end; }));
+  client.read();
+  const std::int64_t stood = client.statuses.back().tick;
+  daemon.signal(SIGCONT);
+  EXPECT_TRUE(client.until(
+      [&] { return client.statuses.back().slips >= 1 && client.statuses.back().tick > stood + 100; }));
+  EXPECT_GE(client.statuses.back().overruns, 1);
+  EXPECT_EQ(client.statuses.back().mode, status_t::RUNNING);
+}
+
+TEST_F(Daemon, EndsAfterOneTickWhenUntilIsShorter) {
+  Process daemon(command_line("M", {"--until", "1e-9"}));
+  EXPECT_EQ(daemon.wait(), 0);
+  EXPECT_NE(daemon.output().find("ended as told: 1 ticks"), std::string::npos) << daemon.output();
+}
+
+TEST_F(Daemon, SaysWhatIsWrongAndHowToMendIt) {
+  const auto expect = [](std::vector<std::string> arguments, int status, const std::string& words) {
+    arguments.insert(arguments.begin(), program("freeflexd"));
+    Process daemon(arguments);
+    EXPECT_EQ(daemon.wait(), status) << words;
+    EXPECT_NE(daemon.output().find(words), std::string::npos) << daemon.output();
+  };
+  const std::string scene = scene_path("boom.yaml");
+  expect({}, 2, "SCENE");
+  expect({"--help"}, 0, "LCM_DEFAULT_URL");
+  expect({scene, "--rat", "5"}, 2, "--rat");
+  expect({scene, "--time", "fast"}, 2, "lockstep");
+  expect({scene, "--time", "scaled=0"}, 2, "scaled=K");
+  expect({scene, "--time", "scaled=1e-300"}, 2, "a tick would last");
+  expect({scene, "--rate", "-5"}, 2, "'-5'");
+  expect({scene, "--rate", "0"}, 2, "from 0.001 to 1000000");
+  expect({scene, "--rate", "1e9"}, 2, "from 0.001 to 1000000");
+  expect({scene, "--rate", "nan"}, 2, "'nan'");
+  expect({scene, "--until", "0"}, 2, "'0'");
+  expect({scene, "--until", "1e300"}, 2, "ticks, at most 1e15");
+  expect({"nowhere.yaml"}, 2, "nowhere.yaml");
+  expect({scene, "--lcm-url", "memq://"}, 2, "udpm://");
+  expect({scene, "--lcm-url", "udpm://10.0.0.1:7667"}, 2, "multicast address");
+  expect({scene, "--prefix", "no/slash"}, 2, "prefix");
+}
+
+TEST_F(Daemon, RefusesAPlanThatIsNotWhole) {
+  const std::string plan = temporary_path("cut.plan");
+  Process compile({program("freeflex"), "compile", scene_path("boom.yaml"), "-o", plan});
+  ASSERT_EQ(compile.wait(), 0) << compile.output();
+  std::filesystem::resize_file(plan, std::filesystem::file_size(plan) - 1);
+  Process daemon({program("freeflexd"), plan});
+  EXPECT_EQ(daemon.wait(), 2);
+  EXPECT_NE(daemon.output().find("truncated plan"), std::string::npos) << daemon.output();
+  std::filesystem::remove(plan);
+}
+
+TEST_F(Daemon, SaysHowToGetAMulticastRoute) {
+  // a network namespace whose loopback is down has no route at all
+  Process daemon({"unshare", "-n", program("freeflexd"), scene_path("boom.yaml")});
+  EXPECT_EQ(daemon.wait(), 1);
+  const std::string output = daemon.output();
+  EXPECT_NE(output.find("ip link set lo up multicast on"), std::string::npos) << output;
+  EXPECT_NE(output.find("ip route add 239.0.0.0/8 dev lo"), std::string::npos) << output;
+}
+
+TEST_F(Daemon, RunsOnWhenNobodyTakesItsLog) {
+  // /dev/full refuses every byte, as a full disk does; closed, the first sockets would be called 0, 1 and 2
+  for (const char* streams : {"2>/dev/full", "<&- >&- 2>&-"}) {
+    BusClient client("H");
+    Process daemon(by_shell("", command_line("H", {"--log-level", "debug", "--until", "0.2"}), streams));
+    EXPECT_EQ(daemon.wait(), 0) << streams;
+    EXPECT_TRUE(client.until([&] {
+      return !client.statuses.empty() && client.statuses.back().mode == status_t::STOPPED;
+    })) << streams;
+    EXPECT_EQ(client.statuses.back().tick, 200) << streams;
+  }
+}
+
+TEST_F(Daemon, EndsAlthoughThePipeOfItsLogIsFull) {
+  std::array<int, 2> ends{};
+  ASSERT_EQ(pipe(ends.data()), 0);
+  fcntl(ends[1], F_SETFL, O_NONBLOCK);
+  const std::array<char, 4096> page{};
+  while (write(ends[1], page.data(), page.size()) > 0) {
+  }
+  EXPECT_EQ(errno, EAGAIN);
+  fcntl(ends[1], F_SETFL, 0);
+  Process daemon(by_shell("", command_line("N", {"--until", "0.2"}), "2>&" + std::to_string(ends[1])));
+  EXPECT_EQ(daemon.wait(), 0);
+  close(ends[0]);
+  close(ends[1]);
+}
+
+}  // namespace
+}  // namespace freeflex::testing

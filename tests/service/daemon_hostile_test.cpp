@@ -1,0 +1,282 @@
+// Bad commands of every reason, bytes that are no command, packets that kill liblcm: the real freeflexd
+// answers what can be answered, and its motion has the bits that it has without them.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <cmath>
+#include <filesystem>
+#include <fstream>
+#include <limits>
+#include <random>
+
+#include "messages/channels.hpp"
+#include "service/io/reason.hpp"
+#include "tests/service/daemon_fixture.hpp"
+#include "tests/service/rig.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using freeflex_msgs::control_t;
+using freeflex_msgs::force_t;
+using freeflex_msgs::state_t;
+using freeflex_msgs::status_t;
+using io::Reason;
+using Bytes = std::vector<std::byte>;
+
+/// Ten commands with ticks of their own, all acknowledged before the first.
+void send_programme(BusClient& client) {
+  for (int i = 0; i < 10; ++i) {
+    ForceCommand push = make_push(client.next_sequence++, i % 4, 1000 + 150 * i, 96 + i % 8, 1.0 + i);
+    push.duration_ticks = 100 + 17 * i;
+    push.axes = i % 2;
+    client.send(push);
+    ASSERT_EQ(client.answer(push.sequence).reason, 0);
+  }
+}
+
+/// A push cut at every byte, with bytes behind its end, and with counts that it does not hold.
+std::vector<Bytes> misshapen(const Bytes& push) {
+  std::vector<Bytes> all;
+  for (std::size_t size = 0; size < push.size(); ++size)
+    all.emplace_back(push.begin(), push.begin() + static_cast<std::ptrdiff_t>(size));
+  for (const std::size_t extra : {1, 8, 28}) {
+    all.push_back(push);
+    all.back().resize(push.size() + extra);
+  }
+  // it ends with the two counts and its one force of an int32 and three doubles
+  const std::size_t counts = push.size() - 28 - 8;
+  for (const std::uint32_t count : {0xFFFFFFFFu, 1u << 30, 1u << 29, 0x80000000u}) {
+    for (const std::size_t at : {counts, counts + 4}) {
+      all.push_back(push);
+      for (std::size_t i = 0; i < 4; ++i) all.back()[at + i] = static_cast<std::byte>(count >> (24 - 8 * i));
+    }
+  }
+  return all;
+}
+
+/// A push of another session with one to four bytes changed: none can become a command of this one.
+Bytes mutate(Bytes bytes, std::mt19937_64& engine) {
+  for (std::uint64_t n = 1 + engine() % 4; n > 0; --n)
+    bytes[engine() % bytes.size()] ^= static_cast<std::byte>(1 + engine() % 255);
+  return bytes;
+}
+
+/// Everything that is no command, and at the end one of the two packets that kill liblcm.
+void attack(BusClient& client, std::mt19937_64& engine, int round) {
+  constexpr int kMutants = 1000;
+  const std::string channel = std::string("I") + channels::kForce;
+  const ForceCommand push = make_push(1'000'000);
+  for (const Bytes& bytes : misshapen(io::encode(io::to_message(push, client.session, 0))))
+    client.packets.publish(channel, bytes);
+  // all eight bytes of the session differ
+  const Bytes foreign = io::encode(io::to_message(push, ~client.session, 0));
+  for (int i = 0; i < kMutants; ++i) client.packets.publish(channel, mutate(foreign, engine));
+  if (round % 2 == 0) client.packets.send_wrapping_fragment(channel);
+  if (round % 2 == 1) client.packets.send_fragment_runt(channel);
+}
+
+/// Ten attacks, each until the ingress has died of one and another runs.
+void attack_and_restart(BusClient& client) {
+  constexpr std::chrono::milliseconds kAgain{500};  // a packet may meet an ingress that does not receive yet
+  std::mt19937_64 engine(5);
+  for (int round = 0; round < 10; ++round) {
+    const std::int64_t before = client.statuses.back().ingress_restarts;
+    auto next = std::chrono::steady_clock::now();
+    EXPECT_TRUE(client.until([&] {
+      if (std::chrono::steady_clock::now() >= next) {
+        attack(client, engine, round);
+        next += kAgain;
+      }
+      return client.statuses.back().ingress_restarts > before;
+    })) << round;
+  }
+}
+
+/// 4 s and more with the programme, in peace or under attack.
+std::map<std::int64_t, state_t> run_programme(bool is_attacked, std::int64_t& restarts) {
+  BusClient client("I");
+  Process daemon(command_line("I"));
+  EXPECT_TRUE(client.meet()) << daemon.output();
+  send_programme(client);
+  if (is_attacked) attack_and_restart(client);
+  EXPECT_TRUE(client.until([&] { return client.states.rbegin()->first >= 4000; }));
+  daemon.signal(SIGINT);
+  EXPECT_EQ(daemon.wait(), 0) << daemon.output();
+  EXPECT_TRUE(client.until([&] { return client.statuses.back().mode == status_t::STOPPED; }));
+  restarts = client.statuses.back().ingress_restarts;
+  EXPECT_EQ(client.applied.size(), 20u) << "ten commands and their ends";
+  EXPECT_EQ(client.statuses.back().commands_accepted, 10);
+  return client.states;
+}
+
+TEST_F(Daemon, HostilePacketsRestartTheIngressAndChangeNoBit) {
+  std::int64_t peaceful_restarts = 0;
+  std::int64_t restarts = 0;
+  const auto peaceful = run_programme(false, peaceful_restarts);
+  const auto attacked = run_programme(true, restarts);
+  EXPECT_EQ(peaceful_restarts, 0);
+  EXPECT_GE(restarts, 10);
+  EXPECT_NE(motion(std::prev(peaceful.end())->second), motion(peaceful.begin()->second));
+  int num_compared = 0;
+  for (const auto& [tick, state] : attacked) {
+    const auto same = peaceful.find(tick);
+    if (same == peaceful.end()) continue;
+    ++num_compared;
+    ASSERT_EQ(motion(state), motion(same->second)) << tick;
+  }
+  EXPECT_GE(num_compared, 10);  // of 200 published; a flood may cost the reader some
+}
+
+/// A scene in which every rule can be broken.
+constexpr const char* kScene = R"(name: reasons
+rate: 1000
+points:
+  - {name: a, mass: 1, at: [0, 0, 0]}
+  - {name: b, mass: 2, at: [1, 0, 0]}
+  - {name: c, mass: 1, at: [0, 1, 0]}
+  - {name: d, mass: 3, at: [0, 0, 1]}
+links:
+  - {spring: [a, b], stiffness: 1e4}
+  - {spring: [a, c], stiffness: 1e4}
+  - {spring: [a, d], stiffness: 1e4}
+  - {spring: [b, c], stiffness: 1e4}
+  - {spring: [b, d], stiffness: 1e4}
+  - {spring: [c, d], stiffness: 1e4}
+groups: {alone: [a], pair: [b, c]}
+commands: {points: [a, b, c], force_limit: 100, torque_limit: 50}
+)";
+
+/// Sends commands of which each breaks one rule; what they break is asked of the daemon's status.
+class Offender {
+ public:
+  explicit Offender(BusClient& client) : client_(client) {}
+
+  /// One rule each, as the ingress sees it.
+  void break_rules_of_contents() {
+    force([](force_t& f) { f.session += 1; });
+    force([](force_t& f) { f.sender = "no spaces"; });
+    force([](force_t& f) { f.sequence = 1; });
+    force([](force_t& f) { f.slot = 64; });
+    force([](force_t& f) { f.axes = 2; });
+    force([](force_t& f) { f.lease_ticks = f.duration_ticks; });
+    force([](force_t& f) { f.forces.resize(257, f.forces[0]), f.num_forces = 257; });
+    force([](force_t& f) { f.forces[0].point = 4; });
+    force([](force_t& f) { f.forces[0].point = 3; });
+    force([](force_t& f) { f.wrenches = {{2, {1, 0, 0}, {}}}, f.num_wrenches = 1; });
+    force([](force_t& f) { f.forces.push_back(f.forces[0]), f.num_forces = 2; });
+    force([](force_t& f) { f.forces[0].force[1] = std::numeric_limits<double>::quiet_NaN(); });
+    force([](force_t& f) { f.forces[0].force[1] = 100.5; });
+    force([](force_t& f) { f.wrenches = {{0, {}, {0, 0, 1}}}, f.num_wrenches = 1; });
+    Bytes bytes = io::encode(push());
+    bytes.pop_back();
+    client_.packets.publish(kForceChannel, bytes);
+    bytes = io::encode(push());
+    bytes[0] ^= std::byte{1};
+    client_.packets.publish(kForceChannel, bytes);
+    client_.send_control(77);
+  }
+
+  /// Rules that depend on the tick and on what waits.
+  void break_rules_of_time(std::int64_t tick) {
+    force([](force_t& f) { f.start_tick = 0; });
+    force([tick](force_t& f) { f.start_tick = tick + 2 * io::kMaxAheadTicks; });
+    client_.send_control(control_t::RUN);
+    // every slot promised for a tick that never comes, then one more; then every place of those that wait
+    for (int i = 0; i < 300; ++i) {
+      force([i, tick](force_t& f) {
+        f.start_tick = tick + io::kMaxAheadTicks;
+        f.slot = i % 64;
+        if (i == 64) f.sender = "other", f.sequence = 1;
+      });
+      if (i % 50 == 49) client_.answer(client_.next_sequence - 1);
+    }
+  }
+
+  /// More senders than are kept; from here on no new one is heard.
+  void be_too_many() {
+    for (int i = 0; i < 65; ++i) force([i](force_t& f) { f.sender = "s" + std::to_string(i), f.slot = -1; });
+  }
+
+ private:
+  static constexpr const char* kForceChannel = "R_FORCE";
+
+  force_t push() {
+    ForceCommand command = make_push(client_.next_sequence++);
+    command.duration_ticks = 10;
+    return io::to_message(command, client_.session, 0);
+  }
+  template <class Change>
+  void force(Change change) {
+    force_t message = push();
+    change(message);
+    client_.packets.publish(kForceChannel, io::encode(message));
+  }
+
+  BusClient& client_;
+};
+
+/// Rejections that a status counts, by reason.
+std::map<Reason, std::int64_t> rejections(const BusClient& client) {
+  std::map<Reason, std::int64_t> counts;
+  for (const auto& rejection : client.statuses.back().rejections)
+    counts[static_cast<Reason>(rejection.reason)] = rejection.count;
+  return counts;
+}
+
+/// 400 ticks in lockstep with three pushes, in peace or with every rule broken between them.
+void run_with_rules_broken(const std::string& scene, bool breaks, std::map<std::int64_t, state_t>& states) {
+  BusClient client("R");
+  Process daemon({program("freeflexd"), scene, "--prefix", "R", "--time", "lockstep"});
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  for (int i = 0; i < 3; ++i) {
+    ForceCommand command = make_push(client.next_sequence++, i, 10 + 120 * i, i, 2.0);
+    command.duration_ticks = 50;
+    client.send(command);
+    ASSERT_EQ(client.answer(command.sequence).reason, 0);
+  }
+  const auto advance_to = [&client](std::int64_t tick) {
+    client.send_control(control_t::STEP, 100);
+    return client.until([&] { return client.states.contains(tick); });
+  };
+  Offender offender(client);
+  ASSERT_TRUE(advance_to(100));
+  if (breaks) offender.break_rules_of_contents();
+  ASSERT_TRUE(advance_to(200));
+  if (breaks) offender.break_rules_of_time(200);
+  ASSERT_TRUE(advance_to(300));
+  if (breaks) offender.be_too_many();
+  ASSERT_TRUE(advance_to(400));
+  states = client.states;
+  if (!breaks) return;
+  // all but 24, which takes a reset
+  EXPECT_TRUE(client.until([&] { return rejections(client).size() >= io::kNumReasons - 2; }));
+  client.send_control(control_t::RESET);
+  EXPECT_TRUE(client.until([&] { return rejections(client).size() == io::kNumReasons - 1; }));
+  for (int reason = 1; reason < io::kNumReasons; ++reason)
+    EXPECT_GT(rejections(client)[static_cast<Reason>(reason)], 0)
+        << io::reason_name(static_cast<Reason>(reason));
+  for (const auto& ack : client.acks) {
+    if (ack.reason != 0) {
+      EXPECT_FALSE(ack.text.empty()) << ack.reason;
+    }
+  }
+}
+
+TEST_F(Daemon, CommandsOfEveryReasonAreCountedAndAnsweredAndChangeNoBit) {
+  const std::string scene = temporary_path("reasons.yaml");
+  std::ofstream(scene) << kScene;
+  std::map<std::int64_t, state_t> peaceful, provoked;
+  run_with_rules_broken(scene, false, peaceful);
+  run_with_rules_broken(scene, true, provoked);
+  std::filesystem::remove(scene);
+  ASSERT_EQ(peaceful.size(), provoked.size());
+  for (const auto& [tick, state] : peaceful) {
+    ASSERT_TRUE(provoked.contains(tick)) << tick;
+    EXPECT_EQ(motion(state), motion(provoked.at(tick))) << tick;
+  }
+  EXPECT_NE(motion(peaceful.at(400)), motion(peaceful.at(0)));
+}
+
+}  // namespace
+}  // namespace freeflex::testing
