@@ -4,12 +4,13 @@
 #include <cstdlib>
 #include <utility>
 
+#include "service/lcm_url.hpp"
 #include "tools/console.hpp"
+#include "tools/usage.hpp"
 
 namespace freeflex::tools {
 namespace {
 
-constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";  // LCM's own default
 constexpr std::int32_t kMaxItems = 1'000'000;  // points, links, groups or modes that a catalogue takes
 
 /// Puts a page's items in their place. False when they do not fit.
@@ -30,20 +31,28 @@ std::optional<std::int32_t> find_name(const std::vector<Item>& items, const std:
 
 }  // namespace
 
+void add_bus_options(CLI::App& command, BusOptions& options) {
+  command.add_option("--lcm-url", options.lcm_url, "LCM network, default LCM_DEFAULT_URL, else LCM's own")
+      ->type_name("URL");
+  command.add_option("--prefix", options.prefix, "first part of the channel names")
+      ->check(channel_prefix())
+      ->type_name("NAME")
+      ->capture_default_str();
+}
+
 Bus::Bus(const BusOptions& options) : options_(options) {
   if (options_.lcm_url.empty()) {
     const char* from_environment = std::getenv("LCM_DEFAULT_URL");
     options_.lcm_url =
-        from_environment != nullptr && *from_environment != '\0' ? from_environment : kDefaultUrl;
+        from_environment != nullptr && *from_environment != '\0' ? from_environment : service::kDefaultUrl;
   }
+  // liblcm would print its own text, or take what it cannot read for its default
+  error_ = service::check_lcm_url(options_.lcm_url);
+  is_usage_ = !error_.empty();
+  if (error_.empty()) error_ = service::find_network_fault(options_.lcm_url);
+  if (!error_.empty()) return;
   lcm_.reset(lcm_create(options_.lcm_url.c_str()));
-  if (!lcm_) {
-    error_ =
-        "no message bus at " + options_.lcm_url +
-        "\nIf this machine has no multicast route, these two commands add one that stays on the machine:\n"
-        "  sudo ip link set lo up multicast on\n"
-        "  sudo ip route add 224.0.0.0/4 dev lo";
-  }
+  if (!lcm_) error_ = "no message bus at " + options_.lcm_url;
 }
 
 void Bus::receive(const lcm_recv_buf_t* buffer, const char* channel, void* handler) {

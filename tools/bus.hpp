@@ -3,6 +3,7 @@
 
 #include <lcm/lcm.h>
 
+#include <CLI/App.hpp>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -29,6 +30,9 @@ struct BusMessage {
   std::int64_t utime;  // [us] reception
 };
 
+/// --lcm-url and --prefix.
+void add_bus_options(CLI::App& command, BusOptions& options);
+
 /// One LCM connection. Not copyable, one thread.
 class Bus {
  public:
@@ -37,6 +41,8 @@ class Bus {
   explicit Bus(const BusOptions& options);
   /// Empty, or why there is no bus, with the commands that make one.
   const std::string& error() const { return error_; }
+  /// The error is in what the user gave, not in the machine.
+  bool is_usage_error() const { return is_usage_; }
   /// Calls handler for every message on channels that match the regular expression, from within wait().
   void subscribe(const std::string& pattern, Handler handler);
   bool publish(const std::string& channel, std::span<const std::byte> bytes);
@@ -53,6 +59,7 @@ class Bus {
   };
   BusOptions options_;
   std::string error_;
+  bool is_usage_ = false;
   std::vector<std::unique_ptr<Handler>> handlers_;
   std::unique_ptr<lcm_t, Close> lcm_;
 };

@@ -3,6 +3,8 @@
 #include <cstdio>
 #include <memory>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/model/compile.hpp"
 #include "core/model/structure.hpp"
@@ -17,27 +19,42 @@ struct Options {
   bool json = false;
 };
 
-int check(const Options& options) {
-  io::SceneResult read = io::read_scene(options.scene);
-  Faults faults = std::move(read.faults);
-  std::optional<Structure> structure;
+struct Checked {
   std::optional<Plan> plan;
-  if (read.scene) structure = build_structure(*read.scene, faults);
-  if (structure) plan = compile_plan(*read.scene, *structure, faults);
+  Faults faults;
+  std::vector<std::string> sources;
+};
 
+/// A scene through all of the set-up, or a plan as every program checks it when it loads it.
+Checked check_file(const std::string& path) {
+  if (io::is_plan_file(path)) {
+    io::PlanResult read = io::load_plan(path);
+    return {std::move(read.plan), std::move(read.faults), std::move(read.sources)};
+  }
+  io::SceneResult read = io::read_scene(path);
+  Checked checked{std::nullopt, std::move(read.faults), std::move(read.sources)};
+  std::optional<Structure> structure;
+  if (read.scene) structure = build_structure(*read.scene, checked.faults);
+  if (structure) checked.plan = compile_plan(*read.scene, *structure, checked.faults);
+  return checked;
+}
+
+int check(const Options& options) {
+  const Checked checked = check_file(options.scene);
+  const std::optional<Plan>& plan = checked.plan;
   std::int64_t errors = 0;
-  for (const Fault& fault : faults) errors += fault.severity == Fault::Severity::kError ? 1 : 0;
-  const auto warnings = static_cast<std::int64_t>(faults.size()) - errors;
+  for (const Fault& fault : checked.faults) errors += fault.severity == Fault::Severity::kError ? 1 : 0;
+  const auto warnings = static_cast<std::int64_t>(checked.faults.size()) - errors;
   const bool is_good = plan.has_value() && errors == 0;
 
   if (options.json) {
     Json out;
     out["scene"] = options.scene;
     out["ok"] = is_good;
-    out["faults"] = Json::parse(io::faults_to_json(faults, read.sources));
+    out["faults"] = Json::parse(io::faults_to_json(checked.faults, checked.sources));
     if (is_good) {
-      out["points"] = read.scene->points.size();
-      out["links"] = read.scene->links.size();
+      out["points"] = plan->points.size();
+      out["links"] = plan->links.size();
       out["rigid_freedoms"] = plan->rigid_freedoms;
       out["elastic_freedoms"] = plan->num_elastic;
       out["mechanisms"] = plan->mechanisms.size();
@@ -46,16 +63,16 @@ int check(const Options& options) {
     return is_good ? kExitOk : kExitUsage;
   }
 
-  print_faults(faults, read.sources);
+  print_faults(checked.faults, checked.sources);
   if (!is_good) {
     std::fprintf(stderr, "%s: %s, %s\n", options.scene.c_str(), counted(errors, "error").c_str(),
                  counted(warnings, "warning").c_str());
     return kExitUsage;
   }
   std::printf("%s: good, %s, %s, %d rigid and %d elastic freedoms, %s, %s\n", options.scene.c_str(),
-              counted(static_cast<std::int64_t>(read.scene->points.size()), "point").c_str(),
-              counted(static_cast<std::int64_t>(read.scene->links.size()), "link").c_str(),
-              plan->rigid_freedoms, plan->num_elastic,
+              counted(static_cast<std::int64_t>(plan->points.size()), "point").c_str(),
+              counted(static_cast<std::int64_t>(plan->links.size()), "link").c_str(), plan->rigid_freedoms,
+              plan->num_elastic,
               counted(static_cast<std::int64_t>(plan->mechanisms.size()), "mechanism").c_str(),
               counted(warnings, "warning").c_str());
   return kExitOk;
@@ -67,7 +84,7 @@ void add_check(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("check", "all faults of a scene at once: file, line, column, what is allowed");
-  command->add_option("SCENE", options->scene, "scene file (YAML)")->required();
+  command->add_option("SCENE", options->scene, "scene file (YAML), or a plan")->required();
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(
       "Example:\n  freeflex check service/scenes/rotor.yaml\n"

@@ -2,7 +2,6 @@
 #include "core/model/compile.hpp"
 
 #include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
 #include <cinttypes>
 #include <cstdio>
 #include <filesystem>
@@ -11,6 +10,7 @@
 
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
+#include "tools/usage.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -23,6 +23,7 @@ struct Options {
 };
 
 int compile(const Options& options) {
+  if (would_overwrite(options.scene, options.plan)) return kExitUsage;
   const std::optional<Plan> plan = load_or_explain(options.scene, options.rate);
   if (!plan) return kExitUsage;
   const std::string error = io::save_plan(*plan, options.plan);
@@ -55,9 +56,13 @@ void add_compile(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("compile", "scene to plan: set-up done once, the same bits everywhere");
   command->add_option("SCENE", options->scene, "scene file, or a plan to write at another rate")->required();
-  command->add_option("-o,--output", options->plan, "plan file to write")->required();
+  command->add_option("-o,--output", options->plan, "plan file to write")
+      ->required()
+      ->check(file_name())
+      ->type_name("PLAN");
   command->add_option("--rate", options->rate, "ticks per second [Hz] instead of the scene's")
-      ->check(CLI::PositiveNumber);
+      ->check(rate_in_hertz())
+      ->type_name("HZ");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(
       "Example:\n  freeflex compile service/scenes/rotor.yaml -o rotor.plan --rate 2000\n"

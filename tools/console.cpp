@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstdarg>
 #include <cstdio>
+#include <filesystem>
 #include <utility>
 
 namespace freeflex::tools {
@@ -40,6 +41,15 @@ std::optional<Plan> load_or_explain(const std::string& path, double rate) {
   print_faults(result.faults, result.sources);
   if (result.plan && rate > 0.0) set_rate(*result.plan, rate);
   return std::move(result.plan);
+}
+
+bool would_overwrite(const std::string& input, const std::string& output) {
+  std::error_code ignored;
+  if (!std::filesystem::is_regular_file(input, ignored) ||
+      !std::filesystem::equivalent(input, output, ignored))
+    return false;
+  print_error(output + " is what is read: name another file to write");
+  return true;
 }
 
 std::string format_text(const char* format, ...) {

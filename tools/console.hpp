@@ -28,6 +28,9 @@ void print_faults(const Faults& faults, const std::vector<std::string>& sources)
 /// error.
 std::optional<Plan> load_or_explain(const std::string& path, double rate);
 
+/// True when output would be written over input, which is explained.
+bool would_overwrite(const std::string& input, const std::string& output);
+
 /// As printf, into a string.
 __attribute__((format(printf, 1, 2))) std::string format_text(const char* format, ...);
 

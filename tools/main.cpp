@@ -2,15 +2,32 @@
 #include <CLI/App.hpp>
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
 #include <exception>
 #include <string>
 
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
+#include "tools/usage.hpp"
+
+namespace {
+
+/// The exit code, or 1 when what was printed did not all reach its file.
+int end_output(int exit_code) {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
+  freeflex::tools::print_error(std::string("standard output: ") +
+                               (errno != 0 ? std::strerror(errno) : "cannot be written"));
+  return exit_code == freeflex::tools::kExitOk ? freeflex::tools::kExitDiffers : exit_code;
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   using namespace freeflex::tools;
-  CLI::App app{"freeflex: scenes, plans, runs and recordings of free flexible structures"};
+  CLI::App app{"freeflex: scenes, plans, runs and recordings of free flexible structures", "freeflex"};
   app.set_version_flag("--version", std::string("freeflex ") + FREEFLEX_VERSION);
   app.require_subcommand(1);
   app.footer(
@@ -30,10 +47,13 @@ int main(int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? kExitOk : kExitUsage;
+    // --help and --version come this way too
+    if (error.get_exit_code() == 0) return app.exit(error), end_output(kExitOk);
+    print_error(explain(app, error));
+    return kExitUsage;
   } catch (const std::exception& error) {
     print_error(error.what());
     return kExitUsage;
   }
-  return exit_code;
+  return end_output(exit_code);
 }

@@ -9,6 +9,7 @@
 
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
+#include "tools/usage.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -181,7 +182,8 @@ void add_modes(CLI::App& app, int& exit_code) {
   command->add_option("SCENE", options->input, "scene or plan file")->required();
   command->add_option("--count", options->count, "frequencies to print, 0 for all")
       ->capture_default_str()
-      ->check(CLI::NonNegativeNumber);
+      ->check(whole_number(0))
+      ->type_name("N");
   command->add_flag("--json", options->json, "one JSON object on standard output, all frequencies");
   command->footer(
       "Example:\n  freeflex modes service/scenes/rotor.yaml --count 8\n"

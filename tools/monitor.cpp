@@ -2,8 +2,8 @@
 #include <unistd.h>
 
 #include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
 #include <algorithm>
+#include <cctype>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -16,6 +16,7 @@
 #include "tools/console.hpp"
 #include "tools/live_view.hpp"
 #include "tools/message_json.hpp"
+#include "tools/usage.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -83,7 +84,7 @@ class Overview {
   }
 
   /// \param seconds  [s] since the last table
-  std::string table(double seconds) {
+  std::string table(double seconds, const std::string& bus) {
     std::string out = format_text("%-20s %9s %10s %8s %15s %6s  %s\n", "channel", "rate [Hz]", "[kB/s]",
                                   "count", "size [B]", "gaps", "last message");
     for (auto& [name, channel] : channels_) {
@@ -98,7 +99,7 @@ class Overview {
                          channel.summary.c_str());
       channel.recent_count = channel.recent_bytes = 0;
     }
-    if (channels_.empty()) out += "(nothing heard yet)\n";
+    if (channels_.empty()) out += "(nothing heard yet on " + bus + ")\n";
     return out;
   }
 
@@ -137,7 +138,8 @@ void watch(Bus& bus, const Options& options, const std::int64_t& num_messages,
   const Clock::time_point start = Clock::now();
   const Clock::time_point end = start + seconds(options.duration.value_or(kForever));
   const auto is_over = [&] {
-    return is_interrupted() || Clock::now() >= end || (options.count && num_messages >= *options.count);
+    return is_interrupted() || std::ferror(stdout) != 0 || Clock::now() >= end ||
+           (options.count && num_messages >= *options.count);
   };
   Clock::time_point shown = start;
   while (!is_over()) {
@@ -150,12 +152,22 @@ void watch(Bus& bus, const Options& options, const std::int64_t& num_messages,
   }
 }
 
-void monitor_channel(Bus& bus, const Options& options) {
+/// A regular expression that only this text matches.
+std::string quoted(const std::string& text) {
+  std::string out;
+  for (const char c : text) {
+    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_') out += '\\';
+    out += c;
+  }
+  return out;
+}
+
+std::int64_t monitor_channel(Bus& bus, const Options& options) {
   // a short name means one of ours
   const bool is_short = options.channel.find(options.bus.prefix) != 0;
   const std::string name = is_short ? options.bus.prefix + "_" + options.channel : options.channel;
   std::int64_t num_messages = 0;
-  bus.subscribe(name, [&](const BusMessage& message) {
+  bus.subscribe(quoted(name), [&](const BusMessage& message) {
     if (options.count && num_messages >= *options.count) return;
     ++num_messages;
     const DecodedMessage decoded =
@@ -179,9 +191,11 @@ void monitor_channel(Bus& bus, const Options& options) {
     std::fflush(stdout);
   });
   watch(bus, options, num_messages, [](double) {});
+  if (num_messages == 0) std::fprintf(stderr, "freeflex: nothing heard on %s\n", name.c_str());
+  return num_messages;
 }
 
-void monitor_all(Bus& bus, const Options& options) {
+std::int64_t monitor_all(Bus& bus, const Options& options) {
   Overview overview(options.bus.prefix);
   std::int64_t num_messages = 0;
   bus.subscribe(".*", [&](const BusMessage& message) {
@@ -193,12 +207,13 @@ void monitor_all(Bus& bus, const Options& options) {
     if (options.json) {
       print_json(overview.json(seconds), -1);
     } else {
-      screen.show(overview.table(seconds));
+      screen.show(overview.table(seconds, bus.describe()));
     }
   });
+  return num_messages;
 }
 
-void monitor_live(Bus& bus, const Options& options) {
+std::int64_t monitor_live(Bus& bus, const Options& options) {
   LiveView view;
   std::int64_t num_messages = 0;
   bus.subscribe(options.bus.prefix + "_.*", [&](const BusMessage& message) {
@@ -211,21 +226,19 @@ void monitor_live(Bus& bus, const Options& options) {
   Screen screen(is_terminal);
   watch(bus, pace, num_messages,
         [&](double) { screen.show(is_terminal ? view.page(bus.describe()) : view.line() + "\n"); });
+  return num_messages;
 }
 
 int monitor(const Options& options) {
   if (options.live && (options.json || !options.channel.empty()))
     return print_error("--live goes with neither --json nor --channel"), kExitUsage;
   Bus bus(options.bus);
-  if (!bus.error().empty()) return print_error(bus.error()), kExitDiffers;
-  if (options.live) {
-    monitor_live(bus, options);
-  } else if (!options.channel.empty()) {
-    monitor_channel(bus, options);
-  } else {
-    monitor_all(bus, options);
-  }
-  return kExitOk;
+  if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;
+  const std::int64_t num_messages = options.live              ? monitor_live(bus, options)
+                                    : options.channel.empty() ? monitor_all(bus, options)
+                                                              : monitor_channel(bus, options);
+  const bool is_short = options.count && num_messages < *options.count && !is_interrupted();
+  return is_short ? kExitDiffers : kExitOk;
 }
 
 }  // namespace
@@ -234,24 +247,31 @@ void add_monitor(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command =
       app.add_subcommand("monitor", "what goes over the bus: every channel, one channel, or the live state");
-  command->add_option("--channel", options->channel,
-                      "print the messages of one channel as they come: STATE or any full name");
+  command
+      ->add_option("--channel", options->channel,
+                   "print the messages of one channel as they come: STATE or any full name")
+      ->type_name("NAME");
   command->add_flag("--live", options->live, "the live state of the structure");
-  command->add_option("--count", options->count, "end after so many messages")->check(CLI::PositiveNumber);
-  command->add_option("--duration", options->duration, "end after so long [s]")->check(CLI::PositiveNumber);
-  command->add_option("--interval", options->interval, "time between tables [s]")
-      ->check(CLI::PositiveNumber)
+  command->add_option("--count", options->count, "end after so many messages")
+      ->check(whole_number(1))
+      ->type_name("N");
+  command->add_option("--duration", options->duration, "end after so long [s]")
+      ->check(positive_time())
+      ->type_name("S");
+  command->add_option("--interval", options->interval, "time between tables, or lines of --live [s]")
+      ->check(positive_time())
+      ->type_name("S")
       ->capture_default_str();
   command->add_flag("--json", options->json,
                     "one JSON object a line: a table each interval, or a message of --channel");
-  command->add_option("--lcm-url", options->bus.lcm_url, "LCM network, default LCM_DEFAULT_URL");
-  command->add_option("--prefix", options->bus.prefix, "first part of the channel names")
-      ->capture_default_str();
+  add_bus_options(*command, options->bus);
   command->footer(
       "Examples:\n  freeflex monitor\n  freeflex monitor --live\n  freeflex monitor --channel STATE --json "
       "--count 10\n"
       "Gaps count messages that are missing between two that came, where the messages are numbered.\n"
-      "Exit codes: 0 ended by --count, --duration or Ctrl-C, 1 no message bus, 2 wrong arguments.");
+      "Exit codes: 0 ended as told or by Ctrl-C, 1 fewer than --count messages in --duration, or no message "
+      "bus,\n"
+      "2 wrong arguments.");
   command->callback([options, &exit_code] { exit_code = monitor(*options); });
 }
 

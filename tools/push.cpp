@@ -17,9 +17,11 @@
 #include "messages/channels.hpp"
 #include "service/io/codec.hpp"
 #include "service/io/reason.hpp"
+#include "service/io/scene_text.hpp"
 #include "tools/bus.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
+#include "tools/usage.hpp"
 #include "tools/wire_layout.hpp"
 
 namespace freeflex::tools {
@@ -33,8 +35,8 @@ struct Options {
   BusOptions bus;
   std::vector<std::string> points;
   std::vector<std::string> groups;
-  std::vector<double> force{0.0, 0.0, 0.0};   // [N]
-  std::vector<double> torque{0.0, 0.0, 0.0};  // [N m]
+  std::vector<double> force;   // [N] (3), or not given
+  std::vector<double> torque;  // [N m] (3), or not given
   std::string axes = "world";
   std::optional<double> duration;  // [s]
   std::optional<double> lease;     // [s]
@@ -80,6 +82,23 @@ std::int64_t to_ticks(double seconds, double rate) {
   return std::max<std::int64_t>(1, std::llround(seconds * rate));
 }
 
+/// Three components, zero where they were not given.
+void copy_vector(const std::vector<double>& from, double (&to)[3]) {
+  if (!from.empty()) std::copy_n(from.begin(), 3, to);
+}
+
+/// Says which points, or groups, there are instead of one that there is not.
+void explain_unknown(const std::string& kind, const std::string& name, const SceneCatalogue& scene,
+                     const std::vector<std::string>& known) {
+  std::string text = "no " + kind + " '" + name + "' in scene '" + scene.head().name + "'" +
+                     io::reader::did_you_mean(name, {known.begin(), known.end()}) + "; ";
+  text += kind == "point" ? "points that can be pushed: " : "groups: ";
+  text += known.empty() ? "none" : listed(known, 12);
+  if (kind == "point" && scene.find_group(name)) text += "; there is a group of that name: --group " + name;
+  if (kind == "group" && scene.find_point(name)) text += "; there is a point of that name: --point " + name;
+  print_error(text);
+}
+
 /// Names become indices, seconds become ticks. An unknown name is explained and gives nullopt.
 std::optional<force_t> make_force(const Options& options, const SceneCatalogue& scene) {
   force_t force{};
@@ -90,7 +109,7 @@ std::optional<force_t> make_force(const Options& options, const SceneCatalogue& 
   const double rate = scene.head().rate;
   if (options.lease) {
     force.lease_ticks = to_ticks(*options.lease, rate);
-  } else {
+  } else if (!options.clear) {
     force.duration_ticks = to_ticks(options.duration.value_or(1.0), rate);
   }
   for (const std::string& name : options.points) {
@@ -100,13 +119,12 @@ std::optional<force_t> make_force(const Options& options, const SceneCatalogue& 
       for (const auto& point : scene.points()) {
         if (point.is_pushable != 0) known.push_back(point.name);
       }
-      print_error("no point '" + name + "' in scene '" + scene.head().name +
-                  "'; points that can be pushed: " + listed(known, 12));
+      explain_unknown("point", name, scene, known);
       return std::nullopt;
     }
     freeflex_msgs::point_force_t item{};
     item.point = *index;
-    std::copy_n(options.force.begin(), 3, item.force);
+    copy_vector(options.force, item.force);
     force.forces.push_back(item);
   }
   for (const std::string& name : options.groups) {
@@ -114,14 +132,13 @@ std::optional<force_t> make_force(const Options& options, const SceneCatalogue& 
     if (!index) {
       std::vector<std::string> known;
       for (const auto& group : scene.groups()) known.push_back(group.name);
-      print_error("no group '" + name + "' in scene '" + scene.head().name +
-                  "'; groups: " + (known.empty() ? "none" : listed(known, 12)));
+      explain_unknown("group", name, scene, known);
       return std::nullopt;
     }
     freeflex_msgs::wrench_t item{};
     item.group = *index;
-    std::copy_n(options.force.begin(), 3, item.force);
-    std::copy_n(options.torque.begin(), 3, item.torque);
+    copy_vector(options.force, item.force);
+    copy_vector(options.torque, item.torque);
     force.wrenches.push_back(item);
   }
   force.num_forces = static_cast<std::int32_t>(force.forces.size());
@@ -142,18 +159,17 @@ std::vector<std::byte> address(Message& message, const Options& options, std::in
 /// Faults in the options that need no daemon. Empty: none.
 std::string find_fault(const Options& options) {
   const bool is_force = !options.points.empty() || !options.groups.empty() || options.clear;
-  if (is_force == !options.control.empty()) return "give --point, --group or --clear, or else --control";
+  if (!is_force && options.control.empty()) return "give --point, --group or --clear, or else --control";
   if (!options.control.empty()) {
     if (!parse_control(options.control))
       return "--control '" + options.control + "': must be run, hold, reset, stop, step=N or shapes=MODE";
     return {};
   }
-  if (options.clear && (!options.points.empty() || !options.groups.empty()))
-    return "--clear names no point and no group";
-  if (options.duration && options.lease) return "give --duration or --lease, not both";
-  const auto is_zero = [](const std::vector<double>& v) { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; };
-  if (!options.points.empty() && !is_zero(options.torque) && options.groups.empty())
+  if (options.clear) return {};
+  if (!options.torque.empty() && options.groups.empty())
     return "--torque acts on a --group, not on a --point";
+  if (options.force.empty() && (options.torque.empty() || !options.points.empty()))
+    return "give --force X,Y,Z [N], or for a group --torque X,Y,Z [N m]";
   return {};
 }
 
@@ -188,7 +204,7 @@ int push(const Options& options) {
   const std::string fault = find_fault(options);
   if (!fault.empty()) return print_error(fault), kExitUsage;
   Bus bus(options.bus);
-  if (!bus.error().empty()) return print_error(bus.error()), kExitDiffers;
+  if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;
 
   Daemon daemon;
   bus.subscribe(options.bus.prefix + channels::kStatus, [&](const BusMessage& message) {
@@ -244,36 +260,69 @@ int push(const Options& options) {
 void add_push(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("push", "one command to a running daemon, acknowledged on screen");
-  command->add_option("--point", options->points, "name of a point to push; may be repeated")
-      ->allow_extra_args(false);
-  command->add_option("--group", options->groups, "name of a group to push and turn; may be repeated")
-      ->allow_extra_args(false);
-  command->add_option("--force", options->force, "X,Y,Z [N]")->delimiter(',')->expected(3);
-  command->add_option("--torque", options->torque, "X,Y,Z [N m], groups only")->delimiter(',')->expected(3);
-  command->add_option("--axes", options->axes, "axes of force and torque")
-      ->check(CLI::IsMember({"world", "body"}))
-      ->capture_default_str();
-  command->add_option("--duration", options->duration, "how long it acts [s], default 1")
-      ->check(CLI::PositiveNumber);
-  command
-      ->add_option("--lease", options->lease,
-                   "ends after so long [s] unless renewed by the same sender and slot")
-      ->check(CLI::PositiveNumber);
-  command->add_flag("--clear", options->clear, "empty the slot");
-  command->add_option("--slot", options->slot, "0 to 63: replaces what this sender has there")
-      ->capture_default_str();
-  command->add_option("--at-tick", options->at_tick, "take effect at this tick, default at once");
-  command->add_flag("--late-ok", options->late_ok,
-                    "when --at-tick has passed: at the next tick instead of a rejection");
+  CLI::Option* point =
+      command->add_option("--point", options->points, "point to push; may be repeated, each gets the force")
+          ->type_name("NAME")
+          ->allow_extra_args(false);
+  CLI::Option* group =
+      command->add_option("--group", options->groups, "group to push and turn; may be repeated")
+          ->type_name("NAME")
+          ->allow_extra_args(false);
+  CLI::Option* force = command->add_option("--force", options->force, "force [N]")
+                           ->type_name("X,Y,Z")
+                           ->delimiter(',')
+                           ->expected(3);
+  CLI::Option* torque = command->add_option("--torque", options->torque, "torque [N m], groups only")
+                            ->type_name("X,Y,Z")
+                            ->delimiter(',')
+                            ->expected(3);
+  CLI::Option* axes = command->add_option("--axes", options->axes, "axes of force and torque: world or body")
+                          ->check(CLI::IsMember({"world", "body"}))
+                          ->type_name("AXES")
+                          ->capture_default_str();
+  CLI::Option* duration =
+      command->add_option("--duration", options->duration, "how long it acts [s], default 1")
+          ->check(positive_time())
+          ->type_name("S");
+  CLI::Option* lease = command
+                           ->add_option("--lease", options->lease,
+                                        "instead of --duration: ends after so long [s] unless renewed by "
+                                        "the same sender and slot")
+                           ->check(positive_time())
+                           ->type_name("S")
+                           ->excludes(duration);
+  CLI::Option* clear = command->add_flag("--clear", options->clear, "empty the slot: ends what acts there");
+  for (CLI::Option* other : {point, group, force, torque, duration, lease}) clear->excludes(other);
+  CLI::Option* slot =
+      command->add_option("--slot", options->slot, "0 to 63: replaces what this sender has there")
+          ->type_name("N")
+          ->capture_default_str();
+  CLI::Option* at_tick =
+      command->add_option("--at-tick", options->at_tick, "take effect at this tick, default at once")
+          ->type_name("TICK");
+  CLI::Option* late_ok = command->add_flag("--late-ok", options->late_ok,
+                                           "when --at-tick has passed: at once instead of a rejection");
+  CLI::Option* control =
+      command
+          ->add_option("--control", options->control,
+                       "instead of a force: run, hold, reset, stop, step=N [ticks] or shapes=MODE")
+          ->type_name("COMMAND");
+  for (CLI::Option* other :
+       {point, group, force, torque, axes, duration, lease, clear, slot, at_tick, late_ok}) {
+    control->excludes(other);
+  }
   command->add_option("--sender", options->sender, "who pushes: 1 to 31 of A-Z a-z 0-9 _ . -")
+      ->check([](const std::string& name) {
+        return io::is_valid_sender(name) ? std::string()
+                                         : "found '" + name + "', must be 1 to 31 of A-Z a-z 0-9 _ . -";
+      })
+      ->type_name("NAME")
       ->capture_default_str();
-  command->add_option("--control", options->control, "run, hold, reset, stop, step=N or shapes=MODE");
   command->add_option("--timeout", options->timeout, "how long to wait for the daemon and for its answer [s]")
-      ->check(CLI::PositiveNumber)
+      ->check(positive_time())
+      ->type_name("S")
       ->capture_default_str();
-  command->add_option("--lcm-url", options->bus.lcm_url, "LCM network, default LCM_DEFAULT_URL");
-  command->add_option("--prefix", options->bus.prefix, "first part of the channel names")
-      ->capture_default_str();
+  add_bus_options(*command, options->bus);
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(
       "Examples:\n  freeflex push --point tip --force 0,0,1 --duration 0.1\n"

@@ -13,6 +13,7 @@
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/recording.hpp"
+#include "tools/usage.hpp"
 #include "tools/wire_layout.hpp"
 
 namespace freeflex::tools {
@@ -266,10 +267,11 @@ Outcome replay(const Options& options) {
 
 int report(const Options& options, const Outcome& outcome) {
   if (options.json) {
-    const char* result = outcome.exit_code == kExitOk           ? "identical"
-                         : outcome.exit_code == kExitDiffers    ? "differs"
-                         : outcome.exit_code == kExitIncomplete ? "incomplete"
-                                                                : "error";
+    const char* result = outcome.exit_code == kExitOk            ? "identical"
+                         : outcome.exit_code == kExitDiffers     ? "differs"
+                         : outcome.exit_code == kExitIncomplete  ? "incomplete"
+                         : outcome.exit_code == kExitInterrupted ? "interrupted"
+                                                                 : "error";
     Json out{{"log", options.log},
              {"result", result},
              {"ticks", outcome.ticks},
@@ -309,10 +311,14 @@ void add_replay(CLI::App& app, int& exit_code) {
       app.add_subcommand("replay", "recorded commands fed back, recorded states compared bit for bit");
   command->add_option("LOG", options->log, "LCM event log, as lcm-logger or freeflex run writes it")
       ->required();
-  command->add_option("--plan", options->plan,
-                      "plan or scene that was recorded; else the file the log names");
-  command->add_option("--session", options->session, "session to replay when the log holds several");
-  command->add_option("--prefix", options->prefix, "first part of the channel names")->capture_default_str();
+  command->add_option("--plan", options->plan, "plan or scene that was recorded; else the file the log names")
+      ->type_name("FILE");
+  command->add_option("--session", options->session, "session to replay when the log holds several")
+      ->type_name("N");
+  command->add_option("--prefix", options->prefix, "first part of the channel names")
+      ->check(channel_prefix())
+      ->type_name("NAME")
+      ->capture_default_str();
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(
       "Example:\n  lcm-logger -c '^FREEFLEX_.*' flight.log      (then push, then Ctrl-C)\n"

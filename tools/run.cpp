@@ -1,6 +1,5 @@
 // freeflex run: the step without the bus, as fast as it goes, to a log or a table.
 #include <CLI/App.hpp>
-#include <CLI/Validators.hpp>
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
@@ -15,6 +14,7 @@
 #include "tools/console.hpp"
 #include "tools/recording.hpp"
 #include "tools/run_output.hpp"
+#include "tools/usage.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -44,6 +44,7 @@ int open_commands(const Options& options, const Plan& plan, Commands& commands) 
   commands.log = std::make_unique<io::LogReader>(options.log);
   if (!commands.log->error().empty()) return print_error(commands.log->error()), kExitUsage;
   commands.recording = read_recording(*commands.log, options.prefix);
+  if (!commands.recording.is_readable) return print_error(commands.recording.error), kExitUsage;
   if (!commands.recording.error.empty())
     return print_error("log incomplete: " + commands.recording.error), kExitIncomplete;
   std::string error;
@@ -118,6 +119,8 @@ Result simulate(const Plan& plan, CommandFeed* feed, std::int64_t last, RunOutpu
 }
 
 int run(const Options& options) {
+  if (would_overwrite(options.input, options.out)) return kExitUsage;
+  if (!options.log.empty() && would_overwrite(options.log, options.out)) return kExitUsage;
   const std::optional<Plan> plan = load_or_explain(options.input, options.rate);
   if (!plan) return kExitUsage;
   Commands commands;
@@ -143,7 +146,7 @@ int run(const Options& options) {
     std::fprintf(stderr, "freeflex: interrupted: %s holds %" PRId64 " of %" PRId64 " ticks\n", file.c_str(),
                  result.ticks, *last);
   } else {
-    std::printf("%s: %" PRId64 " ticks, %.10g s\n", file.c_str(), result.ticks, seconds);
+    std::printf("%s: %s, %.10g s\n", file.c_str(), counted(result.ticks, "tick").c_str(), seconds);
   }
   return result.exit_code;
 }
@@ -154,15 +157,25 @@ void add_run(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("run", "the same step without the bus, as fast as it goes");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
-  command->add_option("--log", options->log, "LCM log whose commands are applied at their recorded ticks");
-  command->add_option("--session", options->session, "session of that log when it holds several");
-  command->add_option("--until", options->until, "simulated time to stop at [s]")
-      ->check(CLI::NonNegativeNumber);
+  command->add_option("--log", options->log, "LCM log whose commands are applied at their recorded ticks")
+      ->check(file_name())
+      ->type_name("FILE");
+  command->add_option("--session", options->session, "session of that log when it holds several")
+      ->type_name("N");
+  command->add_option("--until", options->until, "simulated time to stop at [s], to the nearest tick")
+      ->check(must_be("a number >= 0 [s]", [](double time) { return time >= 0.0 && std::isfinite(time); }))
+      ->type_name("S");
   command->add_option("--rate", options->rate, "ticks per second [Hz] instead of the scene's")
-      ->check(CLI::PositiveNumber);
+      ->check(rate_in_hertz())
+      ->type_name("HZ");
   command->add_option("--out", options->out, "file to write: NAME.csv is a table, any other name an LCM log")
-      ->required();
-  command->add_option("--prefix", options->prefix, "first part of the channel names")->capture_default_str();
+      ->required()
+      ->check(file_name())
+      ->type_name("FILE");
+  command->add_option("--prefix", options->prefix, "first part of the channel names")
+      ->check(channel_prefix())
+      ->type_name("NAME")
+      ->capture_default_str();
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(
       "Example:\n  freeflex run service/scenes/rotor.yaml --until 10 --out rotor.log\n"

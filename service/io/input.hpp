@@ -25,6 +25,9 @@ std::string format_fault(const Fault& fault, const std::vector<std::string>& sou
 /// The same as JSON: {"file","line","column","severity","message"}; all faults in an array.
 std::string faults_to_json(const Faults& faults, const std::vector<std::string>& sources);
 
+/// True when the file can be read and starts as plans do.
+bool is_plan_file(const std::string& path);
+
 /// A plan from a scene file or a plan file (told apart by the plan's magic bytes).
 struct PlanResult {
   std::optional<Plan> plan;  // empty when faults has an error

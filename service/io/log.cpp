@@ -63,7 +63,11 @@ bool LogReader::next(LogEvent& event) {
   if (std::fread(header.data(), 1, header.size(), file) != header.size()) {
     return damage(offset, "the file ends inside a record header");
   }
-  if (big_endian(header.data()) != kSyncWord) return damage(offset, "no record starts here");
+  if (big_endian(header.data()) != kSyncWord) {
+    if (offset > 0) return damage(offset, "no record starts here");
+    error_ = path_ + ": not an LCM event log";
+    return false;
+  }
   const auto channel_bytes = static_cast<std::int32_t>(big_endian(&header[20]));
   const auto data_bytes = static_cast<std::int32_t>(big_endian(&header[24]));
   if (channel_bytes <= 0 || channel_bytes > kMaxChannelBytes || data_bytes < 0) {

@@ -17,20 +17,6 @@ namespace {
 constexpr std::size_t kMaxPlanBytes = std::size_t{2}
                                       << 30;  // 20 times the rows of 1000 points and 3000 modes
 
-// true when the file can be read and starts as plans do; anything else is read as a scene, which says what is
-// wrong
-bool starts_as_plan(const std::string& path) {
-  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
-  if (file < 0) return false;
-  struct stat status {};
-  char start[kPlanMark.size()];
-  const bool is_plan = ::fstat(file, &status) == 0 && S_ISREG(status.st_mode) &&
-                       ::pread(file, start, sizeof start, 0) == static_cast<ssize_t>(sizeof start) &&
-                       std::string_view(start, sizeof start) == kPlanMark;
-  ::close(file);
-  return is_plan;
-}
-
 PlanResult load_plan_file(const std::string& path) {
   PlanResult result;
   result.sources = {path};
@@ -96,8 +82,20 @@ void sync_folder(const std::filesystem::path& file) {
 
 }  // namespace
 
+bool is_plan_file(const std::string& path) {
+  const int file = ::open(path.c_str(), O_RDONLY | O_CLOEXEC | O_NONBLOCK);
+  if (file < 0) return false;
+  struct stat status {};
+  char start[kPlanMark.size()];
+  const bool is_plan = ::fstat(file, &status) == 0 && S_ISREG(status.st_mode) &&
+                       ::pread(file, start, sizeof start, 0) == static_cast<ssize_t>(sizeof start) &&
+                       std::string_view(start, sizeof start) == kPlanMark;
+  ::close(file);
+  return is_plan;
+}
+
 PlanResult load_plan(const std::string& path) {
-  if (starts_as_plan(path)) return load_plan_file(path);
+  if (is_plan_file(path)) return load_plan_file(path);
   SceneResult scene = read_scene(path);
   PlanResult result;
   result.faults = std::move(scene.faults);

@@ -49,6 +49,8 @@ TEST_F(OnTheBus, PushToAnUnknownNameSaysWhatThereIs) {
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(contains(outcome.err, "no point 'nose' in scene 'frame'")) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "tip")) << outcome.err;
+  const Outcome near = with_daemon("$F push --point tpi --force 0,0,1");
+  EXPECT_TRUE(contains(near.err, "did you mean 'tip'?")) << near.err;
   EXPECT_EQ(with_daemon("$F push --group nose --torque 0,0,1").exit_code, 2);
 }
 
@@ -87,6 +89,22 @@ TEST_F(OnTheBus, MonitorPrintsOneJsonObjectALineForAChannel) {
   int count = 0;
   for (; std::getline(lines, line); ++count) EXPECT_EQ(Json::parse(line)["message"]["q"].size(), 6u);
   EXPECT_EQ(count, 3);
+}
+
+TEST_F(OnTheBus, MonitorThatHearsTooLittleIsExitOne) {
+  const Outcome outcome = with_daemon("$F monitor --channel 'ST.TE' --count 1 --duration 0.5");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(contains(outcome.err, "nothing heard on FREEFLEX_ST.TE")) << outcome.err;
+}
+
+TEST_F(OnTheBus, ClearEndsWhatActsInTheSlot) {
+  const Outcome outcome = with_daemon(
+      "$F push --point tip --force 0,0,1 --duration 100 && $F push --clear && "
+      "$F monitor --channel STATUS --json --count 1");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::size_t start = outcome.out.find('{');
+  ASSERT_NE(start, std::string::npos) << outcome.out;
+  EXPECT_EQ(Json::parse(outcome.out.substr(start))["message"]["num_slots"], 0) << outcome.out;
 }
 
 TEST_F(OnTheBus, LiveViewPrintsLinesWhereThereIsNoTerminal) {

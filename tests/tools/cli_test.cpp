@@ -22,15 +22,101 @@ TEST(CommandLine, HelpOfEveryCommandShowsAnExampleAndExitCodes) {
 }
 
 TEST(CommandLine, WrongUsageIsExitTwo) {
-  for (const char* arguments :
-       {"", "nonsense", "check", "modes --count x a.yaml", "run a.yaml", "push",
-        "push --point a --control run", "push --control jump", "push --point a --duration 1 --lease 1",
-        "push --point a --axes sideways", "monitor --live --json", "replay", "compile a.yaml"}) {
+  for (const char* arguments : {"",
+                                "nonsense",
+                                "check",
+                                "modes --count x a.yaml",
+                                "run a.yaml",
+                                "push",
+                                "push --point a --control run",
+                                "push --control jump",
+                                "push --point a --duration 1 --lease 1",
+                                "push --point a --axes sideways",
+                                "push --point a",
+                                "push --point a --torque 0,0,1",
+                                "push --point a --force 0,0,1 --sender 'a b'",
+                                "push --point a --force 0,0,1 --duration 1e300",
+                                "push --clear --force 0,0,1",
+                                "push --control run --duration 1",
+                                "monitor --live --json",
+                                "monitor --interval nan",
+                                "monitor --duration 0",
+                                "monitor --prefix 'A.*'",
+                                "replay",
+                                "compile a.yaml",
+                                "compile a.yaml -o b.plan --rate nan",
+                                "run a.yaml --out b.log --until nan",
+                                "run a.yaml --out b.log --until -1",
+                                "run a.yaml --out '' --until 1"}) {
     const Outcome outcome = run(kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments << ": " << outcome.err;
     EXPECT_FALSE(outcome.err.empty()) << arguments;
     EXPECT_TRUE(outcome.out.empty()) << arguments << ": " << outcome.out;
   }
+}
+
+TEST(CommandLine, AMisspeltWordIsAnsweredWithTheNearest) {
+  const std::vector<std::pair<std::string, std::string>> misspelt{
+      {"chek a.yaml", "no command 'chek' (did you mean 'check'?); there are check, modes, "},
+      {"check --jsno a.yaml", "no option '--jsno' (did you mean '--json'?)"},
+      {"run a.yaml --untl=3", "no option '--untl=3' (did you mean '--until'?)"},
+      {"--versoin", "no option '--versoin' (did you mean '--version'?)"},
+      {"check a.yaml b.yaml", "'b.yaml' is one argument too many"},
+      {"modes --count=-1 a.yaml", "--count: found '-1', must be a whole number >= 0"},
+      {"compile a.yaml -o a.plan --rate 0",
+       "--rate: found '0', must be a number from 0.001 to 1000000 [Hz]"}};
+  for (const auto& [arguments, text] : misspelt) {
+    const Outcome outcome = run(kFreeflex + " " + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_TRUE(contains(outcome.err, text)) << outcome.err;
+  }
+}
+
+TEST(CommandLine, OutputThatCannotBeWrittenIsExitOne) {
+  for (const char* arguments : {"check", "modes", "modes --json"}) {
+    const Outcome outcome = run(kFreeflex + " " + arguments + " " + kScenes + "boom.yaml >/dev/full");
+    EXPECT_EQ(outcome.exit_code, 1) << arguments;
+    EXPECT_TRUE(contains(outcome.err, "standard output")) << outcome.err;
+  }
+}
+
+TEST(CommandLine, AUrlThatIsNoneIsExitTwoWithWhatIsAllowed) {
+  for (const char* url :
+       {"nonsense", "tcpq://127.0.0.1:1", "udpm://1.2.3.4:1", "udpm://239.255.76.67:7667?ttl=x"}) {
+    for (const char* arguments : {"push --point tip --force 0,0,1", "monitor --duration 1"}) {
+      const Outcome outcome =
+          run("LCM_DEFAULT_URL='" + std::string(url) + "' " + kFreeflex + " " + arguments);
+      EXPECT_EQ(outcome.exit_code, 2) << url;
+      EXPECT_TRUE(contains(outcome.err, url) && contains(outcome.err, "must be ")) << outcome.err;
+    }
+  }
+}
+
+TEST(CommandLine, NothingIsWrittenOverWhatIsRead) {
+  const TemporaryFolder folder;
+  const std::string scene = read_text(kScenes + "boom.yaml");
+  write_text(folder / "a.yaml", scene);
+  for (const char* arguments :
+       {"compile a.yaml -o ./a.yaml", "run a.yaml --until 1 --out ../$(basename $PWD)/a.yaml"}) {
+    const Outcome outcome = run("cd " + folder.path() + " && " + kFreeflex + " " + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments << outcome.err;
+    EXPECT_EQ(read_text(folder / "a.yaml"), scene);
+  }
+}
+
+TEST(Check, APlanIsCheckedToo) {
+  const TemporaryFolder folder;
+  ASSERT_EQ(run(kFreeflex + " compile " + kScenes + "boom.yaml -o " + folder / "boom.plan").exit_code, 0);
+  const Outcome good = run(kFreeflex + " check " + folder / "boom.plan");
+  EXPECT_EQ(good.exit_code, 0) << good.err;
+  EXPECT_TRUE(contains(good.out, "boom.plan: good, 4 points, 3 links, 6 rigid and 6 elastic freedoms"))
+      << good.out;
+  const std::string plan = read_text(folder / "boom.plan");
+  write_text(folder / "cut.plan", std::string_view(plan).substr(0, plan.size() - 1));
+  const Outcome cut = run(kFreeflex + " check --json " + folder / "cut.plan");
+  EXPECT_EQ(cut.exit_code, 2);
+  EXPECT_TRUE(contains(Json::parse(cut.out)["faults"][0]["message"].get<std::string>(), "truncated plan"))
+      << cut.out;
 }
 
 TEST(Check, GoodSceneIsExitZeroWithOneLine) {

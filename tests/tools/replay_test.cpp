@@ -32,8 +32,8 @@ void write_events(const std::string& path, const std::vector<io::LogEvent>& even
   EXPECT_EQ(writer.close(), "");
 }
 
-/// A recording of the frame made by this build, fed with the commands of the golden one, and its plan: what is
-/// tampered with below must be sound before. Without SCENE, like the golden ones.
+/// A recording of the frame made by this build, fed with the commands of the golden one, and its plan: what
+/// is tampered with below must be sound before. Without SCENE, like the golden ones.
 struct SoundRecording {
   SoundRecording() {
     const Outcome compiled = run(kFreeflex + " compile " + kGolden + "frame.yaml -o " + plan);
