@@ -8,8 +8,12 @@
 #include <CLI/CLI.hpp>
 #include <chrono>
 #include <cmath>
+#include <cstdio>
+#include <exception>
 #include <future>
 #include <memory>
+#include <optional>
+#include <string>
 #include <thread>
 
 #include "messages/channels.hpp"
@@ -73,15 +77,9 @@ void fill_standard_descriptors() {
   }
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  fill_standard_descriptors();
-  if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;
-
-  DaemonOptions options;
+/// The exit status where the process is to end at once, with its reason or the help printed.
+std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options, std::string& level) {
   std::string timing = "realtime";
-  std::string level = "info";
   CLI::App app("Simulates a free flexible structure in real time, pushed and watched over LCM.", "freeflexd");
   app.footer(kFooter);
   app.set_version_flag("--version", FREEFLEX_VERSION);
@@ -109,9 +107,30 @@ int main(int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? freeflex::service::kClean : freeflex::service::kUsage;
   }
+  return std::nullopt;
+}
+
+int run(int argc, char** argv) {
+  DaemonOptions options;
+  std::string level = "info";
+  if (const auto status = read_arguments(argc, argv, options, level)) return *status;
   freeflex::service::SignalWatch signals;
   start_log(level);
   const int status = freeflex::service::run_daemon(options, signals);
   end_log(status);
   return status;
+}
+
+}  // namespace
+
+int main(int argc, char** argv) {
+  fill_standard_descriptors();
+  if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;
+  try {
+    return run(argc, argv);
+  } catch (const std::exception& fault) {
+    // no thread, no memory
+    std::fprintf(stderr, "freeflexd: %s\n", fault.what());
+    return freeflex::service::kRuntimeFailure;
+  }
 }
