@@ -1,9 +1,14 @@
 #include "tools/live_view.hpp"
 
+#include <sys/ioctl.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
+#include <numbers>
 #include <numeric>
+#include <sstream>
 #include <vector>
 
 #include "messages/channels.hpp"
@@ -15,41 +20,73 @@
 namespace freeflex::tools {
 namespace {
 
-constexpr std::size_t kNotes = 5;
-constexpr std::size_t kModesShown = 5;
+constexpr std::size_t kMaxNotes = 6;
+constexpr std::size_t kMaxModes = 6;
+constexpr const char* kBold = "\033[1m";
+constexpr const char* kAlarm = "\033[1;31m";  // bold red
+constexpr const char* kPlain = "\033[0m";
 
 double norm(const double (&v)[3]) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
 
-/// "##########....." for a value between zero and largest.
+/// "##########" for a value between zero and largest.
 std::string bar(double value, double largest) {
-  constexpr int kWidth = 24;
+  constexpr double kWidth = 32.0;
   const double share = largest > 0.0 ? std::clamp(value / largest, 0.0, 1.0) : 0.0;
-  const auto filled = static_cast<std::size_t>(std::lround(share * kWidth));
-  return std::string(filled, '#') + std::string(kWidth - filled, '.');
+  return std::string(static_cast<std::size_t>(std::lround(share * kWidth)), '#');
+}
+
+std::string bold(const std::string& text) { return kBold + text + kPlain; }
+
+/// A count that should stay zero.
+std::string alarming(const char* name, std::int64_t count) {
+  const std::string text = std::string(name) + " " + std::to_string(count);
+  return count == 0 ? text : kAlarm + text + kPlain;
+}
+
+std::string vector_row(const char* name, const double (&v)[3], const char* unit) {
+  return format_text("%-10s x % .4e   y % .4e   z % .4e  %s\n", name, v[0], v[1], v[2], unit);
+}
+
+/// [deg] between body and world axes, 0 to 180.
+double turned(const double (&attitude)[4]) {
+  const double vector_part = std::hypot(attitude[1], attitude[2], attitude[3]);
+  return 2.0 * std::atan2(vector_part, std::abs(attitude[0])) * 180.0 / std::numbers::pi;
 }
 
 }  // namespace
 
 Screen::Screen(bool is_terminal) : is_terminal_(is_terminal) {
-  // alternate screen, cursor hidden
-  if (is_terminal_) std::fputs("\033[?1049h\033[?25l", stdout);
+  // alternate screen, cursor hidden, long lines cut instead of wrapped
+  if (is_terminal_) std::fputs("\033[?1049h\033[?25l\033[?7l", stdout);
 }
 
 Screen::~Screen() {
   if (is_terminal_) {
-    std::fputs("\033[?25h\033[?1049l", stdout);
+    std::fputs("\033[?7h\033[?25h\033[?1049l", stdout);
     std::fflush(stdout);
   }
+}
+
+int Screen::num_rows() const {
+  winsize size{};
+  const bool is_known = is_terminal_ && ioctl(STDOUT_FILENO, TIOCGWINSZ, &size) == 0 && size.ws_row > 0;
+  return is_known ? size.ws_row : 24;
 }
 
 void Screen::show(const std::string& text) {
   if (!is_terminal_) {
     std::fputs(text.c_str(), stdout);
   } else {
+    // over the old page, each line cleared behind its end: nothing flickers; no end of line on the last row,
+    // which would scroll
     std::string drawn = "\033[H";
-    for (const char c : text) drawn += c == '\n' ? std::string("\033[K\n") : std::string(1, c);
+    const int rows = num_rows();
+    std::istringstream lines(text);
+    std::string line;
+    for (int row = 0; row < rows && std::getline(lines, line); ++row)
+      drawn += (row > 0 ? "\r\n" : "") + line + "\033[K";
     drawn += "\033[J";
-    std::fputs(drawn.c_str(), stdout);
+    std::fwrite(drawn.data(), 1, drawn.size(), stdout);
   }
   std::fflush(stdout);
 }
@@ -103,47 +140,48 @@ void LiveView::take_points(const freeflex_msgs::points_t& points) {
 
 void LiveView::note(const std::string& text) {
   notes_.push_back(text);
-  if (notes_.size() > kNotes) notes_.pop_front();
+  if (notes_.size() > kMaxNotes) notes_.pop_front();
 }
 
-std::string LiveView::header_text(const std::string& bus) const {
+std::string LiveView::header_text() const {
   const std::string name = scene_.is_complete() ? scene_.head().name : "?";
   const double silence = static_cast<double>(wall_clock_us() - last_heard_us_) * 1e-6;
-  std::string out = format_text("freeflex  %s  %s, %s  (%s)\n", name.c_str(), mode_name(status_->mode),
-                                status_->time_mode.c_str(), bus.c_str());
-  if (!status_->fault.empty()) out += "FAULT     " + status_->fault + "\n";
-  if (silence > 2.0) out += format_text("SILENT    for %.0f s\n", silence);
-  out += format_text("tick      %-12lld epoch %-6lld time %.3f s\n", static_cast<long long>(status_->tick),
-                     static_cast<long long>(status_->epoch), state_ ? state_->time : 0.0);
-  out += format_text("rate      %.1f Hz of %.10g Hz wanted\n\n", measured_rate_, status_->rate);
+  std::string out = bold(name + ": " + mode_name(status_->mode) + ", " + status_->time_mode) +
+                    format_text("   tick %lld   time %.3f s   epoch %lld\n",
+                                static_cast<long long>(state_ ? state_->tick : status_->tick),
+                                state_ ? state_->time : 0.0, static_cast<long long>(status_->epoch));
+  if (!status_->fault.empty()) out += std::string(kAlarm) + "fault      " + status_->fault + kPlain + "\n";
+  if (silence > 2.0)
+    out += std::string(kAlarm) + format_text("silent     for %.0f s", silence) + kPlain + "\n";
+  out += "rate       " + bold(format_text("%.1f Hz", measured_rate_)) +
+         format_text(" of %.10g Hz   ", status_->rate) + alarming("overruns", status_->overruns) + "   " +
+         alarming("slips", status_->slips) + "   " + alarming("ingress restarts", status_->ingress_restarts) +
+         "\n\n";
   return out;
 }
 
 std::string LiveView::motion_text() const {
   if (!state_) return "(no state yet)\n\n";
   const auto& s = *state_;
-  std::string out =
-      format_text("position  % .6e % .6e % .6e m\n", s.position[0], s.position[1], s.position[2]);
-  out += format_text("attitude  % .6f % .6f % .6f % .6f (w x y z)\n", s.attitude[0], s.attitude[1],
-                     s.attitude[2], s.attitude[3]);
-  out += format_text("velocity  % .6e % .6e % .6e m/s\n", s.velocity[0], s.velocity[1], s.velocity[2]);
-  out += format_text("spin      % .6e % .6e % .6e rad/s, body axes\n\n", s.angular_velocity[0],
-                     s.angular_velocity[1], s.angular_velocity[2]);
-  return out;
+  return vector_row("position", s.position, "m      centre of mass") +
+         format_text("%-10s w % .6f  x % .6f  y % .6f  z % .6f  turned %.1f deg\n", "attitude", s.attitude[0],
+                     s.attitude[1], s.attitude[2], s.attitude[3], turned(s.attitude)) +
+         vector_row("velocity", s.velocity, "m/s") +
+         vector_row("spin", s.angular_velocity, "rad/s  body axes") + "\n";
 }
 
-std::string LiveView::elastic_text() const {
+std::string LiveView::elastic_text(std::size_t num_modes) const {
   std::string at;
   if (largest_point_ >= 0 && static_cast<std::size_t>(largest_point_) < scene_.points().size()) {
-    at = " at " + scene_.points()[static_cast<std::size_t>(largest_point_)].name;
+    at = " at point " + scene_.points()[static_cast<std::size_t>(largest_point_)].name;
   }
   const double largest = largest_point_ >= 0 ? largest_displacement_ : status_->max_displacement;
-  std::string out = format_text("elastic   largest displacement %.6e m%s\n", largest, at.c_str());
+  std::string out = "elastic    largest displacement " + bold(format_text("%.4e m", largest)) + at + "\n";
   if (state_) {
     // the modes that move most, by the size of q
     std::vector<std::size_t> order(state_->q.size());
     std::iota(order.begin(), order.end(), std::size_t{0});
-    const std::size_t shown = std::min(kModesShown, order.size());
+    const std::size_t shown = std::min(num_modes, order.size());
     const auto is_larger = [&](std::size_t a, std::size_t b) {
       return std::abs(state_->q[a]) > std::abs(state_->q[b]);
     };
@@ -152,31 +190,28 @@ std::string LiveView::elastic_text() const {
     for (std::size_t i = 0; i < shown; ++i) {
       const std::size_t mode = order[i];
       const double hertz = mode < scene_.frequencies().size() ? scene_.frequencies()[mode] : 0.0;
-      out += format_text("  mode %-5zu %12.4f Hz  q % .4e m  %s\n", mode + 1, hertz, state_->q[mode],
+      out += format_text("  mode %-5zu %11.4f Hz  q % .4e m  %s\n", mode + 1, hertz, state_->q[mode],
                          bar(std::abs(state_->q[mode]), std::abs(state_->q[order[0]])).c_str());
     }
   }
-  out += format_text("energy    rigid %.4e J, elastic %.4e + %.4e J\n", status_->kinetic_rigid,
-                     status_->kinetic_elastic, status_->potential);
-  out += format_text("drift     energy %.1e, momentum %.1e, Eckart %.1e\n", status_->energy_drift,
-                     status_->momentum_drift, status_->eckart_residual);
-  out += format_text("validity  displacement ratio %.1e, spin ratio %.1e (both must be small)\n\n",
+  out += format_text("energy     rigid %.3e J, elastic motion %.3e J, strain %.3e J\n",
+                     status_->kinetic_rigid, status_->kinetic_elastic, status_->potential);
+  out += format_text("drift      energy %.1e, angular momentum %.1e, Eckart residual %.1e\n",
+                     status_->energy_drift, status_->momentum_drift, status_->eckart_residual);
+  out += format_text("validity   displacement ratio %.1e, spin ratio %.1e (both must be small)\n\n",
                      status_->displacement_ratio, status_->spin_ratio);
   return out;
 }
 
 std::string LiveView::timing_text() const {
-  const auto row = [](const char* name, const double(&v)[4]) {
-    return format_text("%-9s %10.1f %10.1f %10.1f %10.1f\n", name, v[0], v[1], v[2], v[3]);
+  const auto row = [](const char* name, const double(&v)[4], const char* meaning) {
+    return format_text("%-10s %9.1f %9.1f %9.1f %9.1f  %s\n", name, v[0], v[1], v[2], v[3], meaning);
   };
-  std::string out = format_text("%-9s %10s %10s %10s %10s  over %d ticks\n", "[us]", "p50", "p99", "p99.9",
-                                "max", status_->window_ticks);
-  out += row("lateness", status_->lateness_us) + row("compute", status_->compute_us) +
-         row("command", status_->command_latency_us);
-  out += format_text("overruns  %lld, slips %lld, ingress restarts %lld\n\n",
-                     static_cast<long long>(status_->overruns), static_cast<long long>(status_->slips),
-                     static_cast<long long>(status_->ingress_restarts));
-  return out;
+  return format_text("%-10s %9s %9s %9s %9s  over %d ticks\n", "[us]", "p50", "p99", "p99.9", "max",
+                     status_->window_ticks) +
+         row("lateness", status_->lateness_us, "wake-up after the deadline") +
+         row("compute", status_->compute_us, "one tick") +
+         row("command", status_->command_latency_us, "reception to effect") + "\n";
 }
 
 std::string LiveView::commands_text() const {
@@ -192,18 +227,25 @@ std::string LiveView::commands_text() const {
         std::to_string(rejection.count);
   }
   if (!reasons.empty()) reasons += ")";
-  std::string out = format_text("commands  %lld received, %lld accepted, %lld rejected%s, %d in force\n",
-                                static_cast<long long>(status_->commands_received),
-                                static_cast<long long>(status_->commands_accepted),
-                                static_cast<long long>(rejected), reasons.c_str(), status_->num_slots);
-  for (const std::string& text : notes_) out += "  " + text + "\n";
-  return out;
+  return format_text("commands   %lld received, %lld accepted, %lld rejected%s, %d in force\n",
+                     static_cast<long long>(status_->commands_received),
+                     static_cast<long long>(status_->commands_accepted), static_cast<long long>(rejected),
+                     reasons.c_str(), status_->num_slots);
 }
 
-std::string LiveView::page(const std::string& bus) const {
-  if (!status_) return "freeflex  waiting for a daemon (" + bus + ")\nCtrl-C ends\n";
-  return header_text(bus) + motion_text() + elastic_text() + timing_text() + commands_text() +
-         "\nCtrl-C ends\n";
+std::string LiveView::page(const std::string& bus, int num_rows) const {
+  const std::string last_line = "Ctrl-C ends   " + bus + "\n";
+  if (!status_) return "freeflex: waiting for a daemon\n" + last_line;
+  const std::size_t num_modes = num_rows < 28 ? 3 : kMaxModes;
+  std::string out = header_text() + motion_text() + elastic_text(num_modes) + timing_text() + commands_text();
+  // the latest commands and answers take what is left
+  const auto left = num_rows - 1 - std::count(out.begin(), out.end(), '\n');
+  for (std::size_t i = notes_.size() -
+                       std::min(notes_.size(), static_cast<std::size_t>(std::max(left, std::ptrdiff_t{0})));
+       i < notes_.size(); ++i) {
+    out += "  " + notes_[i] + "\n";
+  }
+  return out + last_line;
 }
 
 std::string LiveView::line() const {

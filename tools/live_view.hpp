@@ -15,7 +15,7 @@
 
 namespace freeflex::tools {
 
-/// Draws pages over each other on a terminal; elsewhere prints them one after another.
+/// Draws pages over each other on a terminal, cut to its size; elsewhere prints them one after another.
 class Screen {
  public:
   explicit Screen(bool is_terminal);
@@ -23,6 +23,8 @@ class Screen {
   Screen(const Screen&) = delete;
   Screen& operator=(const Screen&) = delete;
   void show(const std::string& text);
+  /// Lines that fit.
+  int num_rows() const;
 
  private:
   bool is_terminal_;
@@ -32,8 +34,8 @@ class Screen {
 class LiveView {
  public:
   void take(const std::string& suffix, const BusMessage& message);
-  /// The full view, several lines. \param bus  where it comes from
-  std::string page(const std::string& bus) const;
+  /// The full view. \param bus  where it comes from  \param num_rows  lines to use, 24 or more to show all
+  std::string page(const std::string& bus, int num_rows) const;
   /// The most important figures in one line.
   std::string line() const;
 
@@ -41,9 +43,9 @@ class LiveView {
   void take_status(const freeflex_msgs::status_t& status);
   void take_points(const freeflex_msgs::points_t& points);
   void note(const std::string& text);
-  std::string header_text(const std::string& bus) const;
+  std::string header_text() const;
   std::string motion_text() const;
-  std::string elastic_text() const;
+  std::string elastic_text(std::size_t num_modes) const;
   std::string timing_text() const;
   std::string commands_text() const;
 

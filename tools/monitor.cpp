@@ -224,8 +224,9 @@ std::int64_t monitor_live(Bus& bus, const Options& options) {
   const bool is_terminal = isatty(STDOUT_FILENO) == 1;
   if (is_terminal) pace.interval = std::min(0.2, options.interval);
   Screen screen(is_terminal);
-  watch(bus, pace, num_messages,
-        [&](double) { screen.show(is_terminal ? view.page(bus.describe()) : view.line() + "\n"); });
+  watch(bus, pace, num_messages, [&](double) {
+    screen.show(is_terminal ? view.page(bus.describe(), screen.num_rows()) : view.line() + "\n");
+  });
   return num_messages;
 }
 

@@ -50,6 +50,29 @@ struct Options {
   bool json = false;
 };
 
+/// What --point says: NAME, pushed by --force, or NAME=X,Y,Z.
+struct PointArgument {
+  std::string name;
+  std::optional<std::array<double, 3>> force;  // [N]
+};
+
+/// nullopt when what stands behind = is not three numbers.
+std::optional<PointArgument> parse_point(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  PointArgument point{text.substr(0, equals), std::nullopt};
+  if (equals == std::string::npos) return point;
+  const char* next = text.data() + equals + 1;
+  const char* end = text.data() + text.size();
+  std::array<double, 3>& force = point.force.emplace();
+  for (int k = 0; k < 3; ++k) {
+    const auto parsed = std::from_chars(next, end, force[static_cast<std::size_t>(k)]);
+    const bool is_followed_well = k < 2 ? parsed.ptr != end && *parsed.ptr == ',' : parsed.ptr == end;
+    if (parsed.ec != std::errc() || !is_followed_well) return std::nullopt;
+    next = parsed.ptr + 1;
+  }
+  return point;
+}
+
 struct Daemon {
   std::optional<status_t> status;
   SceneCatalogue scene;
@@ -112,7 +135,9 @@ std::optional<force_t> make_force(const Options& options, const SceneCatalogue& 
   } else if (!options.clear) {
     force.duration_ticks = to_ticks(options.duration.value_or(1.0), rate);
   }
-  for (const std::string& name : options.points) {
+  for (const std::string& text : options.points) {
+    const PointArgument argument = *parse_point(text);
+    const std::string& name = argument.name;
     const std::optional<std::int32_t> index = scene.find_point(name);
     if (!index) {
       std::vector<std::string> known;
@@ -125,6 +150,7 @@ std::optional<force_t> make_force(const Options& options, const SceneCatalogue& 
     freeflex_msgs::point_force_t item{};
     item.point = *index;
     copy_vector(options.force, item.force);
+    if (argument.force) std::copy_n(argument.force->begin(), 3, item.force);
     force.forces.push_back(item);
   }
   for (const std::string& name : options.groups) {
@@ -168,7 +194,13 @@ std::string find_fault(const Options& options) {
   if (options.clear) return {};
   if (!options.torque.empty() && options.groups.empty())
     return "--torque acts on a --group, not on a --point";
-  if (options.force.empty() && (options.torque.empty() || !options.points.empty()))
+  bool needs_force = !options.groups.empty() && options.torque.empty();
+  for (const std::string& text : options.points) {
+    const std::optional<PointArgument> point = parse_point(text);
+    if (!point) return "--point '" + text + "': must be NAME or NAME=X,Y,Z with three numbers [N]";
+    needs_force = needs_force || !point->force;
+  }
+  if (needs_force && options.force.empty())
     return "give --force X,Y,Z [N], or for a group --torque X,Y,Z [N m]";
   return {};
 }
@@ -260,10 +292,11 @@ int push(const Options& options) {
 void add_push(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("push", "one command to a running daemon, acknowledged on screen");
-  CLI::Option* point =
-      command->add_option("--point", options->points, "point to push; may be repeated, each gets the force")
-          ->type_name("NAME")
-          ->allow_extra_args(false);
+  CLI::Option* point = command
+                           ->add_option("--point", options->points,
+                                        "point to push, by --force or by its own =X,Y,Z [N]; may be repeated")
+                           ->type_name("NAME[=X,Y,Z]")
+                           ->allow_extra_args(false);
   CLI::Option* group =
       command->add_option("--group", options->groups, "group to push and turn; may be repeated")
           ->type_name("NAME")
@@ -326,6 +359,7 @@ void add_push(CLI::App& app, int& exit_code) {
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(
       "Examples:\n  freeflex push --point tip --force 0,0,1 --duration 0.1\n"
+      "  freeflex push --point tip=0,0,1 --point hub=0,0,-1      (both in one command)\n"
       "  freeflex push --group hub --torque 0,0,5 --axes body --lease 2 --slot 3\n"
       "  freeflex push --control step=100\n"
       "The command is sent once. Exit codes: 0 accepted, 1 rejected or not answered, 2 wrong arguments or "

@@ -37,6 +37,19 @@ TEST_F(OnTheBus, PushIsAcceptedWithItsTick) {
   EXPECT_GE(json["tick"], 0);
 }
 
+TEST_F(OnTheBus, OnePushHoldsAForceForEachPoint) {
+  // far enough ahead for the monitor to listen when it takes effect
+  const Outcome outcome = with_daemon(
+      "$F push --point tip=0,0.5,3 --point hub=0,-5e-1,-3 --point mid --force 1,2,3 --at-tick 4000 >&2 && "
+      "$F monitor --channel APPLIED --json --count 1 --duration 20");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json command = Json::parse(outcome.out)["message"]["command"];
+  EXPECT_EQ(command["forces"],
+            Json::parse(R"([{"point": 3, "force": [0.0, 0.5, 3.0]}, {"point": 0, "force": [0.0, -0.5, -3.0]},
+                            {"point": 1, "force": [1.0, 2.0, 3.0]}])"))
+      << outcome.out;
+}
+
 TEST_F(OnTheBus, PushIsRejectedWithItsReason) {
   const Outcome outcome = with_daemon("$F push --point tip --force 0,0,1 --slot 64");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;

@@ -34,6 +34,8 @@ TEST(CommandLine, WrongUsageIsExitTwo) {
                                 "push --point a --axes sideways",
                                 "push --point a",
                                 "push --point a --torque 0,0,1",
+                                "push --point a=1,2",
+                                "push --point a=1,2,3x",
                                 "push --point a --force 0,0,1 --sender 'a b'",
                                 "push --point a --force 0,0,1 --duration 1e300",
                                 "push --clear --force 0,0,1",
