@@ -1,4 +1,5 @@
-// The whole step on single oscillators against closed form at t = n h.
+// The whole step on single oscillators and on a structure against closed form at t = n h.
+#include <fmt/format.h>
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -10,6 +11,8 @@
 
 #include "tests/step/closed_form.hpp"
 #include "tests/step/hand_plan.hpp"
+#include "tests/support/simulation.hpp"
+#include "tests/support/structures.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -57,11 +60,12 @@ struct Worst {
   std::string where;
 };
 
-void compare(const Plan& plan, const State& state, std::int64_t n, Load load,
+/// \param row  of the plan, in the direction of the force: Q = kForce row
+void compare(const Plan& plan, const State& state, std::int64_t n, Load load, std::span<const double> row,
              const std::vector<double>& largest, Worst& worst) {
   const Real t = Real(n) * Real(plan.period), M(plan.mass);
   for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
-    const Real w(plan.omega[l]), Q = Real(kForce) * Real(plan.rows[l]);
+    const Real w(plan.omega[l]), Q = Real(kForce) * Real(row[l]);
     const Motion exact = oscillate(w, Real(plan.decay[l]), Real(plan.initial.q[l]),
                                    Real(plan.initial.q_dot[l]), load == Load::kConstant ? Q / M : Real(0),
                                    load == Load::kLinear ? Q / (M * Real(kRampTime)) : Real(0), t);
@@ -69,31 +73,16 @@ void compare(const Plan& plan, const State& state, std::int64_t n, Load load,
     const double error = sqrt(dq * dq + dv * dv).convert_to<double>() / (kEpsilon * largest[l]);
     const double share = error / (2.0 + 0.2 * static_cast<double>(n));
     if (error > worst.error)
-      worst.where = "omega h " + std::to_string(plan.omega[l] * plan.period) + ", decay / omega " +
-                    std::to_string(plan.decay[l] / plan.omega[l]) + ", n " + std::to_string(n);
+      worst.where = fmt::format("omega h {:.6g}, decay h {:.2g}, n {}", plan.omega[l] * plan.period,
+                                plan.decay[l] * plan.period, n);
     worst.error = std::max(worst.error, error);
     worst.share = std::max(worst.share, share);
   }
 }
 
-/// Steps modes to the last checkpoint and compares at each.
-Worst run_to(double period, std::uint64_t seed, int num_random, Load load, std::int64_t last) {
-  Plan plan = hand_plan(period, modes_for(period, seed, num_random));
-  plan.points[0].r = {};  // no moment: the body does not turn, and world axes stay body axes
-  std::vector<ForceCommand> commands;
-  const PointForce force{0, 0, {kForce, 0.0, 0.0}};
-  if (load == Load::kConstant) {
-    commands.push_back(hand_command("test", 0));
-    add_force(commands[0], 0, force.force);
-  }
-  if (load == Load::kLinear) {
-    PlanHistory ramp;
-    ramp.kind = PlanHistory::Kind::kTable;
-    ramp.times = {0.0, kRampTime};
-    ramp.values = {0.0, 1.0};
-    ramp.pattern = build_pattern(plan, 0, std::span(&force, 1), {});
-    plan.histories.push_back(ramp);
-  }
+/// Steps to the last checkpoint and compares at each.
+Worst run_and_compare(const Plan& plan, std::span<const ForceCommand> commands, Load load,
+                      std::span<const double> row, std::int64_t last) {
   HandRun run(plan);
   std::vector<double> largest(static_cast<std::size_t>(plan.num_padded));
   const auto note = [&] {
@@ -103,13 +92,59 @@ Worst run_to(double period, std::uint64_t seed, int num_random, Load load, std::
   note();
   Worst worst;
   for (std::int64_t n = 1; n <= last; ++n) {
-    run.run(1, n == 1 ? commands : std::vector<ForceCommand>{});
+    run.run(1, n == 1 ? commands : std::span<const ForceCommand>{});
     note();
-    if (n == 1 || n == 1000 || n == 1000000) compare(plan, run.state, n, load, largest, worst);
+    if (n == 1 || n == 1000 || n == 1000000) compare(plan, run.state, n, load, row, largest, worst);
   }
   std::printf("worst error %.3f eps (%s), %.3g of (2 + 0.2 n) eps\n", worst.error, worst.where.c_str(),
               worst.share);
   return worst;
+}
+
+/// The commands or the history that load point `point` along x of the axes.
+std::vector<ForceCommand> load_point(Plan& plan, int point, std::int32_t axes, Load load) {
+  const PointForce force{point, 0, {kForce, 0.0, 0.0}};
+  std::vector<ForceCommand> commands;
+  if (load == Load::kConstant) {
+    commands.push_back(hand_command("test", 0, axes));
+    add_force(commands[0], point, force.force);
+  }
+  if (load == Load::kLinear) {
+    PlanHistory ramp;
+    ramp.kind = PlanHistory::Kind::kTable;
+    ramp.times = {0.0, kRampTime};
+    ramp.values = {0.0, 1.0};
+    ramp.pattern = build_pattern(plan, axes, std::span(&force, 1), {});
+    plan.histories.push_back(ramp);
+  }
+  return commands;
+}
+
+Worst run_to(double period, std::uint64_t seed, int num_random, Load load, std::int64_t last) {
+  Plan plan = hand_plan(period, modes_for(period, seed, num_random));
+  plan.points[0].r = {};  // no moment: the body does not turn, and world axes stay body axes
+  const auto commands = load_point(plan, 0, 0, load);
+  return run_and_compare(plan, commands, load, plan.rows, last);
+}
+
+/// A truss with a point on a single spring (two mechanisms), spinning, its modes damped in every way, pushed
+/// at a corner in body axes, which turn with it.
+Worst run_structure_to(double rate, double stiffer, Load load, std::int64_t last) {
+  Scene scene = square_truss(3);
+  scene.rate = rate;
+  scene.points.push_back({"loose", 0.5, {2.0, 0.5, 0.5}, {}});
+  scene.links.push_back({"tether", {11, 12}, Spring{1e3}, {}});
+  for (Link& link : scene.links) std::get<Spring>(link.kind).stiffness *= stiffer;
+  scene.initial.angular_velocity = {0.3, -0.2, 0.4};
+  scene.initial.points.push_back({3, {1e-3, 0.0, 2e-3}, {0.0, 0.1, 0.0}});
+  Plan plan = plan_of(scene);
+  for (std::size_t l = 2; l < static_cast<std::size_t>(plan.num_elastic); ++l)
+    plan.decay[l] = kRatios[l % kRatios.size()] * plan.omega[l];
+  set_rate(plan, rate);
+  const auto commands = load_point(plan, 10, 1, load);
+  const auto row = std::span<const double>(plan.rows).subspan(
+      3 * static_cast<std::size_t>(plan.points[10].row) * static_cast<std::size_t>(plan.num_padded));
+  return run_and_compare(plan, commands, load, row, last);
 }
 
 // both coordinates rounded once, half a unit in the last place, eps / 2 at most relative to either
@@ -126,6 +161,18 @@ TEST(Oscillator, ConstantLoadStaysWithinTheBoundAfterAThousandTicks) {
 
 TEST(Oscillator, LinearLoadStaysWithinTheBoundAfterAThousandTicks) {
   EXPECT_LE(run_to(1e-3, 4, 40, Load::kLinear, 1000).share, 1.0);
+}
+
+// soft against the step, comparable with it, and stiff: omega h up to 1e-3, 1 and 1e6
+TEST(Structure, MovesAsTheClosedFormUnderBodyForcesWhileItTurns) {
+  for (const auto& [rate, stiffer] : {std::pair{1e6, 1.0}, {1e3, 1.0}, {1e3, 1e12}})
+    for (const Load load : {Load::kNone, Load::kConstant, Load::kLinear})
+      EXPECT_LE(run_structure_to(rate, stiffer, load, 1000).share, 1.0) << rate << ' ' << stiffer;
+}
+
+TEST(StructureOverAMillionTicks, MovesAsTheClosedFormUnderBodyForcesWhileItTurns) {
+  EXPECT_LE(run_structure_to(1e3, 1.0, Load::kConstant, 1000000).share, 1.0);
+  EXPECT_LE(run_structure_to(1e3, 1.0, Load::kLinear, 1000000).share, 1.0);
 }
 
 TEST(OscillatorOverAMillionTicks, FreeMotionIsTheClosedFormRoundedOnce) {
