@@ -204,6 +204,45 @@ FREEFLEX_KERNEL void advance(const Propagator::Lanes* all, std::size_t n, ModalS
   *is_finite = sum - sum == 0.0;
 }
 
+/// Sums over modes in the lanes of sum_in_lanes, nine at once, kLanes / lanes of V at a time: as many
+/// registers as the baseline has.
+template <class V>
+FREEFLEX_KERNEL void contract_motion_to(const double* rows, const Plan* plan, std::size_t n, const double* q,
+                                        const double* q_dot, const double* Q, PointMotion* motion) noexcept {
+  constexpr std::size_t kLanesOfV = sizeof(V) / sizeof(double);
+  const double *omega = plan->omega.data(), *decay = plan->decay.data();
+  const double inverse_mass = 1.0 / plan->mass;
+  double sums[3][3][kLanes];
+  for (std::size_t chunk = 0; chunk < kLanes; chunk += kLanesOfV) {
+    V sum[3][3]{};
+    for (std::size_t l = chunk; l < n; l += kLanes) {
+      V x, x_dot, load, w, d;
+      load_to(x, q, l);
+      load_to(x_dot, q_dot, l);
+      load_to(load, Q, l);
+      load_to(w, omega, l);
+      load_to(d, decay, l);
+      const V x_ddot = (inverse_mass * load - 2.0 * d * x_dot) - w * (w * x);
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        V b;
+        load_to(b, rows + axis * n, l);
+        sum[0][axis] += b * x;
+        sum[1][axis] += b * x_dot;
+        sum[2][axis] += b * x_ddot;
+      }
+    }
+    for (std::size_t k = 0; k < 3; ++k)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        __builtin_memcpy(sums[k][axis] + chunk, &sum[k][axis], sizeof(V));
+  }
+  Vec3* const results[3] = {&motion->V, &motion->V_dot, &motion->V_ddot};
+  for (std::size_t k = 0; k < 3; ++k)
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const double* s = sums[k][axis];
+      (*results[k])[axis] = ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+    }
+}
+
 #undef FREEFLEX_KERNEL
 
 }  // namespace
@@ -216,17 +255,6 @@ double dot_squares(const double* a, const double* b, std::size_t n) noexcept {
   return sum_in_lanes(n, [&](std::size_t l) {
     const Pair product = load(a + l) * load(b + l);
     return product * product;
-  });
-}
-
-double dot_acceleration(const double* row, const Plan& plan, const double* q, const double* q_dot,
-                        const double* Q) noexcept {
-  const double *omega = plan.omega.data(), *decay = plan.decay.data();
-  const double inverse_mass = 1.0 / plan.mass;
-  return sum_in_lanes(static_cast<std::size_t>(plan.num_padded), [&](std::size_t l) {
-    const Pair forced = inverse_mass * load(Q + l) - 2.0 * load(decay + l) * load(q_dot + l);
-    const Pair w = load(omega + l);
-    return load(row + l) * (forced - w * (w * load(q + l)));
   });
 }
 
@@ -247,6 +275,14 @@ void combine_one(const double* x, double s, bool accumulate, std::size_t n, doub
 void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) noexcept {
   for (std::size_t a = 0; a < 3; ++a)
     for (std::size_t b = 0; b < 3; ++b) combine_one(rows + a * n, F[b], true, n, table + (3 * a + b) * n);
+}
+
+PointMotion contract_motion(const double* rows, const Plan& plan, const double* q, const double* q_dot,
+                            const double* Q) noexcept {
+  PointMotion motion;
+  run_widest<contract_motion_to<Pair>, contract_motion_to<Quad>, contract_motion_to<Oct>>(
+      rows, &plan, static_cast<std::size_t>(plan.num_padded), q, q_dot, Q, &motion);
+  return motion;
 }
 
 bool advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,

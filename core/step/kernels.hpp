@@ -12,9 +12,15 @@ double dot_lanes(const double* a, const double* b, std::size_t n) noexcept;
 
 /// Sum of (a_l b_l)^2, in the same lanes.
 double dot_squares(const double* a, const double* b, std::size_t n) noexcept;
-/// Sum of row_l q_ddot_l, with q_ddot = Q / M - 2 decay q_dot - omega^2 q (THEORY 5.7), in the same lanes.
-double dot_acceleration(const double* row, const Plan& plan, const double* q, const double* q_dot,
-                        const double* Q) noexcept;
+
+/// Elastic displacement, velocity and acceleration of a point.
+struct PointMotion {
+  Vec3 V{}, V_dot{}, V_ddot{};  // [m], [m/s], [m/s^2] body axes
+};
+/// rows (3 x n) times q, q_dot and q_ddot = Q / M - 2 decay q_dot - omega^2 q (THEORY 2.5, X53), in the same
+/// lanes.
+PointMotion contract_motion(const double* rows, const Plan& plan, const double* q, const double* q_dot,
+                            const double* Q) noexcept;
 
 /// y = or += f_0 rows_0 + f_1 rows_1 + f_2 rows_2, rows (3 x n)
 void combine_rows(const double* rows, const Vec3& f, bool accumulate, std::size_t n, double* y) noexcept;

@@ -19,14 +19,6 @@ Vec3 contract(const Plan& plan, const double* rows, const Array& x) noexcept {
           dot_lanes(rows + 2 * n, x.data(), n)};
 }
 
-/// Elastic acceleration of a point in body axes, sum_l b_l q_ddot_l with (5.7) for q_ddot.
-Vec3 elastic_acceleration(const Plan& plan, const State& state, const double* rows) noexcept {
-  const std::size_t n = index(plan.num_padded);
-  return {dot_acceleration(rows, plan, state.q.data(), state.q_dot.data(), state.Q.data()),
-          dot_acceleration(rows + n, plan, state.q.data(), state.q_dot.data(), state.Q.data()),
-          dot_acceleration(rows + 2 * n, plan, state.q.data(), state.q_dot.data(), state.Q.data())};
-}
-
 }  // namespace
 
 Mat3 rotation_matrix(const Quat& q) noexcept {
@@ -47,10 +39,8 @@ PointState read_point(const Plan& plan, const State& state, int point) noexcept 
   const Vec3 H_B = multiply_transposed(R, state.H_W);
   const Vec3 w = multiply(plan.inverse_inertia, H_B);
   const Vec3 w_dot = multiply(plan.inverse_inertia, sub(state.moment_B, cross(w, H_B)));
-  const double* rows = rows_of(plan, point);
-  const Vec3 V = contract(plan, rows, state.q);
-  const Vec3 V_dot = contract(plan, rows, state.q_dot);
-  const Vec3 V_ddot = elastic_acceleration(plan, state, rows);
+  const auto [V, V_dot, V_ddot] =
+      contract_motion(rows_of(plan, point), plan, state.q.data(), state.q_dot.data(), state.Q.data());
   const Vec3 x = add(plan.points[index(point)].r, V);
   const Vec3 wx = cross(w, x);
   // velocity and acceleration of a point that moves in turning axes
