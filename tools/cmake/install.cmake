@@ -1,4 +1,4 @@
-# what cmake --install gives: programs, libraries, headers, message types, scenes and the CMake package
+# what cmake --install gives: programs, libraries, headers, message types, scenes, an example and the CMake package
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/freeflex)
 set(header_dir ${CMAKE_INSTALL_INCLUDEDIR}/freeflex)
@@ -24,4 +24,5 @@ foreach(folder core/step core/model service/io messages)
 endforeach()
 install(DIRECTORY ${CMAKE_BINARY_DIR}/generated/freeflex_msgs DESTINATION ${header_dir} FILES_MATCHING PATTERN "*.hpp")
 install(DIRECTORY messages/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/lcm FILES_MATCHING PATTERN "*.lcm")
+install(DIRECTORY tests/tools/controller DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/examples)
 install(DIRECTORY service/scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/scenes)
