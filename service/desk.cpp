@@ -82,10 +82,9 @@ void CommandDesk::settle(const StepReport& report) {
     drop_if_idle(*claim);
   }
   // the places of the due ones go back on the stack of free places
-  for (int i = 0; i < num_due_; ++i) {
-    free_places_[static_cast<std::size_t>(kMaxPending - num_pending_ + i)] =
-        order_[static_cast<std::size_t>(i)].place;
-  }
+  const auto num_free = static_cast<std::size_t>(kMaxPending) - static_cast<std::size_t>(num_pending_);
+  for (std::size_t i = 0; i < static_cast<std::size_t>(num_due_); ++i)
+    free_places_[num_free + i] = order_[i].place;
   std::move(order_.begin() + num_due_, order_.begin() + num_pending_, order_.begin());
   num_pending_ -= num_due_;
   num_due_ = num_due_received_ = 0;
