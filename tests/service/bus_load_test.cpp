@@ -217,7 +217,8 @@ void expect_foreign_in_a_fresh_daemon(const std::string& log, std::size_t num_co
               client.acks.size());
 }
 
-class BusLoad : public ::testing::Test {
+/// Named by the build, BusLoadFor5s or BusLoadFor60s: ctest tells tests apart by name alone.
+class FREEFLEX_LOAD_NAME : public ::testing::Test {
  protected:
   void SetUp() override {
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
@@ -230,7 +231,7 @@ class BusLoad : public ::testing::Test {
   std::filesystem::path log_;
 };
 
-TEST_F(BusLoad, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog) {
+TEST_F(FREEFLEX_LOAD_NAME, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog) {
   print_cyclictest("cyclictest before");
   Recorder recorder(kPrefix, log_.string());
   BusClient client(kPrefix);
