@@ -12,21 +12,19 @@
 #include "tools/console.hpp"
 #include "tools/usage.hpp"
 
+namespace freeflex::tools {
 namespace {
 
 /// The exit code, or 1 when what was printed did not all reach its file.
 int end_output(int exit_code) {
   errno = 0;
   if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
-  freeflex::tools::print_error(std::string("standard output: ") +
-                               (errno != 0 ? std::strerror(errno) : "cannot be written"));
-  return exit_code == freeflex::tools::kExitOk ? freeflex::tools::kExitDiffers : exit_code;
+  print_error(std::string("standard output: ") + (errno != 0 ? std::strerror(errno) : "cannot be written"));
+  return exit_code == kExitOk ? kExitDiffers : exit_code;
 }
 
-}  // namespace
-
-int main(int argc, char** argv) {
-  using namespace freeflex::tools;
+/// Parses and runs one command.
+int run_command_line(int argc, char** argv) {
   CLI::App app{"freeflex: scenes, plans, runs and recordings of free flexible structures", "freeflex"};
   app.set_version_flag("--version", std::string("freeflex ") + FREEFLEX_VERSION);
   app.require_subcommand(1);
@@ -51,9 +49,19 @@ int main(int argc, char** argv) {
     if (error.get_exit_code() == 0) return app.exit(error), end_output(kExitOk);
     print_error(explain(app, error));
     return kExitUsage;
-  } catch (const std::exception& error) {
-    print_error(error.what());
-    return kExitUsage;
   }
   return end_output(exit_code);
+}
+
+}  // namespace
+}  // namespace freeflex::tools
+
+int main(int argc, char** argv) {
+  try {
+    return freeflex::tools::run_command_line(argc, argv);
+  } catch (const std::exception& error) {
+    // no memory, most likely
+    std::fprintf(stderr, "freeflex: error: %s\n", error.what());
+    return freeflex::tools::kExitDiffers;
+  }
 }

@@ -11,6 +11,7 @@
 namespace freeflex::tools {
 
 /// What is known of a message by its channel.
+// NOLINTNEXTLINE(bugprone-exception-escape): the move of Json is noexcept, whatever it calls
 struct DecodedMessage {
   Json fields;          // null: not one of ours, or damaged
   std::string summary;  // one line, may be empty

@@ -33,6 +33,7 @@ struct Options {
   bool json = false;
 };
 
+// NOLINTNEXTLINE(bugprone-exception-escape): the move of Json is noexcept, whatever it calls
 struct Channel {
   std::int64_t count = 0;
   std::int64_t bytes = 0;

@@ -182,6 +182,31 @@ std::vector<std::byte> address(Message& message, const Options& options, std::in
   return io::encode(message);
 }
 
+/// The first of a list that was given, or nothing.
+std::string first_given(const CLI::App& command, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    if (command.count(name) > 0) return name;
+  }
+  return {};
+}
+
+/// Options that say two things at once. Empty: none.
+std::string find_conflict(const CLI::App& command) {
+  std::string other;
+  if (command.count("--control") > 0) {
+    other = first_given(command, {"--point", "--group", "--force", "--torque", "--axes", "--duration",
+                                  "--lease", "--clear", "--slot", "--at-tick", "--late-ok"});
+    if (!other.empty()) return "--control goes without " + other;
+  }
+  if (command.count("--clear") > 0) {
+    other = first_given(command, {"--point", "--group", "--force", "--torque", "--duration", "--lease"});
+    if (!other.empty()) return "--clear goes without " + other;
+  }
+  if (command.count("--lease") > 0 && command.count("--duration") > 0)
+    return "give --duration or --lease, not both";
+  return {};
+}
+
 /// Faults in the options that need no daemon. Empty: none.
 std::string find_fault(const Options& options) {
   const bool is_force = !options.points.empty() || !options.groups.empty() || options.clear;
@@ -232,8 +257,9 @@ int explain_silence(const Bus& bus, const std::string& what) {
   return kExitDiffers;
 }
 
-int push(const Options& options) {
-  const std::string fault = find_fault(options);
+int push(const CLI::App& command, const Options& options) {
+  const std::string conflict = find_conflict(command);
+  const std::string fault = conflict.empty() ? find_fault(options) : conflict;
   if (!fault.empty()) return print_error(fault), kExitUsage;
   Bus bus(options.bus);
   if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;
@@ -292,58 +318,46 @@ int push(const Options& options) {
 void add_push(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("push", "one command to a running daemon, acknowledged on screen");
-  CLI::Option* point = command
-                           ->add_option("--point", options->points,
-                                        "point to push, by --force or by its own =X,Y,Z [N]; may be repeated")
-                           ->type_name("NAME[=X,Y,Z]")
-                           ->allow_extra_args(false);
-  CLI::Option* group =
-      command->add_option("--group", options->groups, "group to push and turn; may be repeated")
-          ->type_name("NAME")
-          ->allow_extra_args(false);
-  CLI::Option* force = command->add_option("--force", options->force, "force [N]")
-                           ->type_name("X,Y,Z")
-                           ->delimiter(',')
-                           ->expected(3);
-  CLI::Option* torque = command->add_option("--torque", options->torque, "torque [N m], groups only")
-                            ->type_name("X,Y,Z")
-                            ->delimiter(',')
-                            ->expected(3);
-  CLI::Option* axes = command->add_option("--axes", options->axes, "axes of force and torque: world or body")
-                          ->check(CLI::IsMember({"world", "body"}))
-                          ->type_name("AXES")
-                          ->capture_default_str();
-  CLI::Option* duration =
-      command->add_option("--duration", options->duration, "how long it acts [s], default 1")
-          ->check(positive_time())
-          ->type_name("S");
-  CLI::Option* lease = command
-                           ->add_option("--lease", options->lease,
-                                        "instead of --duration: ends after so long [s] unless renewed by "
-                                        "the same sender and slot")
-                           ->check(positive_time())
-                           ->type_name("S")
-                           ->excludes(duration);
-  CLI::Option* clear = command->add_flag("--clear", options->clear, "empty the slot: ends what acts there");
-  for (CLI::Option* other : {point, group, force, torque, duration, lease}) clear->excludes(other);
-  CLI::Option* slot =
-      command->add_option("--slot", options->slot, "0 to 63: replaces what this sender has there")
-          ->type_name("N")
-          ->capture_default_str();
-  CLI::Option* at_tick =
-      command->add_option("--at-tick", options->at_tick, "take effect at this tick, default at once")
-          ->type_name("TICK");
-  CLI::Option* late_ok = command->add_flag("--late-ok", options->late_ok,
-                                           "when --at-tick has passed: at once instead of a rejection");
-  CLI::Option* control =
-      command
-          ->add_option("--control", options->control,
-                       "instead of a force: run, hold, reset, stop, step=N [ticks] or shapes=MODE")
-          ->type_name("COMMAND");
-  for (CLI::Option* other :
-       {point, group, force, torque, axes, duration, lease, clear, slot, at_tick, late_ok}) {
-    control->excludes(other);
-  }
+  command
+      ->add_option("--point", options->points,
+                   "point to push, by --force or by its own =X,Y,Z [N]; may be repeated")
+      ->type_name("NAME[=X,Y,Z]")
+      ->allow_extra_args(false);
+  command->add_option("--group", options->groups, "group to push and turn; may be repeated")
+      ->type_name("NAME")
+      ->allow_extra_args(false);
+  command->add_option("--force", options->force, "force [N]")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3);
+  command->add_option("--torque", options->torque, "torque [N m], groups only")
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(3);
+  command->add_option("--axes", options->axes, "axes of force and torque")
+      ->check(CLI::IsMember({"world", "body"}))
+      ->type_name("AXES")
+      ->capture_default_str();
+  command->add_option("--duration", options->duration, "how long it acts [s], default 1")
+      ->check(positive_time())
+      ->type_name("S");
+  command
+      ->add_option("--lease", options->lease,
+                   "instead of --duration: ends after so long [s] unless renewed by the same sender and slot")
+      ->check(positive_time())
+      ->type_name("S");
+  command->add_flag("--clear", options->clear, "empty the slot: ends what acts there");
+  command->add_option("--slot", options->slot, "0 to 63: replaces what this sender has there")
+      ->type_name("N")
+      ->capture_default_str();
+  command->add_option("--at-tick", options->at_tick, "take effect at this tick, default at once")
+      ->type_name("TICK");
+  command->add_flag("--late-ok", options->late_ok,
+                    "when --at-tick has passed: at once instead of a rejection");
+  command
+      ->add_option("--control", options->control,
+                   "instead of a force: run, hold, reset, stop, step=N [ticks] or shapes=MODE")
+      ->type_name("COMMAND");
   command->add_option("--sender", options->sender, "who pushes: 1 to 31 of A-Z a-z 0-9 _ . -")
       ->check([](const std::string& name) {
         return io::is_valid_sender(name) ? std::string()
@@ -364,7 +378,7 @@ void add_push(CLI::App& app, int& exit_code) {
       "  freeflex push --control step=100\n"
       "The command is sent once. Exit codes: 0 accepted, 1 rejected or not answered, 2 wrong arguments or "
       "names.");
-  command->callback([options, &exit_code] { exit_code = push(*options); });
+  command->callback([options, command, &exit_code] { exit_code = push(*command, *options); });
 }
 
 }  // namespace freeflex::tools

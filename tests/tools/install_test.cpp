@@ -32,13 +32,10 @@ TEST(Install, AControllerBuiltAgainstTheInstalledTreeDampsItsVibrationAndLeavesI
   // Two masses of 2 kg on a spring that swing without damping at 1 Hz and drift. The strut of 4 N s/m on a
   // reduced mass of 1 kg makes that a damping ratio of 4 / (2 * 2 pi) = 0.32, so 1 % is reached within
   // ln(100) / (0.32 * 2 pi) = 2.3 s.
-  write_text(folder / "swing.yaml",
-             "points:\n  - {name: a, mass: 2, at: [0, 0, 0]}\n  - {name: b, mass: 2, at: [1, 0, 0]}\n"
-             "links:\n  - {spring: [a, b], stiffness: 39.478417604357434}\n"
-             "initial: {velocity: [0.5, -0.2, 0.1], points: {a: {displacement: [-0.01, 0, 0]}, "
-             "b: {displacement: [0.01, 0, 0]}}}\n");
   const Outcome controlled = run(
-      "cd " + folder.path() + "; prefix/bin/freeflexd swing.yaml --log-level error & daemon=$!; " +
+      "cd " + folder.path() +
+      "; prefix/bin/freeflexd prefix/share/freeflex/examples/controller/swing.yaml --log-level error & "
+      "daemon=$!; " +
       folder /
           "build/controller a b 4; code=$?; prefix/bin/freeflex monitor --channel STATE --json --count 1; "
           "kill $daemon; wait $daemon; exit $code");
