@@ -43,7 +43,7 @@ double CsvRow::number(std::size_t column, const std::string& label, const Quanti
 }
 
 CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> known,
-                   std::vector<std::string_view> required)
+                   const std::vector<std::string_view>& required)
     : report_(report), source_(source), rest_(report.text(source)), known_(std::move(known)) {
   if (rest_.starts_with("\xef\xbb\xbf")) rest_.remove_prefix(3);  // byte order mark
   if (const std::size_t bad = find_bad_byte(rest_); bad != std::string_view::npos) {

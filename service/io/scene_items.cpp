@@ -79,7 +79,7 @@ void SceneReader::read_points_table(const Node& node) {
     }
     point.mass = row.number(kMassColumn, label, kMass);
     for (int axis = 0; axis < 3; ++axis)
-      point.position[axis] = row.number(static_cast<std::size_t>(kX + axis), label, {"m"});
+      point.position[axis] = row.number(kX + static_cast<std::size_t>(axis), label, {"m"});
     return add_point(std::move(point));
   });
   if (!is_whole) points_.mark_incomplete();
@@ -180,8 +180,8 @@ void SceneReader::read_link_of_kind(const Fields& fields, const std::string& kin
 }
 
 void SceneReader::read_chain(const Fields& fields, const Node& ends,
-                             std::variant<Spring, Bar, Beam, MatrixLink> kind, const std::string& kind_name,
-                             const std::string& name) {
+                             const std::variant<Spring, Bar, Beam, MatrixLink>& kind,
+                             const std::string& kind_name, const std::string& name) {
   const std::string label = fields.label() + ": " + kind_name;
   const auto chain = read_selection(report_, ends, label, points_, true);
   if (chain && chain->size() < 2)
@@ -227,7 +227,7 @@ void SceneReader::read_matrix(const Fields& fields, const Node& file, const std:
   if (points && source && !points->empty()) {
     auto stiffness = read_matrix_market(report_, *source, 3 * points->size(),
                                         "3 rows for each of " + std::to_string(points->size()) + " points");
-    if (stiffness) matrix.stiffness = std::move(*stiffness);
+    if (stiffness) matrix.stiffness.swap(*stiffness);
     matrix.points = *points;
   }
   link.kind = std::move(matrix);

@@ -43,8 +43,9 @@ class SceneReader {
   void read_link(const Node& node);
   void read_link_of_kind(const Fields& fields, const std::string& kind, const Node& value,
                          const std::string& name);
-  void read_chain(const Fields& fields, const Node& ends, std::variant<Spring, Bar, Beam, MatrixLink> kind,
-                  const std::string& kind_name, const std::string& name);
+  void read_chain(const Fields& fields, const Node& ends,
+                  const std::variant<Spring, Bar, Beam, MatrixLink>& kind, const std::string& kind_name,
+                  const std::string& name);
   void read_matrix(const Fields& fields, const Node& file, const std::string& name);
   void read_links_table(const Node& node);
   bool add_link(Link link);

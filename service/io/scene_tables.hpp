@@ -38,7 +38,7 @@ class CsvTable {
  public:
   /// Reads the header and reports unknown, repeated and missing columns.
   CsvTable(Report& report, int source, std::vector<std::string_view> known,
-           std::vector<std::string_view> required);
+           const std::vector<std::string_view>& required);
   /// False: nothing can be read below the header.
   bool is_good() const { return is_good_; }
   bool has(std::string_view column) const;
