@@ -167,10 +167,10 @@ Array make_group_rows(const Plan& plan) {
       for (std::size_t a = 0; a < 3; ++a) {
         Vec3 unit{};
         unit[a] = point.mass / group.mass;
-        combine_rows(point_rows(plan, point.row), unit, true, n, &rows[(6 * k + a) * n]);
+        combine_rows(point_rows(plan, point.row), unit, true, n, rows.data() + (6 * k + a) * n);
         const Mat3& J = group.inverse_inertia;
         const Vec3 f = scale(point.mass, cross({J[a], J[3 + a], J[6 + a]}, d));
-        combine_rows(point_rows(plan, point.row), f, true, n, &rows[(6 * k + 3 + a) * n]);
+        combine_rows(point_rows(plan, point.row), f, true, n, rows.data() + (6 * k + 3 + a) * n);
       }
     }
   }
