@@ -1,67 +1,16 @@
 #include "core/model/check_scene.hpp"
 
-#include <Eigen/Geometry>
-#include <cmath>
 #include <set>
 
-#include "core/model/faults.hpp"
+#include "core/model/checker.hpp"
 
 namespace freeflex {
 namespace {
 
-// [-] sine of the angle between a beam and its y_axis below which the local axes are not determined
-constexpr double kParallel = 1e-6;
-
 // elastic coordinates that one state message can carry below 60 kB: two doubles each
 constexpr int kMaxElastic = 3700;
 
-struct Checker {
-  const Scene& scene;
-  Faults& faults;
-
-  bool is_point(int index) const { return index >= 0 && index < static_cast<int>(scene.points.size()); }
-  bool is_group(int index) const { return index >= 0 && index < static_cast<int>(scene.groups.size()); }
-  const PointMass& point(int index) const { return scene.points[static_cast<std::size_t>(index)]; }
-
-  void error(const Origin& origin, const std::string& message) { add_error(faults, origin, message); }
-
-  void positive(const Origin& origin, const std::string& what, double value, const char* unit) {
-    if (!(std::isfinite(value) && value > 0.0))
-      error(origin, join_text(what, " is ", value, " ", unit, ", must be finite and > 0"));
-  }
-  void not_negative(const Origin& origin, const std::string& what, double value, const char* unit) {
-    if (!(std::isfinite(value) && value >= 0.0))
-      error(origin, join_text(what, " is ", value, " ", unit, ", must be finite and >= 0"));
-  }
-  void finite(const Origin& origin, const std::string& what,
-              const Eigen::Ref<const Eigen::VectorXd>& values) {
-    if (!values.allFinite()) error(origin, join_text(what, " is not finite: (", values.transpose(), ")"));
-  }
-  bool known_point(const Origin& origin, const std::string& what, int index) {
-    if (is_point(index)) return true;
-    error(origin,
-          join_text(what, " names point index ", index, ", there are ", scene.points.size(), " points"));
-    return false;
-  }
-  bool known_group(const Origin& origin, const std::string& what, int index) {
-    if (is_group(index)) return true;
-    error(origin,
-          join_text(what, " names group index ", index, ", there are ", scene.groups.size(), " groups"));
-    return false;
-  }
-
-  void check_points();
-  void check_link(const Link& link, int index);
-  void check_two_point_link(const Link& link, const std::string& who);
-  void check_beam(const Link& link, const Beam& beam, const std::string& who);
-  void check_matrix_link(const Link& link, const MatrixLink& matrix, const std::string& who);
-  void check_group(const Group& group, int index);
-  void check_damping();
-  void check_load(const Load& load, int index);
-  void check_history(const Load& load, const std::string& who);
-  void check_initial();
-  void check_publication();
-};
+}  // namespace
 
 void Checker::check_points() {
   if (scene.points.empty()) error({}, "the scene has no points; a structure needs at least one point mass");
@@ -75,67 +24,6 @@ void Checker::check_points() {
     error({}, join_text(scene.points.size(), " points have more than ", kMaxElastic,
                         " elastic freedoms, which is what one state message of 60 kB can carry; use at most ",
                         (kMaxElastic + 6) / 3, " points"));
-}
-
-void Checker::check_two_point_link(const Link& link, const std::string& who) {
-  bool known = true;
-  for (const int index : link.points) known = known_point(link.origin, who, index) && known;
-  if (!known) return;
-  if (link.points[0] == link.points[1]) {
-    error(link.origin, who + " joins point " + quoted(point(link.points[0]).name, link.points[0]) +
-                           " to itself; give two different points");
-    return;
-  }
-  const Eigen::Vector3d a = point(link.points[0]).position, b = point(link.points[1]).position;
-  if (a.allFinite() && b.allFinite() && (b - a).isZero(0.0))
-    error(link.origin,
-          who + " joins " + point_names(scene, {link.points[0], link.points[1]}, 2) +
-              ", which are in one place; a link needs a length > 0: move a point or remove the link");
-}
-
-void Checker::check_beam(const Link& link, const Beam& beam, const std::string& who) {
-  positive(link.origin, who + ": EA", beam.EA, "N");
-  positive(link.origin, who + ": GJ", beam.GJ, "N m^2");
-  positive(link.origin, who + ": EI_y", beam.EI_y, "N m^2");
-  positive(link.origin, who + ": EI_z", beam.EI_z, "N m^2");
-  finite(link.origin, who + ": y_axis", beam.y_axis);
-  if (!is_point(link.points[0]) || !is_point(link.points[1]) || beam.y_axis.isZero(0.0)) return;
-  const Eigen::Vector3d x =
-      (point(link.points[1]).position - point(link.points[0]).position).stableNormalized();
-  if (x.cross(beam.y_axis.stableNormalized()).norm() < kParallel)
-    error(link.origin,
-          join_text(who, ": y_axis (", beam.y_axis.transpose(),
-                    ") is parallel to the beam; give a direction across it, or none to have one chosen"));
-}
-
-void Checker::check_matrix_link(const Link& link, const MatrixLink& matrix, const std::string& who) {
-  std::set<int> seen;
-  for (const int index : matrix.points)
-    if (known_point(link.origin, who, index) && !seen.insert(index).second)
-      error(link.origin, who + " names point " + quoted(point(index).name, index) + " twice; name each once");
-  const auto size = 3 * static_cast<Eigen::Index>(matrix.points.size());
-  if (matrix.points.size() < 2)
-    error(link.origin,
-          join_text(who, " names ", matrix.points.size(), " points; a matrix link joins at least two"));
-  if (matrix.stiffness.rows() != size || matrix.stiffness.cols() != size)
-    error(link.origin, join_text(who, ": the stiffness matrix is ", matrix.stiffness.rows(), " x ",
-                                 matrix.stiffness.cols(), ", must be ", size, " x ", size, " for ",
-                                 matrix.points.size(), " points"));
-}
-
-void Checker::check_link(const Link& link, int index) {
-  const std::string who = "link " + quoted(link.name, index);
-  if (const auto* matrix = std::get_if<MatrixLink>(&link.kind)) {
-    check_matrix_link(link, *matrix, who);
-    return;
-  }
-  check_two_point_link(link, who);
-  if (const auto* spring = std::get_if<Spring>(&link.kind))
-    positive(link.origin, who + ": stiffness", spring->stiffness, "N/m");
-  else if (const auto* bar = std::get_if<Bar>(&link.kind))
-    positive(link.origin, who + ": EA", bar->EA, "N");
-  else
-    check_beam(link, std::get<Beam>(link.kind), who);
 }
 
 void Checker::check_group(const Group& group, int index) {
@@ -197,7 +85,35 @@ void Checker::check_load(const Load& load, int index) {
     finite(load.origin, who + ": force", each.force);
     finite(load.origin, who + ": torque", each.torque);
   }
+  if (load.axes == Axes::kLocal && !load.wrenches.empty())
+    error(load.origin,
+          who +
+              " is a wrench in local axes: a group has no one local rotation; give forces on points, or "
+              "body axes");
   check_history(load, who);
+}
+
+void Checker::check_feedback(const Feedback& feedback, int index) {
+  const std::string who = "feedback " + quoted(feedback.name, index);
+  known_point(feedback.origin, who, feedback.point);
+  known_point(feedback.origin, who + ": sensor", feedback.sensor);
+  const auto gain = [&](const char* what, const Eigen::Matrix3d& matrix) {
+    if (!matrix.allFinite()) error(feedback.origin, join_text(who, ": ", what, " gain is not finite"));
+    return !matrix.isZero(0.0);
+  };
+  const bool any = gain("displacement", feedback.displacement_gain) |
+                   gain("velocity", feedback.velocity_gain) |
+                   gain("acceleration", feedback.acceleration_gain);
+  if (!any)
+    error(feedback.origin, who + " has no gain but zero; give a displacement, velocity or acceleration gain");
+}
+
+void Checker::check_attractor() {
+  const Attractor& attractor = scene.attractor;
+  finite(attractor.origin, "attractor: position", attractor.position);
+  not_negative(attractor.origin, "attractor: mu", attractor.mu, "m^3/s^2");
+  if (attractor.mu > 0.0 && !scene.gravity.isZero(0.0))
+    error(attractor.origin, "the scene has an attractor and uniform gravity; give one field");
 }
 
 void Checker::check_initial() {
@@ -233,16 +149,9 @@ void Checker::check_publication() {
             join_text("publication names link index ", index, ", there are ", scene.links.size(), " links"));
       continue;
     }
-    const Link& link = scene.links[static_cast<std::size_t>(index)];
-    if (std::holds_alternative<MatrixLink>(link.kind))
-      error(link.origin,
-            "link " + quoted(link.name, index) +
-                " is a matrix link: it has no member force to publish; publish springs, bars or beams");
   }
   for (const int index : scene.pushable) known_point({}, "the list of pushable points", index);
 }
-
-}  // namespace
 
 void check_scene(const Scene& scene, Faults& faults) {
   Checker checker{scene, faults};
@@ -258,6 +167,9 @@ void check_scene(const Scene& scene, Faults& faults) {
   checker.check_damping();
   for (std::size_t i = 0; i < scene.loads.size(); ++i)
     checker.check_load(scene.loads[i], static_cast<int>(i));
+  for (std::size_t i = 0; i < scene.feedbacks.size(); ++i)
+    checker.check_feedback(scene.feedbacks[i], static_cast<int>(i));
+  checker.check_attractor();
   checker.check_initial();
   checker.check_publication();
 }

@@ -5,8 +5,8 @@
 
 namespace freeflex {
 
-/// Appends every fault of points, links, groups, damping, loads, initial state and publication: values out of range,
-/// indices that name nothing, links of no length.
+/// Appends every fault of points, links, groups, damping, loads, initial state and publication: values out of
+/// range, indices that name nothing, links of no length.
 void check_scene(const Scene& scene, Faults& faults);
 
 /// Appends faults of what names elastic modes by number: damping and initial state.

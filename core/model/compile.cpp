@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/model/coupling.hpp"
 #include "core/model/faults.hpp"
 #include "core/model/histories.hpp"
 #include "core/model/propagator.hpp"
@@ -28,16 +29,28 @@ Mat3 to_array(const Eigen::Matrix3d& m) {
   return rows;
 }
 
-// values over modes, zero beyond them
+int pad(Eigen::Index count) { return (static_cast<int>(count) + kLanes - 1) / kLanes * kLanes; }
+
+// values over modes and, if there are more, over constraint shapes
 Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
   Array all(static_cast<std::size_t>(plan.num_padded), 0.0);
-  std::copy(values.begin(), values.end(), all.begin());
+  const Eigen::Index num_modes = std::min<Eigen::Index>(values.size(), plan.num_elastic);
+  std::copy(values.begin(), values.begin() + num_modes, all.begin());
+  std::copy(values.begin() + num_modes, values.end(), all.begin() + plan.num_moving);
   return all;
 }
 
 void append_row(const Plan& plan, const Eigen::RowVectorXd& values, Array& rows) {
   const Array row = padded(plan, values.transpose());
   rows.insert(rows.end(), row.begin(), row.end());
+}
+
+// unit elastic displacements and constraint shapes side by side
+Eigen::MatrixXd all_shapes(const Structure& structure) {
+  Eigen::MatrixXd shapes(structure.shapes.rows(),
+                         structure.shapes.cols() + structure.constraint_shapes.cols());
+  shapes << structure.shapes, structure.constraint_shapes;
+  return shapes;
 }
 
 void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
@@ -58,20 +71,25 @@ void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
       to_array(Eigen::Matrix3d(body.principal_axes * inverse.asDiagonal() * body.principal_axes.transpose()));
   plan.line = to_array(body.line);
   plan.gravity_W = to_array(scene.gravity);
+  plan.attractor_mu = scene.attractor.mu;
+  plan.attractor_W = to_array(scene.attractor.position);
 }
 
-// X53: decay = zeta omega + alpha / 2 + beta omega^2 / 2
-Eigen::VectorXd decays(const Damping& damping, const Eigen::VectorXd& omega) {
+// X53, X66: decay = zeta omega + alpha / 2 + beta omega^2 / 2
+Eigen::VectorXd decays(const Damping& damping, const Structure& structure) {
+  const Eigen::VectorXd& omega = structure.omega;
   Eigen::VectorXd ratio = Eigen::VectorXd::Constant(omega.size(), damping.modal_ratio);
   for (const auto& [mode, zeta] : damping.mode_ratios) ratio[mode - 1] = zeta;
+  ratio += structure.structural_ratio;
   return ratio.array() * omega.array() + 0.5 * damping.alpha + 0.5 * damping.beta * omega.array().square();
 }
 
 void compile_modes(const Scene& scene, const Structure& structure, Plan& plan) {
   plan.num_elastic = static_cast<std::int32_t>(structure.omega.size());
-  plan.num_padded = (plan.num_elastic + kLanes - 1) / kLanes * kLanes;
+  plan.num_moving = pad(plan.num_elastic);
+  plan.num_padded = plan.num_moving + pad(structure.constraint_shapes.cols());
   plan.omega = padded(plan, structure.omega);
-  plan.decay = padded(plan, decays(scene.damping, structure.omega));
+  plan.decay = padded(plan, decays(scene.damping, structure));
   plan.frequency_accuracy = structure.frequency_accuracy;
   plan.conditioning = structure.conditioning;
   for (const Mechanism& mechanism : structure.mechanisms)
@@ -90,6 +108,23 @@ void compile_modes(const Scene& scene, const Structure& structure, Plan& plan) {
   for (int row = 0; row < 6; ++row) append_row(plan, residual.row(row), plan.eckart_rows);
 }
 
+// X70, X72: sum m r_a b_b, symmetric by (2.6)
+void compile_field(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
+                   Plan& plan) {
+  plan.has_spin_load = scene.has_spin_load;
+  if (!plan.has_spin_load && plan.attractor_mu == 0.0) return;
+  const Eigen::Matrix3Xd& r = structure.mass_properties.r;
+  static constexpr std::array<std::array<int, 2>, 6> kPairs{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+  for (const auto& [a, b] : kPairs) {
+    Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(shapes.cols());
+    for (Eigen::Index i = 0; i < r.cols(); ++i) {
+      const double mass = scene.points[static_cast<std::size_t>(i)].mass;
+      row += 0.5 * mass * (r(a, i) * shapes.row(3 * i + b) + r(b, i) * shapes.row(3 * i + a));
+    }
+    append_row(plan, row, plan.field_rows);
+  }
+}
+
 // points whose rows the step or the read-out can ask for
 std::vector<bool> points_with_rows(const Scene& scene) {
   std::vector<bool> used(scene.points.size(), false);
@@ -100,10 +135,12 @@ std::vector<bool> points_with_rows(const Scene& scene) {
   for (const Group& group : scene.groups) std::for_each(group.points.begin(), group.points.end(), use);
   for (const Load& load : scene.loads)
     for (const PointLoad& each : load.forces) use(each.point);
+  for (const Feedback& feedback : scene.feedbacks) use(feedback.point);
   return used;
 }
 
-void compile_points(const Scene& scene, const Structure& structure, Plan& plan) {
+void compile_points(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
+                    Plan& plan) {
   const std::vector<bool> used = points_with_rows(scene);
   std::int32_t num_blocks = 0;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
@@ -116,8 +153,7 @@ void compile_points(const Scene& scene, const Structure& structure, Plan& plan) 
         std::find(scene.pushable.begin(), scene.pushable.end(), static_cast<int>(i)) != scene.pushable.end();
     if (used[i]) {
       point.row = num_blocks++;
-      for (int axis = 0; axis < 3; ++axis)
-        append_row(plan, structure.shapes.row(3 * column + axis), plan.rows);
+      for (int axis = 0; axis < 3; ++axis) append_row(plan, shapes.row(3 * column + axis), plan.rows);
     }
     plan.points.push_back(std::move(point));
   }
@@ -125,23 +161,37 @@ void compile_points(const Scene& scene, const Structure& structure, Plan& plan) 
 
 void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
   for (const Link& link : scene.links) {
-    static constexpr std::array<const char*, 4> kKinds{"spring", "bar", "beam", "matrix"};
+    static constexpr std::array<const char*, std::variant_size_v<decltype(Link::kind)>> kKinds{
+        "spring", "bar", "beam", "matrix", "bending", "torsion", "plate", "rigid", "dashpot"};
     PlanLink each;
     each.name = link.name;
     each.kind = kKinds.at(link.kind.index());
-    if (!std::holds_alternative<MatrixLink>(link.kind)) each.points = {link.points[0], link.points[1]};
+    if (!std::holds_alternative<MatrixLink>(link.kind))
+      each.points.assign(link.points.begin(), link.points.end());
     plan.links.push_back(std::move(each));
   }
-  std::int32_t first_row = 0;
+  std::int32_t next_row = 0;
+  const auto append = [&](const Eigen::MatrixXd& rows, Eigen::Index offset) {
+    if (rows.rows() == 0) return -1;
+    const std::int32_t first = next_row;
+    for (Eigen::Index row = 0; row < rows.rows(); ++row) {
+      Eigen::RowVectorXd all = Eigen::RowVectorXd::Zero(offset + rows.cols());
+      all.tail(rows.cols()) = rows.row(row);
+      append_row(plan, all, plan.link_rows);
+    }
+    next_row += static_cast<std::int32_t>(rows.rows());
+    return first;
+  };
   for (const LinkForceRows& force : structure.link_forces) {
-    std::vector<int> columns;
-    for (const int point : force.columns_points)
-      for (int axis = 0; axis < 3; ++axis) columns.push_back(3 * point + axis);
-    const Eigen::MatrixXd rows = force.rows * structure.shapes(columns, Eigen::all);
-    for (Eigen::Index row = 0; row < rows.rows(); ++row) append_row(plan, rows.row(row), plan.link_rows);
-    const auto num_rows = static_cast<std::int32_t>(rows.rows());
-    plan.link_outputs.push_back({force.link, first_row, num_rows});
-    first_row += num_rows;
+    if (force.rows.rows() == 0)
+      continue;  // a rigid link that others make redundant carries no force of its own
+    PlanLinkOutput output;
+    output.link = force.link;
+    output.num_rows = static_cast<std::int32_t>(force.rows.rows());
+    output.first_row = append(force.rows, 0);
+    output.first_rate_row = append(force.rate_rows, 0);
+    output.first_load_row = append(force.load_rows, structure.omega.size());
+    plan.link_outputs.push_back(output);
   }
 }
 
@@ -271,7 +321,9 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   Plan plan;
   compile_body(scene, structure.mass_properties, plan);
   compile_modes(scene, structure, plan);
-  compile_points(scene, structure, plan);
+  const Eigen::MatrixXd shapes = all_shapes(structure);
+  compile_points(scene, structure, shapes, plan);
+  compile_field(scene, structure, shapes, plan);
   compile_links(scene, structure, plan);
   for (const Group& group : scene.groups)
     plan.groups.push_back(compile_group(scene, group, structure.mass_properties));
@@ -279,8 +331,11 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   plan.torque_limit = scene.torque_limit;
   compile_initial(scene, structure, plan, faults);
   compile_publication(scene.publication, plan);
-  compile_histories(scene, plan, faults);
+  compile_histories(scene, structure, plan, faults);
+  compile_coupling(scene, structure, plan, faults);
+  if (has_error(faults)) return std::nullopt;
   set_rate(plan, scene.rate);
+  warn_of_growth(scene, plan, faults);
   warn_of_shifted_edges(scene, plan, faults);
   if (has_error(faults)) return std::nullopt;
   if (const std::string error = find_inconsistency(plan); !error.empty()) {
@@ -294,11 +349,12 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
 
 void set_rate(Plan& plan, double rate) {
   plan.period = 1.0 / rate;
-  plan.propagator.lanes.assign(static_cast<std::size_t>(plan.num_padded) / kLanes, {});
+  plan.propagator.lanes.assign(static_cast<std::size_t>(plan.num_moving) / kLanes, {});
   for (int mode = 0; mode < plan.num_elastic; ++mode) {
     const auto l = static_cast<std::size_t>(mode);
     set_mode(plan.propagator, mode, plan.omega[l], plan.decay[l], plan.period, plan.mass);
   }
+  set_coupling_period(plan);
   for (PlanHistory& history : plan.histories) set_history_ticks(history, plan.period);
 }
 

@@ -8,8 +8,8 @@
 namespace freeflex {
 
 EckartComplement::EckartComplement(const std::vector<PointMass>& points, const MassProperties& properties,
-                                   const Eigen::MatrixXd& mechanisms)
-    : mass_(properties.mass), num_rigid_(properties.rigid_freedoms), num_mechanisms_(mechanisms.cols()) {
+                                   const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& mechanisms)
+    : mass_(properties.mass), num_mechanisms_(mechanisms.cols()) {
   std::vector<int> by_mass(points.size());
   std::iota(by_mass.begin(), by_mass.end(), 0);
   std::stable_sort(by_mass.begin(), by_mass.end(), [&](int a, int b) {
@@ -22,31 +22,43 @@ EckartComplement::EckartComplement(const std::vector<PointMass>& points, const M
           std::sqrt(points[static_cast<std::size_t>(point)].mass);
       order_.push_back(3 * point + axis);
     }
-  Eigen::MatrixXd rigid = root_mass_.asDiagonal() * rigid_motions(properties)(order_, Eigen::all);
-  rigid.colwise().normalize();
-  rigid_qr_.compute(rigid);
-  if (num_mechanisms_ == 0) return;
-  Eigen::MatrixXd moving = root_mass_.asDiagonal() * mechanisms(order_, Eigen::all);
-  moving.colwise().normalize();
-  moving.applyOnTheLeft(rigid_qr_.householderQ().adjoint());
-  mechanism_qr_.compute(moving.bottomRows(root_mass_.size() - num_rigid_));
+  add_stage(root_mass_.asDiagonal() * rigid_motions(properties)(order_, Eigen::all));
+  // constraints forbid y along M^-1/2 C'
+  add_stage(root_mass_.cwiseInverse().asDiagonal() * constraints(Eigen::all, order_).transpose());
+  add_stage(root_mass_.asDiagonal() * mechanisms(order_, Eigen::all));
+}
+
+void EckartComplement::add_stage(Eigen::MatrixXd columns) {
+  if (columns.cols() == 0) return;
+  columns.colwise().normalize();
+  for (const Stage& stage : stages_) {
+    Eigen::MatrixXd lower = columns.bottomRows(columns.rows() - stage.first);
+    lower.applyOnTheLeft(stage.qr.householderQ().adjoint());
+    columns.bottomRows(columns.rows() - stage.first) = lower;
+  }
+  Stage stage;
+  stage.first = num_before_;
+  stage.count = columns.cols();
+  stage.qr.compute(columns.bottomRows(columns.rows() - num_before_));
+  num_before_ += stage.count;
+  stages_.push_back(std::move(stage));
 }
 
 Eigen::MatrixXd EckartComplement::reduce(const Eigen::MatrixXd& rows) const {
   Eigen::MatrixXd turned = rows(Eigen::all, order_) * root_mass_.cwiseInverse().asDiagonal();
-  turned.applyOnTheRight(rigid_qr_.householderQ());
-  Eigen::MatrixXd left = turned.rightCols(turned.cols() - num_rigid_);
-  if (num_mechanisms_ > 0) left.applyOnTheRight(mechanism_qr_.householderQ());
-  return left.rightCols(dimension());
+  for (const Stage& stage : stages_) {
+    turned.applyOnTheRight(stage.qr.householderQ());
+    turned = turned.rightCols(turned.cols() - stage.count).eval();
+  }
+  return turned;
 }
 
 Eigen::MatrixXd EckartComplement::to_displacements(Eigen::MatrixXd y) const {
-  if (num_mechanisms_ > 0) {
-    Eigen::MatrixXd lower = y.bottomRows(y.rows() - num_rigid_);
-    lower.applyOnTheLeft(mechanism_qr_.householderQ());
-    y.bottomRows(y.rows() - num_rigid_) = lower;
+  for (auto stage = stages_.rbegin(); stage != stages_.rend(); ++stage) {
+    Eigen::MatrixXd lower = y.bottomRows(y.rows() - stage->first);
+    lower.applyOnTheLeft(stage->qr.householderQ());
+    y.bottomRows(y.rows() - stage->first) = lower;
   }
-  y.applyOnTheLeft(rigid_qr_.householderQ());
   Eigen::MatrixXd displacements(y.rows(), y.cols());
   displacements(order_, Eigen::all) = std::sqrt(mass_) * (root_mass_.cwiseInverse().asDiagonal() * y);
   return displacements;
@@ -60,7 +72,7 @@ Eigen::MatrixXd EckartComplement::shapes(const Eigen::MatrixXd& coordinates) con
 
 Eigen::MatrixXd EckartComplement::mechanism_shapes() const {
   Eigen::MatrixXd y = Eigen::MatrixXd::Zero(root_mass_.size(), num_mechanisms_);
-  for (Eigen::Index k = 0; k < num_mechanisms_; ++k) y(num_rigid_ + k, k) = 1.0;
+  for (Eigen::Index k = 0; k < num_mechanisms_; ++k) y(num_before_ - num_mechanisms_ + k, k) = 1.0;
   return to_displacements(std::move(y));
 }
 

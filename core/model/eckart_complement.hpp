@@ -1,4 +1,5 @@
-// Orthonormal basis of the displacements that are neither rigid motion nor mechanism, in the mass metric.
+// Orthonormal basis of the displacements that are neither rigid motion, nor forbidden by rigid links, nor
+// mechanism, in the mass metric.
 #pragma once
 
 #include <Eigen/QR>
@@ -8,17 +9,19 @@
 
 namespace freeflex {
 
-/// In y = sqrt(m) V the rigid motions and mechanisms span few columns; Householder reflectors turn them to
-/// the front, and what is left, H, is orthonormal to rounding whatever the masses   (THEORY X51). Heavy
-/// points come first, which keeps (2.2) for the light ones.
+/// In y = sqrt(m) V the rigid motions, what rigid links forbid and the mechanisms span few columns,
+/// orthogonal to each other; Householder reflectors turn them to the front one after the other, and what is
+/// left, H, is orthonormal to rounding whatever the masses   (THEORY X51). Heavy points come first, which
+/// keeps (2.2) for the light ones.
 class EckartComplement {
  public:
-  /// \param mechanisms  [-] (3N x count) Mechanisms::motions
+  /// \param constraints  [-] (num x 3N) LinkFactor::constraints, independent rows
+  /// \param mechanisms   [-] (3N x count) Mechanisms::motions
   EckartComplement(const std::vector<PointMass>& points, const MassProperties& properties,
-                   const Eigen::MatrixXd& mechanisms);
+                   const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& mechanisms);
 
-  /// Number of columns of H, 3N - rigid freedoms - mechanisms.
-  Eigen::Index dimension() const { return root_mass_.size() - num_rigid_ - num_mechanisms_; }
+  /// Number of columns of H, 3N - rigid freedoms - constraints - mechanisms.
+  Eigen::Index dimension() const { return root_mass_.size() - num_before_; }
 
   /// A M^-1/2 H   [rows' unit / sqrt(kg)] (num_rows x dimension)
   Eigen::MatrixXd reduce(const Eigen::MatrixXd& rows) const;
@@ -32,15 +35,21 @@ class EckartComplement {
   Eigen::MatrixXd mechanism_shapes() const;
 
  private:
+  // columns that are turned to the front of what the stages before left
+  struct Stage {
+    Eigen::Index first = 0;  // columns of the stages before
+    Eigen::Index count = 0;
+    Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr;
+  };
+  void add_stage(Eigen::MatrixXd columns);
   Eigen::MatrixXd to_displacements(Eigen::MatrixXd y) const;
 
   double mass_;                // [kg] of all points
   std::vector<int> order_;     // freedoms by descending mass
   Eigen::VectorXd root_mass_;  // [sqrt(kg)] (3N) in that order
-  Eigen::Index num_rigid_;
+  std::vector<Stage> stages_;
+  Eigen::Index num_before_ = 0;  // columns of all stages
   Eigen::Index num_mechanisms_;
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> rigid_qr_;
-  Eigen::HouseholderQR<Eigen::MatrixXd> mechanism_qr_;  // of what rigid_qr_ leaves of the mechanisms
 };
 
 }  // namespace freeflex

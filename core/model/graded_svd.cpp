@@ -60,8 +60,8 @@ void orthogonalise_columns(Eigen::MatrixXd& x) {
   }
 }
 
-// Relative error of the smallest value: some roundings times the condition of R with its rows scaled to one, which
-// is what one-sided Jacobi on R' depends on.
+// Relative error of the smallest value: some roundings times the condition of R with its rows scaled to one,
+// which is what one-sided Jacobi on R' depends on.
 double scaled_condition(const Eigen::MatrixXd& R) {
   const Eigen::VectorXd size = R.rowwise().norm();
   const Eigen::MatrixXd scaled = size.cwiseInverse().asDiagonal() * R;

@@ -55,9 +55,29 @@ void set_kind(const History& history, PlanHistory& plan) {
   }
 }
 
+// X73: the rotation at each point of a load in local axes
+std::vector<PlanFollower> followers(const Load& load, const Structure& structure, const Plan& plan) {
+  std::vector<PlanFollower> all;
+  if (load.axes != Axes::kLocal) return all;
+  for (const PointLoad& each : load.forces) {
+    const PlanPoint& point = plan.points[static_cast<std::size_t>(each.point)];
+    PlanFollower follower;
+    follower.row = point.row;
+    follower.r = point.r;
+    follower.force_B = to_array(each.force);
+    follower.turn_rows.assign(3 * static_cast<std::size_t>(plan.num_padded), 0.0);
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::RowVectorXd row = structure.local_rotations.row(3 * Eigen::Index{each.point} + axis);
+      std::copy(row.begin(), row.end(), follower.turn_rows.begin() + std::ptrdiff_t{axis} * plan.num_padded);
+    }
+    all.push_back(std::move(follower));
+  }
+  return all;
+}
+
 }  // namespace
 
-void compile_histories(const Scene& scene, Plan& plan, Faults& faults) {
+void compile_histories(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   for (const Load& load : scene.loads) {
     std::vector<PointForce> forces;
     for (const PointLoad& each : load.forces) forces.push_back({each.point, 0, to_array(each.force)});
@@ -69,7 +89,9 @@ void compile_histories(const Scene& scene, Plan& plan, Faults& faults) {
     PlanHistory history;
     history.name = load.name;
     set_kind(load.history, history);
-    history.pattern = build_pattern(plan, static_cast<std::int32_t>(load.axes), forces, wrenches);
+    // local axes: body axes, and what turns them
+    history.pattern = build_pattern(plan, load.axes == Axes::kWorld ? 0 : 1, forces, wrenches);
+    history.followers = followers(load, structure, plan);
     plan.histories.push_back(std::move(history));
   }
 }

@@ -1,14 +1,14 @@
 // Built-in force histories of a scene, compiled.
 #pragma once
 
-#include "core/model/scene.hpp"
+#include "core/model/structure.hpp"
 #include "core/step/plan.hpp"
 
 namespace freeflex {
 
 /// Appends the scene's loads to plan.histories   (THEORY X13). Errors: a torque that a group cannot take.
 /// \pre points, groups and rows of the plan stand
-void compile_histories(const Scene& scene, Plan& plan, Faults& faults);
+void compile_histories(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
 /// Ticks at which a pulse starts and ends, each edge rounded to the nearest tick.
 void set_history_ticks(PlanHistory& history, double period);

@@ -2,7 +2,10 @@
 
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 #include <limits>
+#include <map>
+#include <set>
 
 #include "core/model/faults.hpp"
 #include "core/model/graded_svd.hpp"
@@ -12,56 +15,143 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// rows that involve no rotation, and the rows of all beams, whose rotations are freedoms after the
-// displacements
-struct AllRows {
-  std::vector<DeformationRow> direct;
-  std::vector<DeformationRow> beams;
-};
-
-std::vector<int> find_joints(const Scene& scene) {
-  std::vector<int> joints;
-  for (const Link& link : scene.links)
-    if (std::holds_alternative<Beam>(link.kind))
-      joints.insert(joints.end(), link.points.begin(), link.points.end());
-  std::sort(joints.begin(), joints.end());
-  joints.erase(std::unique(joints.begin(), joints.end()), joints.end());
-  return joints;
+bool has_rotations(const Link& link) {
+  return std::holds_alternative<Beam>(link.kind) || std::holds_alternative<Plate>(link.kind);
 }
 
-// first rotation freedom of a joint, counted after the 3N displacements
-int rotation_freedom(const std::vector<int>& joints, int num_points, int point) {
-  const auto place = std::lower_bound(joints.begin(), joints.end(), point) - joints.begin();
-  return 3 * num_points + 3 * static_cast<int>(place);
-}
-
-AllRows collect_rows(const Scene& scene, LinkFactor& factor, Faults& faults) {
-  AllRows all;
-  const int num_points = static_cast<int>(scene.points.size());
-  for (std::size_t i = 0; i < scene.links.size(); ++i) {
-    const Link& link = scene.links[i];
-    if (std::holds_alternative<Spring>(link.kind) || std::holds_alternative<Bar>(link.kind)) {
-      all.direct.push_back(axial_row(scene, link, axial_stiffness(scene, link)));
-    } else if (std::holds_alternative<Beam>(link.kind)) {
-      const auto rows = beam_rows(scene, link,
-                                  {rotation_freedom(factor.joint_points, num_points, link.points[0]),
-                                   rotation_freedom(factor.joint_points, num_points, link.points[1])});
-      all.beams.insert(all.beams.end(), rows.begin(), rows.end());
-    } else {
-      auto rows = matrix_rows(scene, link, static_cast<int>(i), factor.matrix_accuracy, faults);
-      std::move(rows.begin(), rows.end(), std::back_inserter(all.direct));
-    }
-  }
-  return all;
-}
-
-Eigen::MatrixXd dense_rows(const std::vector<DeformationRow>& rows, Eigen::Index num_columns, bool unit) {
+Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns, bool unit) {
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), num_columns);
   for (std::size_t i = 0; i < rows.size(); ++i)
     for (const auto& [freedom, coefficient] : rows[i].coefficients)
       dense(static_cast<Eigen::Index>(i), freedom) +=
           coefficient * (unit ? rows[i].unit_scale : rows[i].root_stiffness);
   return dense;
+}
+
+DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms& freedoms, double& accuracy,
+                             Faults& faults) {
+  const Link& link = scene.links[static_cast<std::size_t>(link_index)];
+  if (std::holds_alternative<Beam>(link.kind)) return beam_rows(scene, link_index, freedoms);
+  if (std::holds_alternative<MatrixLink>(link.kind))
+    return matrix_rows(scene, link, link_index, accuracy, faults);
+  if (std::holds_alternative<BendingSpring>(link.kind)) return bending_rows(scene, link);
+  if (std::holds_alternative<TorsionSpring>(link.kind)) return torsion_rows(scene, link);
+  if (std::holds_alternative<Plate>(link.kind)) return plate_rows(scene, link, freedoms);
+  if (std::holds_alternative<Rigid>(link.kind) || std::holds_alternative<Dashpot>(link.kind)) return {};
+  return {axial_row(scene, link, axial_stiffness(scene, link))};
+}
+
+// X64: beams and plates that end at a rigid body turn with it, theta = J^-1 sum d_k x V_k over its points
+class BodyRotations {
+ public:
+  BodyRotations(const Scene& scene, const Freedoms& freedoms)
+      : num_displacements_(freedoms.num_displacements()) {
+    for (const Link& link : scene.links) {
+      if (!is_rigid_body(scene, link)) continue;
+      const Eigen::MatrixXd share = mean_rotation(scene, link.points);
+      std::vector<std::pair<int, Eigen::Matrix3d>>
+          turn;  // first freedom of a point, its share of the rotation
+      for (std::size_t k = 0; k < link.points.size(); ++k)
+        turn.emplace_back(3 * link.points[k], share.middleCols<3>(3 * static_cast<Eigen::Index>(k)));
+      for (const int point : link.points)
+        if (freedoms.has_joint(point))
+          turns_.emplace(freedoms.rotation(point), turn);  // the first body named
+    }
+  }
+
+  void substitute(DeformationRow& row) const {
+    if (turns_.empty()) return;
+    std::vector<std::pair<int, double>> kept;
+    for (const auto& [freedom, coefficient] : row.coefficients) {
+      const auto found = freedom < num_displacements_ ? turns_.end() : find(freedom);
+      if (found == turns_.end()) {
+        kept.emplace_back(freedom, coefficient);
+        continue;
+      }
+      for (const auto& [first, share] : found->second)
+        for (int axis = 0; axis < 3; ++axis)
+          kept.emplace_back(first + axis, coefficient * share(freedom - found->first, axis));
+    }
+    row.coefficients = std::move(kept);
+  }
+
+ private:
+  using Turns = std::map<int, std::vector<std::pair<int, Eigen::Matrix3d>>>;
+  // the joint of a rotation, when a body holds it
+  Turns::const_iterator find(int freedom) const {
+    auto after = turns_.upper_bound(freedom);
+    if (after == turns_.begin()) return turns_.end();
+    --after;
+    return freedom < after->first + 3 ? after : turns_.end();
+  }
+
+  int num_displacements_;
+  Turns turns_;  // by first rotation of the joint
+};
+
+// a warning for each rigid link that forbids what others do: a row that is a combination of rows that are
+// kept
+void name_redundant(const Scene& scene, const Eigen::ColPivHouseholderQR<Eigen::MatrixXd>& qr,
+                    const std::vector<int>& link_of, Faults& faults) {
+  constexpr double kTakesPart = 1e-6;  // [-] of a unit row: smaller shares are rounding
+  const Eigen::Index rank = qr.rank(), num_redundant = qr.cols() - rank;
+  if (num_redundant == 0) return;
+  const Eigen::MatrixXd shares = qr.matrixR()
+                                     .topLeftCorner(rank, rank)
+                                     .triangularView<Eigen::Upper>()
+                                     .solve(qr.matrixR().topRightCorner(rank, num_redundant));
+  const auto link_at = [&](Eigen::Index column) {
+    return link_of[static_cast<std::size_t>(qr.colsPermutation().indices()[column])];
+  };
+  const auto name = [&](int link) { return quoted(scene.links[static_cast<std::size_t>(link)].name, link); };
+  std::map<int, std::pair<int, std::set<int>>>
+      redundant;  // link: rows that are redundant, links that hold them
+  for (Eigen::Index k = 0; k < num_redundant; ++k) {
+    auto& [count, others] = redundant[link_at(rank + k)];
+    ++count;
+    for (Eigen::Index column = 0; column < rank; ++column)
+      if (std::abs(shares(column, k)) > kTakesPart && link_at(column) != link_at(rank + k))
+        others.insert(link_at(column));
+  }
+  for (const auto& [link, found] : redundant) {
+    std::string others;
+    for (const int other : found.second) others += (others.empty() ? "" : ", ") + name(other);
+    add_warning(
+        faults, scene.links[static_cast<std::size_t>(link)].origin,
+        join_text("rigid link ", name(link), " is redundant: ",
+                  found.first == 1 ? "a freedom that it removes"
+                                   : join_text(found.first, " freedoms that it removes"),
+                  found.first == 1 ? " is" : " are", " removed by ", others,
+                  " already; the motion is the same without it, forces of these links share what only "
+                  "elastic links could tell apart"));
+  }
+}
+
+// what rigid links forbid, less what others forbid already; the rest is named
+void set_constraints(const Scene& scene, double rounding, LinkFactor& factor, Faults& faults) {
+  DeformationRows all;
+  std::vector<int> link_of;
+  for (std::size_t i = 0; i < scene.links.size(); ++i) {
+    if (!std::holds_alternative<Rigid>(scene.links[i].kind)) continue;
+    const DeformationRows rows = rigid_rows(scene, scene.links[i]);
+    all.insert(all.end(), rows.begin(), rows.end());
+    link_of.insert(link_of.end(), rows.size(), static_cast<int>(i));
+  }
+  const auto num_displacements = 3 * static_cast<Eigen::Index>(scene.points.size());
+  factor.constraints.resize(0, num_displacements);
+  if (all.empty()) return;
+  for (DeformationRow& row : all) row.unit_scale = 1.0;
+  Eigen::MatrixXd rows = dense_rows(all, num_displacements, true);
+  rows.rowwise().normalize();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.transpose());
+  qr.setThreshold(4.0 * static_cast<double>(num_displacements) * rounding);
+  const Eigen::Index rank = qr.rank();
+  std::vector<int> kept;
+  for (Eigen::Index k = 0; k < rank; ++k) kept.push_back(static_cast<int>(qr.colsPermutation().indices()[k]));
+  name_redundant(scene, qr, link_of, faults);
+  std::sort(kept.begin(), kept.end());
+  factor.constraints = rows(kept, Eigen::all);
+  for (const int row : kept) factor.constraint_link.push_back(link_of[static_cast<std::size_t>(row)]);
 }
 
 struct Condensed {
@@ -77,7 +167,9 @@ Condensed condense(Eigen::MatrixXd rows, Eigen::Index num_displacements, Eigen::
   sort_rows(rows);
   const Eigen::Index num_rotations = rows.cols() - num_displacements;
   Eigen::MatrixXd rotation_columns = rows.rightCols(num_rotations);
-  const Eigen::RowVectorXd scale = rotation_columns.colwise().norm().cwiseInverse();
+  // a rotation that no row acts on, for a body holds it, has no size
+  const Eigen::RowVectorXd scale =
+      rotation_columns.colwise().norm().unaryExpr([](double norm) { return norm > 0.0 ? 1.0 / norm : 0.0; });
   rotation_columns *= scale.asDiagonal();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rotation_columns);
   // pivots of free rotations are some roundings of one; those of a chain of n beams fall like 1/n
@@ -105,27 +197,116 @@ Eigen::MatrixXd stack(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& lower
   return both;
 }
 
+// X65: dashpots, and links whose force follows the rate of their deformation too
+Eigen::MatrixXd damping_rows(const Scene& scene, const LinkFactor& factor) {
+  DeformationRows rows;
+  for (std::size_t i = 0; i < scene.links.size(); ++i) {
+    const Link& link = scene.links[i];
+    if (const auto* dashpot = std::get_if<Dashpot>(&link.kind))
+      rows.push_back(axial_row(scene, link, dashpot->damping));
+    if (link.viscous == 0.0) continue;
+    const RowRange range = factor.natural_of[i];
+    for (int k = range.first; k < range.first + range.count; ++k) {
+      rows.push_back(factor.natural[static_cast<std::size_t>(k)]);
+      rows.back().root_stiffness *= std::sqrt(link.viscous);
+    }
+  }
+  return dense_rows(rows, 3 * static_cast<Eigen::Index>(scene.points.size()), false);
+}
+
 }  // namespace
+
+Freedoms::Freedoms(const Scene& scene) : num_displacements_(3 * static_cast<int>(scene.points.size())) {
+  for (const Link& link : scene.links)
+    if (has_rotations(link)) joints_.insert(joints_.end(), link.points.begin(), link.points.end());
+  std::sort(joints_.begin(), joints_.end());
+  joints_.erase(std::unique(joints_.begin(), joints_.end()), joints_.end());
+  int next = num_displacements_ + 3 * static_cast<int>(joints_.size());
+  for (std::size_t i = 0; i < scene.links.size(); ++i) {
+    const auto* beam = std::get_if<Beam>(&scene.links[i].kind);
+    if (beam == nullptr || beam->released == decltype(beam->released){}) continue;
+    std::array<int, 6> none{};
+    none.fill(-1);
+    if (released_.empty()) released_.resize(scene.links.size(), none);
+    for (std::size_t end = 0; end < 2; ++end)
+      for (std::size_t axis = 0; axis < 3; ++axis)
+        if (beam->released[end][axis]) released_[i][3 * end + axis] = next++;
+  }
+  num_released_ = next - num_displacements_ - 3 * static_cast<int>(joints_.size());
+}
+
+bool Freedoms::has_joint(int point) const {
+  return std::binary_search(joints_.begin(), joints_.end(), point);
+}
+
+int Freedoms::rotation(int point) const {
+  const auto place = std::lower_bound(joints_.begin(), joints_.end(), point) - joints_.begin();
+  return num_displacements_ + 3 * static_cast<int>(place);
+}
+
+double direction_rounding(const Scene& scene) {
+  double largest = 0.0;
+  for (const PointMass& point : scene.points)
+    largest = std::max(largest, point.position.cwiseAbs().maxCoeff());
+  double shortest = std::numeric_limits<double>::infinity();
+  for (const Link& link : scene.links) {
+    if (std::holds_alternative<MatrixLink>(link.kind)) continue;
+    for (std::size_t k = 1; k < link.points.size(); ++k)
+      shortest = std::min(shortest, (scene.points[static_cast<std::size_t>(link.points[k])].position -
+                                     scene.points[static_cast<std::size_t>(link.points[k - 1])].position)
+                                        .stableNorm());
+  }
+  return kEpsilon * std::max(1.0, largest / shortest);
+}
 
 LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) {
   LinkFactor factor;
-  factor.joint_points = find_joints(scene);
-  const AllRows all = collect_rows(scene, factor, faults);
-  const auto num_displacements = 3 * static_cast<Eigen::Index>(scene.points.size());
-  const Eigen::Index num_freedoms =
-      num_displacements + 3 * static_cast<Eigen::Index>(factor.joint_points.size());
-  factor.rows = dense_rows(all.direct, num_displacements, false);
-  factor.unit_rows = dense_rows(all.direct, num_displacements, true);
-  if (all.beams.empty()) return factor;
+  const Freedoms freedoms(scene);
+  const BodyRotations bodies(scene, freedoms);
+  factor.num_freedoms = freedoms.num_all();
+  DeformationRows direct, with_rotations;  // direct: rows over displacements alone
+  for (std::size_t i = 0; i < scene.links.size(); ++i) {
+    DeformationRows rows = natural_rows(scene, static_cast<int>(i), freedoms, factor.matrix_accuracy, faults);
+    factor.natural_of.push_back({static_cast<int>(factor.natural.size()), static_cast<int>(rows.size())});
+    for (DeformationRow& row : rows) {
+      bodies.substitute(row);
+      (has_rotations(scene.links[i]) ? with_rotations : direct).push_back(row);
+      factor.natural.push_back(std::move(row));
+    }
+  }
+  set_constraints(scene, direction_rounding(scene), factor, faults);
+  factor.damping_rows = damping_rows(scene, factor);
+  const Eigen::Index num_displacements = freedoms.num_displacements();
+  factor.rows = dense_rows(direct, num_displacements, false);
+  factor.unit_rows = dense_rows(direct, num_displacements, true);
+  if (with_rotations.empty()) return factor;
 
   // the rank of the rotations is a matter of geometry, so it is found on the unit rows
-  const Condensed unit = condense(dense_rows(all.beams, num_freedoms, true), num_displacements, -1, false);
-  Condensed beams =
-      condense(dense_rows(all.beams, num_freedoms, false), num_displacements, unit.rank, with_recovery);
-  factor.rows = stack(factor.rows, beams.rows);
+  const Condensed unit =
+      condense(dense_rows(with_rotations, factor.num_freedoms, true), num_displacements, -1, false);
+  Condensed condensed = condense(dense_rows(with_rotations, factor.num_freedoms, false), num_displacements,
+                                 unit.rank, with_recovery);
+  factor.rows = stack(factor.rows, condensed.rows);
   factor.unit_rows = stack(factor.unit_rows, unit.rows);
-  factor.recovery = std::move(beams.recovery);
+  factor.recovery = std::move(condensed.recovery);
   return factor;
+}
+
+Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link) {
+  const RowRange range = factor.natural_of[static_cast<std::size_t>(link)];
+  const Eigen::Index num_displacements = factor.rows.cols();
+  Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(range.count, num_displacements);
+  for (int k = 0; k < range.count; ++k) {
+    const DeformationRow& row = factor.natural[static_cast<std::size_t>(range.first + k)];
+    for (const auto& [freedom, coefficient] : row.coefficients) {
+      if (freedom < num_displacements)
+        forces(k, freedom) += coefficient;
+      else
+        forces.row(k) += coefficient * factor.recovery.row(freedom - num_displacements);
+    }
+    forces.row(k) *= row.root_stiffness * row.root_stiffness;
+  }
+  return forces;
 }
 
 }  // namespace freeflex

@@ -1,4 +1,4 @@
-// Elastic links in factor form: K = A'A with A = sqrt(D) B, never assembled.
+// Massless links in factor form: K = A'A with A = sqrt(D) B, never assembled.
 #pragma once
 
 #include <array>
@@ -10,51 +10,136 @@
 namespace freeflex {
 
 /// One natural deformation of a link, e = sum coefficient * freedom, and its stiffness   (THEORY X44-X46).
-/// Freedoms 3*point+axis are displacements [m]; rotations of beam joints follow after 3N.
+/// Freedoms are numbered by Freedoms: displacements [m] first, then rotations [rad].
 struct DeformationRow {
   std::vector<std::pair<int, double>> coefficients;  // (freedom, coefficient)
   double root_stiffness = 0.0;                       // square root of the stiffness of e
   double unit_scale =
       1.0;  // makes the displacement coefficients of order one: unit row = unit_scale * coefficients
 };
+using DeformationRows = std::vector<DeformationRow>;
+
+/// Adds scale * direction . u of the three freedoms that start at first.
+void add_vector(DeformationRow& row, int first, double scale, const Eigen::Vector3d& direction);
+
+/// Numbers of the freedoms that rows act on: 3 * point + axis, then three rotations for each joint, then one
+/// for each released rotation of a beam end. A joint is a point that beams or plates meet at.
+class Freedoms {
+ public:
+  explicit Freedoms(const Scene& scene);
+  int num_displacements() const { return num_displacements_; }
+  int num_rotations() const { return 3 * static_cast<int>(joints_.size()) + num_released_; }
+  int num_all() const { return num_displacements_ + num_rotations(); }
+  bool has_joint(int point) const;
+  /// First rotation of the joint at a point.  \pre has_joint(point)
+  int rotation(int point) const;
+  /// The rotation of a beam's end about its local axis where the joint does not hold it; -1 where it does.
+  int released(int link, int end, int axis) const {
+    return released_.empty()
+               ? -1
+               : released_[static_cast<std::size_t>(link)][static_cast<std::size_t>(3 * end + axis)];
+  }
+
+ private:
+  int num_displacements_;
+  int num_released_ = 0;
+  std::vector<int> joints_;                   // points, ascending
+  std::vector<std::array<int, 6>> released_;  // (num_links) freedom or -1; empty when nothing is released
+};
+
+/// Rest vector from a link's first point to its second [m].
+Eigen::Vector3d span_of(const Scene& scene, const Link& link);
 
 /// Axial stiffness of a spring, k, or bar, EA / L   [N/m].  \pre the link is one of these
 double axial_stiffness(const Scene& scene, const Link& link);
 
-/// Axial deformation of a spring or bar between two points   (THEORY X44).
+/// Axial deformation between a link's two points   (THEORY X44).
 DeformationRow axial_row(const Scene& scene, const Link& link, double stiffness);
 
 /// Local axes of a beam as columns, scene axes   (THEORY X45).
 Eigen::Matrix3d beam_axes(const Eigen::Vector3d& span, const Eigen::Vector3d& y_axis);
 
-/// The six natural deformations of an Euler-Bernoulli beam   (THEORY X45): axial, torsion, then bending
-/// symmetric and antisymmetric about local z and about local y. first_rotation: freedom of the first rotation
-/// of each of its points.
-std::vector<DeformationRow> beam_rows(const Scene& scene, const Link& link,
-                                      const std::array<int, 2>& first_rotation);
+/// The six natural deformations of a beam   (THEORY X45): axial, torsion, then bending symmetric and
+/// antisymmetric about local z and about local y.
+DeformationRows beam_rows(const Scene& scene, int link_index, const Freedoms& freedoms);
 
-/// Rows of a matrix link from its own matrix, freed of rigid motion and of its null space   (THEORY X46).
-/// Errors: size, symmetry, rigid motion, negative eigenvalues.
+/// Change of the angle at the middle of three points [rad], in two planes when they lie on a line   (THEORY
+/// X60).
+DeformationRows bending_rows(const Scene& scene, const Link& link);
+
+/// Change of the dihedral angle of four points [rad]   (THEORY X61).
+DeformationRows torsion_rows(const Scene& scene, const Link& link);
+
+/// Natural deformations of a triangular plate   (THEORY X62): rows 0 to 2 are the membrane's exx + eyy, exx -
+/// eyy, gxy, rows 3 to 11 the same of the curvature at the middle of the side opposite to each point, rows 12
+/// to 14 the turn of each corner about the normal, less the membrane's.
+DeformationRows plate_rows(const Scene& scene, const Link& link, const Freedoms& freedoms);
+
+/// Forces and moments of a plate per length, from its natural forces: Nxx Nyy Nxy [N/m], positive in tension,
+/// and mean Mxx Myy Mxy [N], M the integral of the stress times z, positive where the face at +z is
+/// stretched. Local axes: x from the first point to the second, z the normal about which the points run
+/// counterclockwise (THEORY X62). \return (6 x num_rows of plate_rows)
+Eigen::MatrixXd plate_resultants(const Scene& scene, const Link& link);
+
+/// Rows of a matrix link from its own matrix, freed of rigid motion and of its null space   (THEORY X46,
+/// X63). Errors: size, symmetry, rigid motion, eigenvalues that are negative or, of a flexibility, zero.
 /// \param accuracy  raised to the relative accuracy of the link's lowest eigenvalue that was kept
-std::vector<DeformationRow> matrix_rows(const Scene& scene, const Link& link, int link_index,
-                                        double& accuracy, Faults& faults);
+DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index, double& accuracy,
+                            Faults& faults);
 
-/// The links of a scene over the displacements of its points, rotations of beam joints condensed   (THEORY
-/// X47).
+/// Rigid motions of some points alone, orthonormal columns: six, five on a line, three in one place [-] (3K
+/// x 3..6).
+Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points);
+
+/// Displacements that a rigid link or body forbids, unit rows: 1 for two points, 3K - 6 for a body (3K - 5 on
+/// a line)   (THEORY X64).
+DeformationRows rigid_rows(const Scene& scene, const Link& link);
+
+/// True for a rigid link of three or more points that are not on a line: what is joined to it turns with it.
+bool is_rigid_body(const Scene& scene, const Link& link);
+
+/// Mean rotation of some points per displacement, J^-1 sum d_k x V_k, none about a line   (THEORY X14 with
+/// equal weights) [1/m] (3 x 3K).
+Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points);
+
+/// Where a link's natural deformations stand in LinkFactor::natural; none for rigid links and dashpots.
+struct RowRange {
+  int first = 0;
+  int count = 0;
+};
+
+/// The links of a scene over the displacements of its points, rotations condensed   (THEORY X47).
 struct LinkFactor {
   Eigen::MatrixXd rows;          // A, [sqrt(N/m)] (num_rows x 3N)
   Eigen::MatrixXd unit_rows;     // B, [-] (num_unit_rows x 3N) geometry alone: no stiffness in it
   double matrix_accuracy = 0.0;  // [-] stated relative accuracy that matrix links limit frequencies to
-  // rotations of beam joints that go with displacements, rotation = recovery V, of joint_points[k] in rows
-  // 3k..3k+2
-  std::vector<int> joint_points;  // points that beams meet at
-  Eigen::MatrixXd recovery;       // [1/m] (3 num_joints x 3N); empty unless asked for
+  // not condensed: natural deformations of all links over all freedoms
+  DeformationRows natural;
+  std::vector<RowRange> natural_of;  // (num_links)
+  int num_freedoms = 0;              // displacements and rotations
+  Eigen::MatrixXd recovery;  // [1/m] (num_rotations x 3N) rotations = recovery V; empty unless asked for
+  // rigid links: what they forbid, and what they forbid once only
+  Eigen::MatrixXd constraints;       // C, [-] (num_constraints x 3N) C V = 0, independent rows
+  std::vector<int> constraint_link;  // (num_constraints) index into Scene::links
+  Eigen::MatrixXd
+      damping_rows;  // [sqrt(N s/m)] (num x 3N) dashpots and viscous links, force = rows' rows Vdot
 };
 
-/// \param with_recovery  fill LinkFactor::recovery, which beam end forces need
+/// Relative error of the directions in unit rows: one rounding of a coordinate over the shortest link.
+double direction_rounding(const Scene& scene);
+
+/// \param with_recovery  fill LinkFactor::recovery, which forces of links with rotations need
 LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults);
 
-/// Rows of forces of the published links, in order   (THEORY X48, X49).
-std::vector<LinkForceRows> link_force_rows(const Scene& scene, const LinkFactor& factor);
+/// Natural forces s = D e of a link per displacement V   [N/m] (count x 3N)   (THEORY X49).
+Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link);
+
+/// Structure::local_rotations: of the joint at a point, of the rigid body it belongs to, or the mean rotation
+/// of it and its neighbours   (THEORY X73).  \pre structure.shapes
+Eigen::MatrixXd local_rotations(const Scene& scene, const LinkFactor& factor, const Structure& structure);
+
+/// Fills Structure::link_forces and constraint_shapes for the published links, in order   (THEORY X48, X49,
+/// X67). \pre structure.shapes and damping_rows are filled
+void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& structure);
 
 }  // namespace freeflex

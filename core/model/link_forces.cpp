@@ -1,21 +1,12 @@
-// Member forces of links from the displacements of points.
+// Forces of links from elastic coordinates, their rates and, of rigid links, the loads.
+#include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 
 #include "core/model/link_factor.hpp"
 
 namespace freeflex {
 namespace {
-
-// X48: tension = stiffness * (V2 - V1) . direction
-LinkForceRows axial_force(const DeformationRow& row, const Link& link) {
-  LinkForceRows force;
-  force.columns_points = {link.points[0], link.points[1]};
-  force.rows.resize(1, 6);
-  for (Eigen::Index column = 0; column < 6; ++column)
-    force.rows(0, column) =
-        row.root_stiffness * row.root_stiffness * row.coefficients[static_cast<std::size_t>(column)].second;
-  return force;
-}
 
 // X49: end forces of unit natural forces (axial, torsion, bending about z symmetric and antisymmetric, about
 // y the same)
@@ -35,56 +26,102 @@ Eigen::Matrix<double, 12, 6> end_forces(double length) {
   return forces;
 }
 
-// X49: natural deformations from displacements and recovered rotations, times stiffness, to end forces
-LinkForceRows beam_forces(const Scene& scene, const Link& link, const LinkFactor& factor) {
-  const int num_displacements = 3 * static_cast<int>(scene.points.size());
-  std::array<int, 2> first_rotation{};
-  for (std::size_t end = 0; end < 2; ++end) {
-    const auto place =
-        std::lower_bound(factor.joint_points.begin(), factor.joint_points.end(), link.points[end]);
-    first_rotation[end] = num_displacements + 3 * static_cast<int>(place - factor.joint_points.begin());
-  }
-  const std::vector<DeformationRow> rows = beam_rows(scene, link, first_rotation);
-  Eigen::MatrixXd natural_force = Eigen::MatrixXd::Zero(6, num_displacements);
-  for (std::size_t e = 0; e < rows.size(); ++e) {
-    const auto row = static_cast<Eigen::Index>(e);
-    for (const auto& [freedom, coefficient] : rows[e].coefficients) {
-      if (freedom < num_displacements)
-        natural_force(row, freedom) += coefficient;
-      else
-        natural_force.row(row) += coefficient * factor.recovery.row(freedom - num_displacements);
+// forces on the points of a link, from the rows of its deformations and their forces per displacement
+Eigen::MatrixXd point_forces(const LinkFactor& factor, const Link& link, RowRange range,
+                             const Eigen::MatrixXd& forces) {
+  Eigen::MatrixXd on_points =
+      Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(link.points.size()), forces.cols());
+  for (int k = 0; k < range.count; ++k)
+    for (const auto& [freedom, coefficient] :
+         factor.natural[static_cast<std::size_t>(range.first + k)].coefficients) {
+      const auto place = std::find(link.points.begin(), link.points.end(), freedom / 3) - link.points.begin();
+      on_points.row(3 * place + freedom % 3) -= coefficient * forces.row(k);
     }
-    natural_force.row(row) *= rows[e].root_stiffness * rows[e].root_stiffness;
-  }
-  const double length = (scene.points[static_cast<std::size_t>(link.points[1])].position -
-                         scene.points[static_cast<std::size_t>(link.points[0])].position)
-                            .stableNorm();
-  // only points that beams meet at enter
-  LinkForceRows force;
-  force.columns_points = factor.joint_points;
-  std::vector<int> columns;
-  for (const int point : factor.joint_points)
-    for (int axis = 0; axis < 3; ++axis) columns.push_back(3 * point + axis);
-  force.rows = end_forces(length) * natural_force(Eigen::all, columns);
-  return force;
+  return on_points;
+}
+
+// published forces of an elastic link per displacement V   (THEORY X48, X49, X62)
+Eigen::MatrixXd elastic_forces(const Scene& scene, const LinkFactor& factor, int index) {
+  const Link& link = scene.links[static_cast<std::size_t>(index)];
+  const Eigen::MatrixXd natural = natural_forces(factor, index);
+  if (std::holds_alternative<Beam>(link.kind)) return end_forces(span_of(scene, link).stableNorm()) * natural;
+  if (std::holds_alternative<Plate>(link.kind)) return plate_resultants(scene, link) * natural;
+  if (std::holds_alternative<MatrixLink>(link.kind))
+    return point_forces(factor, link, factor.natural_of[static_cast<std::size_t>(index)], natural);
+  return natural;
+}
+
+// X67: multipliers of the constraints, lambda = (C M^-1 C')^-1 C M^-1 (F - K V - D Vdot); their shapes are
+// the rows of (C M^-1 C')^-1 C M^-1 = R^-1 Q' M^-1/2, with M^-1/2 C' = Q R
+Eigen::MatrixXd constraint_shapes(const Scene& scene, const LinkFactor& factor) {
+  Eigen::VectorXd root_mass(factor.rows.cols());
+  for (Eigen::Index i = 0; i < root_mass.size(); ++i)
+    root_mass[i] = std::sqrt(scene.points[static_cast<std::size_t>(i / 3)].mass);
+  const Eigen::MatrixXd weighted = root_mass.cwiseInverse().asDiagonal() * factor.constraints.transpose();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(weighted);
+  Eigen::MatrixXd Q = Eigen::MatrixXd::Identity(weighted.rows(), weighted.cols());
+  Q.applyOnTheLeft(qr.householderQ());
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(weighted.cols()).triangularView<Eigen::Upper>();
+  const Eigen::MatrixXd solved = R.triangularView<Eigen::Upper>().solve(Q.transpose());
+  return root_mass.cwiseInverse().asDiagonal() * solved.transpose();
+}
+
+// forces of a rigid link per multiplier: tension of a link, forces on the points of a body
+Eigen::MatrixXd rigid_forces(const LinkFactor& factor, const Link& link, const std::vector<int>& columns) {
+  const auto num_points = static_cast<Eigen::Index>(link.points.size());
+  Eigen::MatrixXd on_points(3 * num_points, static_cast<Eigen::Index>(columns.size()));
+  for (std::size_t c = 0; c < columns.size(); ++c)
+    for (Eigen::Index k = 0; k < num_points; ++k)
+      on_points.block<3, 1>(3 * k, static_cast<Eigen::Index>(c)) =
+          -factor.constraints
+               .block<1, 3>(columns[c], 3 * Eigen::Index{link.points[static_cast<std::size_t>(k)]})
+               .transpose();
+  if (num_points > 2) return on_points;
+  // a unit row over two points holds the direction over sqrt(2)
+  return Eigen::MatrixXd::Constant(1, static_cast<Eigen::Index>(columns.size()), std::sqrt(0.5));
 }
 
 }  // namespace
 
-std::vector<LinkForceRows> link_force_rows(const Scene& scene, const LinkFactor& factor) {
-  std::vector<LinkForceRows> forces;
+void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& structure) {
+  const Eigen::MatrixXd& b = structure.shapes;
+  std::vector<int> columns;  // constraints whose multipliers published rigid links need
+  for (const int index : scene.publication.links)
+    for (std::size_t row = 0; row < factor.constraint_link.size(); ++row)
+      if (factor.constraint_link[row] == index) columns.push_back(static_cast<int>(row));
+  Eigen::MatrixXd shapes(factor.rows.cols(), 0);
+  if (!columns.empty()) shapes = constraint_shapes(scene, factor)(Eigen::all, columns);
+  structure.constraint_shapes = shapes;
+
+  Eigen::Index next_column = 0;
   for (const int index : scene.publication.links) {
     const Link& link = scene.links[static_cast<std::size_t>(index)];
     LinkForceRows force;
-    if (std::holds_alternative<Beam>(link.kind)) {
-      force = beam_forces(scene, link, factor);
-    } else {
-      force = axial_force(axial_row(scene, link, axial_stiffness(scene, link)), link);
-    }
     force.link = index;
-    forces.push_back(std::move(force));
+    if (const auto* dashpot = std::get_if<Dashpot>(&link.kind)) {
+      force.rows = Eigen::MatrixXd::Zero(1, b.cols());
+      force.rate_rows = force.rows;
+      for (const auto& [freedom, coefficient] : axial_row(scene, link, 1.0).coefficients)
+        force.rate_rows += dashpot->damping * coefficient * b.row(freedom);
+    } else if (std::holds_alternative<Rigid>(link.kind)) {
+      std::vector<int> own;
+      for (std::size_t row = 0; row < factor.constraint_link.size(); ++row)
+        if (factor.constraint_link[row] == index) own.push_back(static_cast<int>(row));
+      const Eigen::MatrixXd per_multiplier = rigid_forces(factor, link, own);
+      const auto num_own = static_cast<Eigen::Index>(own.size());
+      const Eigen::MatrixXd g = shapes.middleCols(next_column, num_own);
+      force.load_rows = Eigen::MatrixXd::Zero(per_multiplier.rows(), shapes.cols());
+      force.load_rows.middleCols(next_column, num_own) = per_multiplier;
+      next_column += num_own;
+      force.rows = -per_multiplier * ((factor.rows * g).transpose() * (factor.rows * b));
+      if (factor.damping_rows.rows() > 0)
+        force.rate_rows = -per_multiplier * ((factor.damping_rows * g).transpose() * structure.damping_rows);
+    } else {
+      force.rows = elastic_forces(scene, factor, index) * b;
+      if (link.viscous > 0.0) force.rate_rows = link.viscous * force.rows;
+    }
+    structure.link_forces.push_back(std::move(force));
   }
-  return forces;
 }
 
 }  // namespace freeflex

@@ -5,19 +5,14 @@
 #include "core/model/link_factor.hpp"
 
 namespace freeflex {
-namespace {
-
 Eigen::Vector3d span_of(const Scene& scene, const Link& link) {
   return scene.points[static_cast<std::size_t>(link.points[1])].position -
          scene.points[static_cast<std::size_t>(link.points[0])].position;
 }
 
-// adds scale * direction . u of the three freedoms that start at first
 void add_vector(DeformationRow& row, int first, double scale, const Eigen::Vector3d& direction) {
   for (int axis = 0; axis < 3; ++axis) row.coefficients.emplace_back(first + axis, scale * direction[axis]);
 }
-
-}  // namespace
 
 double axial_stiffness(const Scene& scene, const Link& link) {
   if (const auto* spring = std::get_if<Spring>(&link.kind)) return spring->stiffness;
@@ -48,45 +43,53 @@ Eigen::Matrix3d beam_axes(const Eigen::Vector3d& span, const Eigen::Vector3d& y_
   return axes;
 }
 
-std::vector<DeformationRow> beam_rows(const Scene& scene, const Link& link,
-                                      const std::array<int, 2>& first_rotation) {
+DeformationRows beam_rows(const Scene& scene, int link_index, const Freedoms& freedoms) {
+  const Link& link = scene.links[static_cast<std::size_t>(link_index)];
   const Beam& beam = std::get<Beam>(link.kind);
   const Eigen::Vector3d span = span_of(scene, link);
   const double length = span.stableNorm();
   const Eigen::Matrix3d axes = beam_axes(span, beam.y_axis);
+  // the rotation of an end about a local axis: the joint's, or one of its own where it is released
+  const auto add_rotation = [&](DeformationRow& row, int end, int axis, double scale) {
+    const int released = freedoms.released(link_index, end, axis);
+    if (released >= 0)
+      row.coefficients.emplace_back(released, scale);
+    else
+      add_vector(row, freedoms.rotation(link.points[static_cast<std::size_t>(end)]), scale, axes.col(axis));
+  };
 
-  std::vector<DeformationRow> rows;
+  DeformationRows rows;
   rows.push_back(axial_row(scene, link, beam.EA / length));
 
   DeformationRow torsion;
-  add_vector(torsion, first_rotation[0], -1.0, axes.col(0));
-  add_vector(torsion, first_rotation[1], 1.0, axes.col(0));
+  add_rotation(torsion, 0, 0, -1.0);
+  add_rotation(torsion, 1, 0, 1.0);
   torsion.root_stiffness = std::sqrt(beam.GJ / length);
   torsion.unit_scale = 0.5 * length;
   rows.push_back(torsion);
 
   // bending about `about` with deflection along `along`; the chord turns by turn * (along . (V2 - V1)) /
-  // length
-  const auto add_bending = [&](const Eigen::Vector3d& about, const Eigen::Vector3d& along, double turn,
-                               double EI) {
+  // length. Shear deformation softens what bends antisymmetrically, for only there is shear.
+  const auto add_bending = [&](int about, int along, double turn, double EI, double GA) {
     DeformationRow symmetric;
-    add_vector(symmetric, first_rotation[0], -1.0, about);
-    add_vector(symmetric, first_rotation[1], 1.0, about);
+    add_rotation(symmetric, 0, about, -1.0);
+    add_rotation(symmetric, 1, about, 1.0);
     symmetric.root_stiffness = std::sqrt(EI / length);
     symmetric.unit_scale = 0.5 * length;
     rows.push_back(symmetric);
 
     DeformationRow antisymmetric;
-    add_vector(antisymmetric, first_rotation[0], 1.0, about);
-    add_vector(antisymmetric, first_rotation[1], 1.0, about);
-    add_vector(antisymmetric, 3 * link.points[0], 2.0 * turn / length, along);
-    add_vector(antisymmetric, 3 * link.points[1], -2.0 * turn / length, along);
-    antisymmetric.root_stiffness = std::sqrt(3.0 * EI / length);
+    add_rotation(antisymmetric, 0, about, 1.0);
+    add_rotation(antisymmetric, 1, about, 1.0);
+    add_vector(antisymmetric, 3 * link.points[0], 2.0 * turn / length, axes.col(along));
+    add_vector(antisymmetric, 3 * link.points[1], -2.0 * turn / length, axes.col(along));
+    const double shear = GA > 0.0 ? 12.0 * EI / (GA * length * length) : 0.0;
+    antisymmetric.root_stiffness = std::sqrt(3.0 * EI / (length * (1.0 + shear)));
     antisymmetric.unit_scale = 0.5 * length;
     rows.push_back(antisymmetric);
   };
-  add_bending(axes.col(2), axes.col(1), 1.0, beam.EI_z);
-  add_bending(axes.col(1), axes.col(2), -1.0, beam.EI_y);
+  add_bending(2, 1, 1.0, beam.EI_z, beam.GA_y);
+  add_bending(1, 2, -1.0, beam.EI_y, beam.GA_z);
   return rows;
 }
 

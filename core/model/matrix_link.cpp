@@ -1,4 +1,4 @@
-// Matrix links: a stiffness matrix from elsewhere, turned into rows.
+// Matrix links: a stiffness or flexibility matrix from elsewhere, turned into rows.
 #include <Eigen/Eigenvalues>
 #include <Eigen/QR>
 #include <cmath>
@@ -24,8 +24,77 @@ constexpr double kRigidTolerance = 1e-5;
 // tolerances above let pass.
 constexpr double kNegativeTolerance = 1e-6;
 
-// rigid motions of the link's own points, orthonormal columns; five when they lie on a line, three for one
-// place
+// "point 'b' x": what row or column of a link's matrix belongs to
+std::string freedom_name(const Scene& scene, const Link& link, Eigen::Index row) {
+  const int point = link.points[static_cast<std::size_t>(row / 3)];
+  return join_text("point ", quoted(scene.points[static_cast<std::size_t>(point)].name, point), " ",
+                   "xyz"[row % 3]);
+}
+
+// checks the matrix; false on an error
+bool check_matrix(const Scene& scene, const Link& link, const std::string& who, const Eigen::MatrixXd& K,
+                  Faults& faults) {
+  const char* const what = std::get<MatrixLink>(link.kind).is_flexibility ? "flexibility" : "stiffness";
+  const double largest = K.cwiseAbs().maxCoeff();
+  if (!std::isfinite(largest) || largest <= 0.0) {
+    add_error(faults, link.origin,
+              join_text("link ", who, ": the ", what, " matrix ",
+                        largest <= 0.0 ? "is zero" : "has an entry that is not finite",
+                        "; it must have finite entries and at least one that is not zero"));
+    return false;
+  }
+  Eigen::Index row = 0, column = 0;
+  const double asymmetry = (K - K.transpose()).cwiseAbs().maxCoeff(&row, &column) / largest;
+  if (asymmetry > kSymmetryTolerance) {
+    add_error(
+        faults, link.origin,
+        join_text(
+            "link ", who, ": the ", what, " matrix is not symmetric: entries across the diagonal differ by ",
+            asymmetry, " of the largest entry, allowed ", kSymmetryTolerance, "; worst are ",
+            freedom_name(scene, link, row), " by ", freedom_name(scene, link, column), ", ", K(row, column),
+            " and ", K(column, row),
+            "; give a symmetric matrix, or average it with its transpose if that is error of measurement"));
+    return false;
+  }
+  return true;
+}
+
+// X63: on loads that balance within the link, H'FH = W diag(f) W'; rows e = W'H'V of stiffness 1 / f
+DeformationRows flexibility_rows(const Scene& scene, const Link& link, const std::string& who,
+                                 const Eigen::MatrixXd& F, Faults& faults) {
+  const Eigen::MatrixXd rigid = rigid_basis(scene, link.points);
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(rigid);
+  const Eigen::MatrixXd all = qr.householderQ() * Eigen::MatrixXd::Identity(F.rows(), F.rows());
+  const Eigen::MatrixXd H = all.rightCols(F.rows() - rigid.cols());
+  const Eigen::MatrixXd F_H = H.transpose() * F * H;
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (F_H + F_H.transpose()));
+  const Eigen::VectorXd& value = eigen.eigenvalues();
+  const Eigen::MatrixXd loads = H * eigen.eigenvectors();
+  if (value[0] <= 8.0 * static_cast<double>(F.rows()) * kEpsilon * F.cwiseAbs().maxCoeff()) {
+    Eigen::Index worst = 0;
+    loads.col(0).cwiseAbs().maxCoeff(&worst);
+    add_error(faults, link.origin,
+              join_text("link ", who,
+                        ": the flexibility matrix is not positive definite: the balanced load that is "
+                        "largest at ",
+                        freedom_name(scene, link, worst), " meets a flexibility of ", value[0],
+                        " m/N beside the largest, ", value[value.size() - 1],
+                        " m/N; every balanced load must strain the link: use a rigid link where none does"));
+    return {};
+  }
+  DeformationRows rows;
+  for (Eigen::Index mode = value.size() - 1; mode >= 0; --mode) {
+    DeformationRow row;
+    for (std::size_t k = 0; k < link.points.size(); ++k)
+      add_vector(row, 3 * link.points[k], 1.0, loads.block<3, 1>(3 * static_cast<Eigen::Index>(k), mode));
+    row.root_stiffness = 1.0 / std::sqrt(value[mode]);
+    rows.push_back(std::move(row));
+  }
+  return rows;
+}
+
+}  // namespace
+
 Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
   Eigen::Matrix3Xd position(3, num_points);
@@ -48,39 +117,16 @@ Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points) 
   return basis;
 }
 
-// checks the matrix; false on an error
-bool check_matrix(const Link& link, const std::string& who, const Eigen::MatrixXd& K, Faults& faults) {
-  const double largest = K.cwiseAbs().maxCoeff();
-  if (!std::isfinite(largest) || largest <= 0.0) {
-    add_error(faults, link.origin,
-              join_text("link ", who, ": the stiffness matrix ",
-                        largest <= 0.0 ? "is zero" : "has an entry that is not finite",
-                        "; it must have finite entries and at least one that is not zero"));
-    return false;
-  }
-  const double asymmetry = (K - K.transpose()).cwiseAbs().maxCoeff() / largest;
-  if (asymmetry > kSymmetryTolerance) {
-    add_error(faults, link.origin,
-              join_text("link ", who,
-                        ": the stiffness matrix is not symmetric: entries across the diagonal differ by ",
-                        asymmetry, " of the largest entry, allowed ", kSymmetryTolerance,
-                        "; give a symmetric matrix"));
-    return false;
-  }
-  return true;
-}
-
-}  // namespace
-
-std::vector<DeformationRow> matrix_rows(const Scene& scene, const Link& link, int link_index,
-                                        double& accuracy, Faults& faults) {
+DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index, double& accuracy,
+                            Faults& faults) {
   const auto& matrix = std::get<MatrixLink>(link.kind);
   const std::string who = quoted(link.name, link_index);
-  Eigen::MatrixXd K = matrix.stiffness;
-  if (!check_matrix(link, who, K, faults)) return {};
+  Eigen::MatrixXd K = matrix.matrix;
+  if (!check_matrix(scene, link, who, K, faults)) return {};
   K = (0.5 * (K + K.transpose())).eval();
+  if (matrix.is_flexibility) return flexibility_rows(scene, link, who, K, faults);
 
-  const Eigen::MatrixXd rigid = rigid_basis(scene, matrix.points);
+  const Eigen::MatrixXd rigid = rigid_basis(scene, link.points);
   const Eigen::MatrixXd K_rigid = K * rigid;
   // X46: K <- (1 - R R') K (1 - R R')
   K.noalias() -= K_rigid * rigid.transpose();
@@ -107,15 +153,14 @@ std::vector<DeformationRow> matrix_rows(const Scene& scene, const Link& link, in
   }
   // eigenvalues are known to a few roundings of the largest: what is below is null space
   const double null_below = 8.0 * static_cast<double>(K.rows()) * kEpsilon * largest;
-  std::vector<DeformationRow> rows;
+  DeformationRows rows;
   for (Eigen::Index mode = 0; mode < value.size(); ++mode) {
     if (value[mode] <= null_below) continue;
     if (rows.empty()) accuracy = std::max(accuracy, kEpsilon * largest / value[mode]);
     DeformationRow row;
-    for (std::size_t k = 0; k < matrix.points.size(); ++k)
-      for (int axis = 0; axis < 3; ++axis)
-        row.coefficients.emplace_back(3 * matrix.points[k] + axis,
-                                      eigen.eigenvectors()(3 * static_cast<Eigen::Index>(k) + axis, mode));
+    for (std::size_t k = 0; k < link.points.size(); ++k)
+      add_vector(row, 3 * link.points[k], 1.0,
+                 eigen.eigenvectors().block<3, 1>(3 * static_cast<Eigen::Index>(k), mode));
     row.root_stiffness = std::sqrt(value[mode]);
     rows.push_back(std::move(row));
   }

@@ -13,7 +13,7 @@ namespace {
 // "FFPLAN" and the two bytes that text-mode transfers damage
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 1;
+constexpr std::uint32_t kVersion = 2;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -57,16 +57,32 @@ void fields(Archive& archive, T& p) {
          p.uses_table, p.table, p.force_B, p.torque_B, p.has_body, p.Q_B);
 }
 
+template <typename Archive, Is<PlanFollower> T>
+void fields(Archive& archive, T& f) {
+  all_of(archive, f.row, f.r, f.force_B, f.turn_rows);
+}
+
+template <typename Archive, Is<PlanFeedback> T>
+void fields(Archive& archive, T& f) {
+  all_of(archive, f.name, f.row, f.r, f.q_rows, f.q_dot_rows, f.Q_rows);
+}
+
+template <typename Archive, Is<PlanCoupling> T>
+void fields(Archive& archive, T& c) {
+  all_of(archive, c.path, c.damping_rows, c.num_damping, c.modes, c.columns, c.num_kicks, c.kick_q_rows,
+         c.kick_q_dot_rows, c.kick_out);
+}
+
 template <typename Archive, Is<PlanHistory> T>
 void fields(Archive& archive, T& h) {
   all_of(archive, h.name, h.kind, h.pulse_start, h.pulse_duration, h.start_tick, h.end_tick, h.frequency,
          h.phase, h.times, h.values);
-  archive(h.pattern);
+  all_of(archive, h.pattern, h.followers);
 }
 
 template <typename Archive, Is<PlanLinkOutput> T>
 void fields(Archive& archive, T& o) {
-  all_of(archive, o.link, o.first_row, o.num_rows);
+  all_of(archive, o.link, o.num_rows, o.first_row, o.first_rate_row, o.first_load_row);
 }
 
 template <typename Archive, Is<PlanInitial> T>
@@ -77,11 +93,12 @@ void fields(Archive& archive, T& i) {
 template <typename Archive, Is<Plan> T>
 void fields(Archive& archive, T& p) {
   all_of(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia,
-         p.inverse_inertia, p.line, p.gravity_W, p.num_elastic, p.num_padded, p.omega, p.decay,
-         p.frequency_accuracy, p.conditioning);
-  all_of(archive, p.propagator, p.points, p.links, p.groups, p.rows, p.eckart_rows, p.link_rows,
-         p.link_outputs, p.mechanisms, p.histories, p.force_limit, p.torque_limit, p.initial, p.state_rate,
-         p.points_rate, p.loads_rate, p.status_rate, p.published_points, p.published_groups);
+         p.inverse_inertia, p.line, p.gravity_W, p.attractor_mu, p.attractor_W, p.num_elastic, p.num_moving,
+         p.num_padded, p.omega, p.decay, p.frequency_accuracy, p.conditioning);
+  all_of(archive, p.propagator, p.coupling, p.has_spin_load, p.field_rows, p.points, p.links, p.groups,
+         p.rows, p.eckart_rows, p.link_rows, p.link_outputs, p.mechanisms, p.histories, p.feedbacks,
+         p.force_limit, p.torque_limit, p.initial, p.state_rate, p.points_rate, p.loads_rate, p.status_rate,
+         p.published_points, p.published_groups);
 }
 
 template <typename T>

@@ -12,6 +12,7 @@ namespace {
 
 // more than any message carries; keeps every index product far inside 32 bits
 constexpr std::int32_t kMaxElastic = 3704;
+constexpr std::int32_t kMaxPadded = 1 << 15;  // and the constraints of rigid links
 constexpr std::size_t kMaxItems = 1U << 20U;
 
 template <typename Sequence>
@@ -46,6 +47,8 @@ class PlanCheck {
     if (error_.empty()) check_links();
     if (error_.empty()) check_groups();
     if (error_.empty()) check_histories();
+    if (error_.empty()) check_feedbacks();
+    if (error_.empty()) check_coupling();
     if (error_.empty()) check_initial();
     if (error_.empty()) check_publication();
     return error_;
@@ -78,6 +81,8 @@ class PlanCheck {
   void check_groups();
   void check_pattern(const LoadPattern& pattern, const std::string& who);
   void check_histories();
+  void check_feedbacks();
+  void check_coupling();
   void check_initial();
   void check_publication();
 
@@ -92,13 +97,16 @@ void PlanCheck::check_body() {
   require(plan_.rigid_freedoms == 6 || plan_.rigid_freedoms == 5 || plan_.rigid_freedoms == 3,
           "the rigid freedoms are not 6, 5 or 3");
   require(are_finite(plan_.p_SB) && are_finite(plan_.inertia) && are_finite(plan_.inverse_inertia) &&
-              are_finite(plan_.line) && are_finite(plan_.gravity_W),
+              are_finite(plan_.line) && are_finite(plan_.gravity_W) && are_finite(plan_.attractor_W) &&
+              is_at_least(plan_.attractor_mu, 0.0),
           "a property of the rigid body is not finite");
 }
 
 void PlanCheck::check_modes() {
   require(plan_.num_elastic >= 0 && plan_.num_elastic <= kMaxElastic, "the number of modes is out of range");
-  require(plan_.num_padded == (plan_.num_elastic + kLanes - 1) / kLanes * kLanes || !error_.empty(),
+  require(plan_.num_moving == (plan_.num_elastic + kLanes - 1) / kLanes * kLanes &&
+              plan_.num_padded >= plan_.num_moving && plan_.num_padded <= kMaxPadded &&
+              plan_.num_padded % kLanes == 0,
           "the modes are not padded as they must be");
   if (!error_.empty()) return;
   require_modal(plan_.omega, "omega");
@@ -112,7 +120,8 @@ void PlanCheck::check_modes() {
 
 void PlanCheck::check_propagator() {
   const auto& all = plan_.propagator.lanes;
-  require(all.size() * kLanes == num_padded(), "the propagator does not have one value a mode");
+  require(all.size() * kLanes == static_cast<std::size_t>(plan_.num_moving),
+          "the propagator does not have one value a mode");
   for (std::size_t block = 0; block < all.size() && error_.empty(); ++block) {
     const Propagator::Lanes& p = all[block];
     for (const auto* lane : {&p.c_qq, &p.c_qv, &p.l_qq, &p.l_qv, &p.w_q0, &p.w_q1, &p.c_vq, &p.c_vv, &p.l_vq,
@@ -138,6 +147,8 @@ void PlanCheck::check_points() {
   require(rows.empty() || is_index(*rows.rbegin(), rows.size()), "the rows of points are not contiguous");
   require_rows(plan_.rows, 3 * num_blocks_, "the rows of points");
   require_rows(plan_.eckart_rows, 6, "the Eckart rows");
+  const bool has_field = plan_.has_spin_load || plan_.attractor_mu > 0.0;
+  require_rows(plan_.field_rows, has_field ? 6 : 0, "the rows of fields");
   for (const auto& mechanism : plan_.mechanisms)
     require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that is not there");
   require(plan_.mechanisms.size() <= static_cast<std::size_t>(plan_.num_elastic),
@@ -152,11 +163,17 @@ void PlanCheck::check_links() {
   std::size_t num_rows = 0;
   for (const PlanLinkOutput& output : plan_.link_outputs) {
     require(is_index(output.link, plan_.links.size()), "a link output names a link that is not there");
-    require(output.num_rows == 1 || output.num_rows == 12, "a link output has neither 1 nor 12 rows");
-    require(output.first_row >= 0 && static_cast<std::size_t>(output.first_row) == num_rows,
-            "the rows of link outputs do not follow each other");
+    require(output.num_rows >= 1 && static_cast<std::size_t>(output.num_rows) <= kMaxItems,
+            "a link output has no rows or too many");
+    const auto follows = [&](std::int32_t first) {
+      require(first >= 0 && static_cast<std::size_t>(first) == num_rows,
+              "the rows of link outputs do not follow each other");
+      if (error_.empty()) num_rows += static_cast<std::size_t>(output.num_rows);
+    };
+    follows(output.first_row);
+    if (output.first_rate_row != -1) follows(output.first_rate_row);
+    if (output.first_load_row != -1) follows(output.first_load_row);
     if (!error_.empty()) return;
-    num_rows += static_cast<std::size_t>(output.num_rows);
   }
   require_rows(plan_.link_rows, num_rows, "the rows of links");
 }
@@ -215,8 +232,49 @@ void PlanCheck::check_histories() {
                 history.times.end(),
             who + " has times that do not increase");
     check_pattern(history.pattern, who);
+    for (const PlanFollower& follower : history.followers) {
+      require(is_index(follower.row, num_blocks_),
+              who + ": a follower force acts on a point that has no rows");
+      require(are_finite(follower.r) && are_finite(follower.force_B),
+              who + ": a follower force is not finite");
+      require_rows(follower.turn_rows, 3, who + ": the rotation of a follower force");
+    }
     if (!error_.empty()) return;
   }
+}
+
+void PlanCheck::check_feedbacks() {
+  require(plan_.feedbacks.size() <= kMaxItems, "too many feedbacks");
+  for (const PlanFeedback& feedback : plan_.feedbacks) {
+    const std::string who = "feedback '" + feedback.name + "'";
+    require(is_index(feedback.row, num_blocks_), who + " acts on a point that has no rows");
+    require(are_finite(feedback.r), who + " acts on a point that is nowhere");
+    require_rows(feedback.q_rows, 3, who + ": its rows of q");
+    require_rows(feedback.q_dot_rows, 3, who + ": its rows of q_dot");
+    require_rows(feedback.Q_rows, feedback.Q_rows.empty() ? 0 : 3, who + ": its rows of Q");
+  }
+}
+
+void PlanCheck::check_coupling() {
+  const PlanCoupling& coupling = plan_.coupling;
+  require(coupling.path >= PlanCoupling::Path::kNone && coupling.path <= PlanCoupling::Path::kSplit,
+          "the coupling is of no known kind");
+  require(coupling.num_damping >= 0 && coupling.num_kicks >= 0 &&
+              static_cast<std::size_t>(coupling.num_damping) <= kMaxItems &&
+              static_cast<std::size_t>(coupling.num_kicks) <= kMaxItems,
+          "a number of dashpots is out of range");
+  if (!error_.empty()) return;
+  require_rows(coupling.damping_rows, static_cast<std::size_t>(coupling.num_damping), "the rows of dashpots");
+  const auto num_kicks = static_cast<std::size_t>(coupling.num_kicks);
+  require_rows(coupling.kick_q_rows, num_kicks, "the rows of kicks");
+  require_rows(coupling.kick_q_dot_rows, num_kicks, "the rows of kicks");
+  require_rows(coupling.kick_out, num_kicks, "the rows of kicks");
+  require(are_indices(coupling.modes, static_cast<std::size_t>(plan_.num_elastic)),
+          "a coupled mode is not there or is named twice");
+  const std::size_t num_modes = coupling.modes.size();
+  const std::size_t stride = (2 * num_modes + kLanes - 1) / kLanes * kLanes;
+  require(coupling.columns.size() == 4 * num_modes * stride && are_finite(coupling.columns),
+          "the propagator of the coupled modes does not have their size or is not finite");
 }
 
 void PlanCheck::check_initial() {

@@ -35,42 +35,79 @@ bool has_error(const Faults& faults);
 /// A point mass (Alekseev 1970, section 1).
 struct PointMass {
   std::string name;
-  double mass = 0.0;                                    // [kg] > 0
+  double mass = 0.0;                                   // [kg] > 0
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [m] rest position, scene axes
   Origin origin;
 };
 
-/// Axial spring between two points.
+/// Axial spring between two points   (THEORY X44).
 struct Spring {
   double stiffness = 0.0;  // [N/m] > 0
 };
 
-/// Bar: axial stiffness EA / L, L the rest length.
+/// Bar between two points: axial stiffness EA / L, L the rest length   (THEORY X44).
 struct Bar {
   double EA = 0.0;  // [N] > 0
 };
 
-/// Euler-Bernoulli beam in space, rigidly joined to every other beam at its two points.
-/// Local x runs from the first point to the second; local z = x cross y_axis, normalised.
+/// Beam in space between two points, rigidly joined to every other beam and plate there but for releases:
+/// Euler- Bernoulli, or Timoshenko in a plane whose shear stiffness is given   (THEORY X45). Local x runs
+/// from the first point to the second; local z = x cross y_axis, normalised.
 struct Beam {
   double EA = 0.0;    // [N] > 0
   double GJ = 0.0;    // [N m^2] torsion, > 0
   double EI_y = 0.0;  // [N m^2] bending about local y (deflection along z), > 0
   double EI_z = 0.0;  // [N m^2] bending about local z (deflection along y), > 0
   Eigen::Vector3d y_axis = Eigen::Vector3d::Zero();  // [-] local y direction, scene axes; zero: chosen
+  double GA_y = 0.0;  // [N] shear stiffness k G A for deflection along local y; 0: no shear deformation
+  double GA_z = 0.0;  // [N] the same along local z
+  // at each end, the rotations about local x, y, z that the joint does not hold
+  std::array<std::array<bool, 3>, 2> released{};
 };
 
-/// A stiffness matrix from elsewhere over named points, row 3*k+axis for points[k].
+/// Resists the change of the angle at the middle one of three points; on a line, bending in both planes
+/// (THEORY X60).
+struct BendingSpring {
+  double stiffness = 0.0;  // [N m/rad] > 0
+};
+
+/// Resists the change of the dihedral angle of four points, about the line of the middle two   (THEORY X61).
+struct TorsionSpring {
+  double stiffness = 0.0;  // [N m/rad] > 0
+};
+
+/// Thin isotropic triangular plate, membrane and bending   (THEORY X62).
+struct Plate {
+  double E = 0.0;          // [Pa] > 0
+  double nu = 0.0;         // [-] Poisson's ratio, -1 < nu < 0.5
+  double thickness = 0.0;  // [m] > 0
+};
+
+/// A matrix from elsewhere over the link's points, row 3*k+axis for points[k]   (THEORY X46, X63).
+/// Stiffness [N/m], or flexibility [m/N]: displacements per force with the structure held in any statically
+/// determinate way.
 struct MatrixLink {
-  std::vector<int> points;                 // indices into Scene::points
-  Eigen::SparseMatrix<double> stiffness;  // [N/m] (3K x 3K), symmetric, full storage
+  Eigen::SparseMatrix<double> matrix;  // (3K x 3K), symmetric, full storage
+  bool is_flexibility = false;
 };
 
-/// One massless elastic link. Later kinds of link are new alternatives of the variant.
+/// Keeps every distance within its points: a rigid link for two, a rigid body for more   (THEORY X64).
+struct Rigid {};
+
+/// Viscous dashpot between two points: tension = damping times the rate of elongation   (THEORY X65).
+struct Dashpot {
+  double damping = 0.0;  // [N s/m] > 0
+};
+
+/// One massless link. Later kinds of link are new alternatives of the variant.
 struct Link {
   std::string name;
-  std::array<int, 2> points{-1, -1};  // indices into Scene::points; unused by MatrixLink
-  std::variant<Spring, Bar, Beam, MatrixLink> kind;
+  std::vector<int> points;  // indices into Scene::points: two, three, four or, matrix and rigid, two or more
+  std::variant<Spring, Bar, Beam, MatrixLink, BendingSpring, TorsionSpring, Plate, Rigid, Dashpot> kind;
+  // dissipation within the link; not for rigid links and dashpots
+  double viscous =
+      0.0;  // [s] force = stiffness (deformation + viscous * its rate); springs without rotations
+  double loss_factor = 0.0;  // [-] structural: equivalent modal damping at each frequency   (THEORY X66)
   Origin origin;
 };
 
@@ -83,14 +120,15 @@ struct Group {
 
 /// Dissipation that shares the modes: zeta_l given per mode, plus Rayleigh D = alpha M + beta K.
 struct Damping {
-  double modal_ratio = 0.0;                           // [-] every elastic mode
-  std::vector<std::pair<int, double>> mode_ratios;   // (elastic mode from 1, ratio) overrides modal_ratio
-  double alpha = 0.0;                                 // [1/s]
-  double beta = 0.0;                                  // [s]
+  double modal_ratio = 0.0;                         // [-] every elastic mode
+  std::vector<std::pair<int, double>> mode_ratios;  // (elastic mode from 1, ratio) overrides modal_ratio
+  double alpha = 0.0;                               // [1/s]
+  double beta = 0.0;                                // [s]
   Origin origin;
 };
 
-enum class Axes : std::int32_t { kWorld = 0, kBody = 1 };
+/// World axes, body axes, or body axes turned by the local elastic rotation (follower forces, THEORY X73).
+enum class Axes : std::int32_t { kWorld = 0, kBody = 1, kLocal = 2 };
 
 struct PointLoad {
   int point = -1;
@@ -112,9 +150,9 @@ struct SineHistory {
   double frequency = 0.0;  // [Hz] > 0
   double phase = 0.0;      // [rad]
 };
-struct TableHistory {                  // linear between rows, first and last values held outside
-  std::vector<double> times;           // [s] strictly increasing
-  std::vector<double> values;          // [-]
+struct TableHistory {          // linear between rows, first and last values held outside
+  std::vector<double> times;   // [s] strictly increasing
+  std::vector<double> values;  // [-]
 };
 using History = std::variant<ConstantHistory, PulseHistory, SineHistory, TableHistory>;
 
@@ -128,12 +166,32 @@ struct Load {
   Origin origin;
 };
 
+/// Linear feedback of elastic motion: the force on `point` is gain times displacement, velocity and
+/// acceleration of `sensor`, all in body axes   (THEORY X74). An actuator, an aerodynamic stiffness.
+struct Feedback {
+  std::string name;
+  int point = -1;
+  int sensor = -1;
+  Eigen::Matrix3d displacement_gain = Eigen::Matrix3d::Zero();  // [N/m]
+  Eigen::Matrix3d velocity_gain = Eigen::Matrix3d::Zero();      // [N s/m]
+  Eigen::Matrix3d acceleration_gain = Eigen::Matrix3d::Zero();  // [N s^2/m]
+  Origin origin;
+};
+
+/// A body that attracts every point with mu / distance^2, and so turns and strains the structure   (THEORY
+/// X72).
+struct Attractor {
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [m] world axes
+  double mu = 0.0;                                     // [m^3/s^2] > 0; 0: none
+  Origin origin;
+};
+
 /// Initial state. The scene's axes stand at position/attitude in the world at the start.
 struct Initial {
-  Eigen::Vector3d position = Eigen::Vector3d::Zero();            // [m] of the scene's origin, world axes
-  Eigen::Vector4d attitude{1.0, 0.0, 0.0, 0.0};                  // [-] quaternion w x y z, scene to world
-  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();            // [m/s] of the centre of mass, world axes
-  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();    // [rad/s] body axes
+  Eigen::Vector3d position = Eigen::Vector3d::Zero();          // [m] of the scene's origin, world axes
+  Eigen::Vector4d attitude{1.0, 0.0, 0.0, 0.0};                // [-] quaternion w x y z, scene to world
+  Eigen::Vector3d velocity = Eigen::Vector3d::Zero();          // [m/s] of the centre of mass, world axes
+  Eigen::Vector3d angular_velocity = Eigen::Vector3d::Zero();  // [rad/s] body axes
   struct PointElastic {
     int point = -1;
     Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // [m] V_i, body axes
@@ -141,7 +199,7 @@ struct Initial {
   };
   std::vector<PointElastic> points;  // projected on the elastic modes; a rigid part is a warning
   struct ModeElastic {
-    int mode = 0;  // elastic mode from 1
+    int mode = 0;        // elastic mode from 1
     double q = 0.0;      // [m]
     double q_dot = 0.0;  // [m/s]
   };
@@ -171,11 +229,14 @@ struct Scene {
   std::vector<Load> loads;
   Damping damping;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2] uniform, world axes
+  Attractor attractor;
+  bool has_spin_load = false;  // centrifugal load of the spin on the elastic coordinates   (THEORY X70)
+  std::vector<Feedback> feedbacks;
   Initial initial;
   Publication publication;
-  std::vector<int> pushable;        // points that commands may name, indices into points
-  double force_limit = 0.0;         // [N] largest |force| a command may put on a point or wrench; 0: none
-  double torque_limit = 0.0;        // [N m] same for torques; 0: none
+  std::vector<int> pushable;  // points that commands may name, indices into points
+  double force_limit = 0.0;   // [N] largest |force| a command may put on a point or wrench; 0: none
+  double torque_limit = 0.0;  // [N m] same for torques; 0: none
 };
 
 }  // namespace freeflex

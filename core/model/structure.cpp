@@ -33,29 +33,16 @@ bool are_sound(const std::vector<PointMass>& points) {
 void check_matrices(const Scene& scene, Faults& faults) {
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     const auto* matrix = std::get_if<MatrixLink>(&scene.links[i].kind);
-    if (matrix == nullptr || matrix->points.size() < 2) continue;
-    const auto size = 3 * static_cast<Eigen::Index>(matrix->points.size());
-    const bool is_known = std::all_of(matrix->points.begin(), matrix->points.end(), [&](int point) {
+    const std::vector<int>& points = scene.links[i].points;
+    if (matrix == nullptr || points.size() < 2) continue;
+    const auto size = 3 * static_cast<Eigen::Index>(points.size());
+    const bool is_known = std::all_of(points.begin(), points.end(), [&](int point) {
       return point >= 0 && point < static_cast<int>(scene.points.size());
     });
     double accuracy = 0.0;
-    if (is_known && matrix->stiffness.rows() == size && matrix->stiffness.cols() == size)
+    if (is_known && matrix->matrix.rows() == size && matrix->matrix.cols() == size)
       matrix_rows(scene, scene.links[i], static_cast<int>(i), accuracy, faults);
   }
-}
-
-// Relative error of the directions in the unit rows: one rounding of a coordinate over the shortest link.
-double direction_rounding(const Scene& scene) {
-  double largest = 0.0;
-  for (const PointMass& point : scene.points)
-    largest = std::max(largest, point.position.cwiseAbs().maxCoeff());
-  double shortest = std::numeric_limits<double>::infinity();
-  for (const Link& link : scene.links) {
-    if (std::holds_alternative<MatrixLink>(link.kind)) continue;
-    const auto a = static_cast<std::size_t>(link.points[0]), b = static_cast<std::size_t>(link.points[1]);
-    shortest = std::min(shortest, (scene.points[b].position - scene.points[a].position).stableNorm());
-  }
-  return kEpsilon * std::max(1.0, largest / shortest);
 }
 
 void fix_signs(Eigen::MatrixXd& shapes) {
@@ -92,8 +79,43 @@ void find_modes(const LinkFactor& factor, const EckartComplement& complement, St
   structure.shapes.resize(factor.rows.cols(), num_elastic);
   structure.shapes << complement.mechanism_shapes(), complement.shapes(svd.vectors);
   fix_signs(structure.shapes);
+  structure.damping_rows = factor.damping_rows * structure.shapes;
   structure.frequency_accuracy = std::max(svd.accuracy, factor.matrix_accuracy);
   if (svd.values.size() > 0) structure.conditioning = svd.values[svd.values.size() - 1] / svd.values[0];
+}
+
+bool is_local(const Load& load) { return load.axes == Axes::kLocal; }
+
+// the rotations of joints are needed by what is read from them
+bool needs_rotations(const Scene& scene) {
+  const auto turns = [&](const Link& link) {
+    return std::holds_alternative<Beam>(link.kind) || std::holds_alternative<Plate>(link.kind);
+  };
+  return std::any_of(scene.loads.begin(), scene.loads.end(), is_local) ||
+         std::any_of(scene.publication.links.begin(), scene.publication.links.end(),
+                     [&](int link) { return turns(scene.links[static_cast<std::size_t>(link)]); }) ||
+         std::any_of(scene.links.begin(), scene.links.end(),
+                     [&](const Link& link) { return turns(link) && link.loss_factor > 0.0; });
+}
+
+// X66: modal damping ratio = half the mean of the loss factors, weighted with strain energy
+Eigen::VectorXd structural_ratio(const Scene& scene, const LinkFactor& factor, const Structure& structure) {
+  Eigen::VectorXd ratio = Eigen::VectorXd::Zero(structure.omega.size());
+  for (std::size_t i = 0; i < scene.links.size(); ++i) {
+    if (scene.links[i].loss_factor == 0.0) continue;
+    const RowRange range = factor.natural_of[i];
+    const Eigen::MatrixXd forces = natural_forces(factor, static_cast<int>(i)) * structure.shapes;
+    for (int k = 0; k < range.count; ++k) {
+      const double root = factor.natural[static_cast<std::size_t>(range.first + k)].root_stiffness;
+      ratio +=
+          0.5 * scene.links[i].loss_factor * (forces.row(k) / root).array().square().matrix().transpose();
+    }
+  }
+  for (Eigen::Index mode = 0; mode < ratio.size(); ++mode) {
+    const double energy = structure.mass_properties.mass * structure.omega[mode] * structure.omega[mode];
+    ratio[mode] = energy > 0.0 ? ratio[mode] / energy : 0.0;
+  }
+  return ratio;
 }
 
 }  // namespace
@@ -111,18 +133,18 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
     return std::nullopt;
   }
 
-  const bool publishes_beam =
-      std::any_of(scene.publication.links.begin(), scene.publication.links.end(), [&](int link) {
-        return std::holds_alternative<Beam>(scene.links[static_cast<std::size_t>(link)].kind);
-      });
-  const LinkFactor factor = factor_links(scene, publishes_beam, faults);
+  const LinkFactor factor = factor_links(scene, needs_rotations(scene), faults);
   if (has_error(faults)) return std::nullopt;
 
-  Mechanisms mechanisms =
-      find_mechanisms(factor.unit_rows, structure.mass_properties, direction_rounding(scene));
+  // what rigid links hold is no mechanism
+  Eigen::MatrixXd held(factor.unit_rows.rows() + factor.constraints.rows(), factor.unit_rows.cols());
+  held << factor.unit_rows, factor.constraints;
+  Mechanisms mechanisms = find_mechanisms(held, structure.mass_properties, direction_rounding(scene));
+  structure.num_constraints = static_cast<int>(factor.constraints.rows());
   structure.mechanisms = std::move(mechanisms.names);
   warn_of_mechanisms(scene, structure.mechanisms, faults);
-  const EckartComplement complement(scene.points, structure.mass_properties, mechanisms.motions);
+  const EckartComplement complement(scene.points, structure.mass_properties, factor.constraints,
+                                    mechanisms.motions);
   find_modes(factor, complement, structure);
   if (!structure.omega.allFinite() || !structure.shapes.allFinite()) {
     add_error(
@@ -130,7 +152,9 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
         "the frequencies are not finite: masses or stiffnesses are too large or too small; use SI units");
     return std::nullopt;
   }
-  structure.link_forces = link_force_rows(scene, factor);
+  structure.structural_ratio = structural_ratio(scene, factor, structure);
+  structure.local_rotations = local_rotations(scene, factor, structure);
+  set_link_forces(scene, factor, structure);
   return structure;
 }
 

@@ -27,13 +27,17 @@ struct Mechanism {
   std::vector<int> moved_points;  // points that move by more than 1e-6 of the largest, most first
 };
 
-/// Rows that turn point displacements V (3N) into the forces of one link.
-/// Spring, bar: one row, tension positive [N]. Beam: 12 rows, forces and moments that the joints exert
-/// on the beam at its first and second point, local axes: Fx Fy Fz Mx My Mz, twice [N], [N m].
+/// Rows that turn elastic coordinates into the forces of one published link   (THEORY X48, X49, X62, X67):
+/// force = rows q + rate_rows q_dot + load_rows (generalized forces of the constraint shapes).
+/// Spring, bar, dashpot, rigid link: tension [N]. Bending and torsion spring: moment [N m], two for a
+/// straight bending spring. Beam: 12, forces and moments that the joints exert on it at its first, then its
+/// second point, local axes [N], [N m]. Plate: Nxx Nyy Nxy [N/m], Mxx Myy Mxy [N]. Matrix and rigid body:
+/// forces on its points, body axes [N].
 struct LinkForceRows {
   int link = -1;
-  std::vector<int> columns_points;  // points whose displacements enter
-  Eigen::MatrixXd rows;             // [N/m] or [N] (1 or 12 x 3*columns_points)
+  Eigen::MatrixXd rows;       // (num_values x n)
+  Eigen::MatrixXd rate_rows;  // (num_values x n), no rows when the link dissipates nothing
+  Eigen::MatrixXd load_rows;  // (num_values x num_constraint_shapes), no rows but for rigid links
 };
 
 struct Structure {
@@ -41,9 +45,17 @@ struct Structure {
   Eigen::VectorXd omega;   // [rad/s] (n) ascending; exact 0 for mechanisms
   Eigen::MatrixXd shapes;  // [-] (3N x n) unit elastic displacements b, sum m b.b = M (THEORY 3.3)
   std::vector<Mechanism> mechanisms;
-  double frequency_accuracy = 0.0;         // [-] stated relative accuracy of the lowest nonzero frequency
-  double conditioning = 0.0;               // [-] omega_max / omega_min over nonzero modes
+  double frequency_accuracy = 0.0;   // [-] stated relative accuracy of the lowest nonzero frequency
+  double conditioning = 0.0;         // [-] omega_max / omega_min over nonzero modes
+  int num_constraints = 0;           // freedoms that rigid links remove
+  Eigen::MatrixXd damping_rows;      // [sqrt(N s/m)] (num x n) D = rows' rows acts on q_dot   (THEORY X65)
+  Eigen::VectorXd structural_ratio;  // [-] (n) damping ratio of the loss factors of links   (THEORY X66)
   std::vector<LinkForceRows> link_forces;  // for Scene::publication.links, in that order
+  // displacements whose generalized forces give the forces of published rigid links   (THEORY X67)
+  Eigen::MatrixXd constraint_shapes;  // [1/kg] (3N x num)
+  // [1/m] (3N x n) elastic rotation of the surroundings of each point, body axes, for those of follower
+  // forces; empty rows for the rest   (THEORY X73)
+  Eigen::MatrixXd local_rotations;
 };
 
 /// Checks the physics of a scene and computes its structure. Faults are appended; nullopt on an error.

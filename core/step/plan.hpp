@@ -42,8 +42,8 @@ struct PlanPoint {
 
 struct PlanLink {
   std::string name;
-  std::string kind;  // "spring", "bar", "beam", "matrix"
-  std::array<std::int32_t, 2> points{-1, -1};
+  std::string kind;  // "spring", "bar", "beam", "matrix", "bending", "torsion", "plate", "rigid", "dashpot"
+  std::vector<std::int32_t> points;  // empty for a matrix
 };
 
 /// A named group with its mass-weighted rigid weights: force F and torque T at its centre of mass give
@@ -77,6 +77,15 @@ struct LoadPattern {
   Array Q_B;  // [N] (num_padded)
 };
 
+/// A force that turns with the elastic rotation at its point: what it differs by from the same force in body
+/// axes is theta x force_B   (THEORY X73).
+struct PlanFollower {
+  std::int32_t row = -1;  // block of rows of the point
+  Vec3 r{};               // [m] rest position of the point
+  Vec3 force_B{};         // [N] at amplitude 1
+  Array turn_rows;        // [1/m] (3 x num_padded) theta = turn_rows q
+};
+
 /// Amplitude of a built-in load over ticks since the epoch began (THEORY X13).
 struct PlanHistory {
   enum class Kind : std::int32_t { kConstant = 0, kPulse = 1, kSine = 2, kTable = 3 };
@@ -87,13 +96,44 @@ struct PlanHistory {
   double frequency = 0.0, phase = 0.0;             // [Hz], [cycles]
   std::vector<double> times, values;               // [s], [-]
   LoadPattern pattern;
+  std::vector<PlanFollower> followers;
 };
 
-/// Output rows for one published link: force = sum_l row_l q_l.
+/// Force of linear feedback on a point, body axes: q_rows q + q_dot_rows q_dot + Q_rows Q   (THEORY X74).
+struct PlanFeedback {
+  std::string name;
+  std::int32_t row = -1;  // block of rows of the point it acts on
+  Vec3 r{};               // [m] rest position of that point
+  Array q_rows, q_dot_rows,
+      Q_rows;  // [N/m], [N s/m], [-] (3 x num_padded); Q_rows empty without acceleration gain
+};
+
+/// What keeps the modes from being independent: dashpots and feedback   (THEORY X75, X76).
+struct PlanCoupling {
+  enum class Path : std::int32_t {
+    kNone = 0,
+    kExact = 1,  // X75: the coupled modes by their own exponential
+    kSplit = 2,  // X76: half a kick, the modes, half a kick; order 2
+  };
+  Path path = Path::kNone;
+  Array damping_rows;  // [sqrt(N s/m)] (num_damping x num_padded) R: force of the dashpots -R'R q_dot
+  std::int32_t num_damping = 0;
+  // exact: (q, q_dot) of the coupled modes = sum of columns times (q, q_dot, Q_start, Q_end - Q_start)
+  std::vector<std::int32_t> modes;  // coupled modes, ascending
+  Array columns;                    // (4 num_modes columns of pad(2 num_modes)) column-major
+  // split: q_dot += out' (q_rows q + q_dot_rows q_dot) over half a step
+  std::int32_t num_kicks = 0;
+  Array kick_q_rows, kick_q_dot_rows, kick_out;  // (num_kicks x num_padded)
+};
+
+/// Output rows for one published link: force = rows q + rate rows q_dot + load rows Q, each in
+/// Plan::link_rows.
 struct PlanLinkOutput {
-  std::int32_t link = -1;      // index into Plan::links
-  std::int32_t first_row = 0;  // in Plan::link_rows
-  std::int32_t num_rows = 1;   // 1 axial (tension > 0) [N]; 12 beam end forces [N], [N m]
+  std::int32_t link = -1;            // index into Plan::links
+  std::int32_t num_rows = 1;         // values, see LinkForceRows
+  std::int32_t first_row = 0;        // of q
+  std::int32_t first_rate_row = -1;  // of q_dot; -1: none
+  std::int32_t first_load_row = -1;  // of Q; -1: none
 };
 
 struct PlanInitial {
@@ -112,30 +152,41 @@ struct Plan {
   // rigid body
   double mass = 0.0;  // [kg]
   std::int32_t rigid_freedoms = 6;
-  Vec3 p_SB{};             // [m] centre of mass in scene axes
-  Mat3 inertia{};          // [kg m^2] body axes
-  Mat3 inverse_inertia{};  // [1/(kg m^2)] pseudo-inverse for collinear shapes, zero for one point
-  Vec3 line{};             // [-] unit vector of a collinear shape, else zero
-  Vec3 gravity_W{};        // [m/s^2]
+  Vec3 p_SB{};                // [m] centre of mass in scene axes
+  Mat3 inertia{};             // [kg m^2] body axes
+  Mat3 inverse_inertia{};     // [1/(kg m^2)] pseudo-inverse for collinear shapes, zero for one point
+  Vec3 line{};                // [-] unit vector of a collinear shape, else zero
+  Vec3 gravity_W{};           // [m/s^2]
+  double attractor_mu = 0.0;  // [m^3/s^2] 0: none   (THEORY X72)
+  Vec3 attractor_W{};         // [m]
   // elastic modes
   std::int32_t num_elastic = 0;
+  std::int32_t num_moving = 0;  // elastic modes padded to kLanes: what the step advances
+  // num_moving and the constraint shapes, padded: their coordinates stay zero, their Q is what rigid links
+  // carry (X67)
   std::int32_t num_padded = 0;
   Array omega;                      // [rad/s] (num_padded), padding 0
   Array decay;                      // [1/s] (num_padded) zeta omega = d / (2 M)
   double frequency_accuracy = 0.0;  // [-]
   double conditioning = 0.0;        // [-]
   Propagator propagator;
+  PlanCoupling coupling;
+  bool has_spin_load = false;  // centrifugal load   (THEORY X70)
+  // [kg m] (6 x num_padded) sum m r_a b_b for ab = xx, yy, zz, xy, xz, yz; empty without spin load and
+  // attractor
+  Array field_rows;
   // points, links, groups
   std::vector<PlanPoint> points;
   std::vector<PlanLink> links;
   std::vector<PlanGroup> groups;
   Array rows;         // [-] (3*num_row_blocks x num_padded) unit elastic displacements
   Array eckart_rows;  // (6 x num_padded) sum m b [kg], sum m r x b [kg m]: zero but for rounding
-  Array link_rows;    // (num_link_rows x num_padded) [N/m], [N]
+  Array link_rows;    // (num_link_rows x num_padded) forces of links per q, q_dot or Q
   std::vector<PlanLinkOutput> link_outputs;
   std::vector<std::vector<std::int32_t>> mechanisms;  // moved points of each
   // loads
   std::vector<PlanHistory> histories;
+  std::vector<PlanFeedback> feedbacks;
   double force_limit = 0.0, torque_limit = 0.0;  // 0: none
   // initial state and publication
   PlanInitial initial;

@@ -1,0 +1,76 @@
+// Natural deformations of bending and torsion springs: changes of angles (E. B. Wilson, J. C. Decius, P. C.
+// Cross, Molecular Vibrations, 1955, section 4-1).
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+#include "core/model/link_factor.hpp"
+
+namespace freeflex {
+namespace {
+
+// three points lie on a line when the middle one is nearer to it than this many roundings of the coordinates,
+// as a whole shape does (THEORY X42)
+constexpr double kCollinearRoundings = 64.0;
+
+const Eigen::Vector3d& position(const Scene& scene, int point) {
+  return scene.points[static_cast<std::size_t>(point)].position;
+}
+
+}  // namespace
+
+DeformationRows bending_rows(const Scene& scene, const Link& link) {
+  const int i = link.points[0], j = link.points[1], k = link.points[2];
+  const Eigen::Vector3d to_i = position(scene, i) - position(scene, j);
+  const Eigen::Vector3d to_k = position(scene, k) - position(scene, j);
+  const double length_i = to_i.stableNorm(), length_k = to_k.stableNorm();
+  const Eigen::Vector3d a = to_i / length_i, c = to_k / length_k;
+  const Eigen::Vector3d across = a.cross(c);
+  DeformationRows rows;
+  // the angle grows when i moves along t_i and k along t_k
+  const auto add = [&](const Eigen::Vector3d& t_i, const Eigen::Vector3d& t_k) {
+    DeformationRow row;
+    add_vector(row, 3 * i, 1.0 / length_i, t_i);
+    add_vector(row, 3 * k, 1.0 / length_k, t_k);
+    add_vector(row, 3 * j, -1.0, t_i / length_i + t_k / length_k);
+    row.root_stiffness = std::sqrt(std::get<BendingSpring>(link.kind).stiffness);
+    row.unit_scale = std::min(length_i, length_k);
+    rows.push_back(std::move(row));
+  };
+  double largest = 0.0;
+  for (const int point : link.points)
+    largest = std::max(largest, position(scene, point).cwiseAbs().maxCoeff());
+  const double rounding = kCollinearRoundings * std::numeric_limits<double>::epsilon() * largest;
+  if (across.norm() * std::min(length_i, length_k) <= rounding) {
+    // on a line: straight when i and k stand on either side of j, folded when on one
+    const double side = a.dot(c) < 0.0 ? 1.0 : -1.0;
+    const Eigen::Vector3d first = a.unitOrthogonal(), second = a.cross(first);
+    add(first, side * first);
+    add(second, side * second);
+  } else {
+    const Eigen::Vector3d normal = across.normalized();
+    add(a.cross(normal), normal.cross(c));
+  }
+  return rows;
+}
+
+DeformationRows torsion_rows(const Scene& scene, const Link& link) {
+  const int i = link.points[0], j = link.points[1], k = link.points[2], l = link.points[3];
+  const Eigen::Vector3d b1 = position(scene, j) - position(scene, i),
+                        b2 = position(scene, k) - position(scene, j),
+                        b3 = position(scene, l) - position(scene, k);
+  const Eigen::Vector3d m = b1.cross(b2), n = b2.cross(b3);
+  const double axis = b2.norm();
+  const Eigen::Vector3d at_i = -axis / m.squaredNorm() * m, at_l = axis / n.squaredNorm() * n;
+  const double first = b1.dot(b2) / b2.squaredNorm(), last = b3.dot(b2) / b2.squaredNorm();
+  DeformationRow row;
+  add_vector(row, 3 * i, 1.0, at_i);
+  add_vector(row, 3 * j, 1.0, -(1.0 + first) * at_i + last * at_l);
+  add_vector(row, 3 * k, 1.0, -(1.0 + last) * at_l + first * at_i);
+  add_vector(row, 3 * l, 1.0, at_l);
+  row.root_stiffness = std::sqrt(std::get<TorsionSpring>(link.kind).stiffness);
+  row.unit_scale = std::min(1.0 / at_i.norm(), 1.0 / at_l.norm());
+  return {row};
+}
+
+}  // namespace freeflex

@@ -1,0 +1,24 @@
+// What keeps modes from being independent: dashpots and linear feedback (THEORY X74-X76).
+#pragma once
+
+#include "core/model/structure.hpp"
+#include "core/step/plan.hpp"
+
+namespace freeflex {
+
+/// Largest number of coupled modes that their own exponential advances. Its cost per tick is 8 n^2, some 15
+/// us for this many; more are advanced by splitting, whose cost grows with n times the number of dashpots.
+inline constexpr int kMaxExactModes = 96;
+
+/// Fills plan.feedbacks and plan.coupling but for what depends on the period; dashpots that share the modes
+/// go into plan.decay. Errors: acceleration feedback that has no solution, or couples more than
+/// kMaxExactModes modes. \pre modes and points of the plan stand
+void compile_coupling(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
+
+/// What of plan.coupling depends on the period.
+void set_coupling_period(Plan& plan);
+
+/// Warns of feedback that drives a motion without end.  \pre set_coupling_period
+void warn_of_growth(const Scene& scene, const Plan& plan, Faults& faults);
+
+}  // namespace freeflex
