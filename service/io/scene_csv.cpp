@@ -59,6 +59,7 @@ CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> kno
     is_good_ = false;
     return;
   }
+  header_ = {source_, line_, 1};
   std::vector<std::string_view> found;
   for (const Field& field : split(line)) {
     const Origin place{source_, line_, field.column};
@@ -77,8 +78,7 @@ CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> kno
   for (const std::string_view column : required)
     if (std::find(found.begin(), found.end(), column) == found.end()) missing.push_back(column);
   if (!missing.empty()) {
-    report_.error({source_, line_, 1},
-                  "the header has no column " + join(missing) + "; it names columns by commas");
+    report_.error(header_, "the header has no column " + join(missing) + "; it names columns by commas");
     is_good_ = false;
   }
 }

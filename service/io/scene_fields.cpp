@@ -55,6 +55,17 @@ std::optional<std::string> read_text(Report& report, const Node& node, const std
   return std::nullopt;
 }
 
+std::optional<std::size_t> read_word(Report& report, const Node& node, const std::string& label,
+                                     const std::vector<std::string_view>& allowed) {
+  const auto word = std::find(allowed.begin(), allowed.end(), node.text);
+  if (node.kind == Node::Kind::kText && word != allowed.end())
+    return static_cast<std::size_t>(word - allowed.begin());
+  const std::vector<std::string_view> all_but_last(allowed.begin(), allowed.end() - 1);
+  report.error(node.origin, label + " is " + describe(node) + ", must be " + join(all_but_last) + " or " +
+                                std::string(allowed.back()) + did_you_mean(node.text, allowed));
+  return std::nullopt;
+}
+
 std::optional<std::string> read_name(Report& report, const Node& node, const std::string& label) {
   auto name = read_text(report, node, label);
   if (!name) return std::nullopt;
@@ -72,22 +83,33 @@ std::string item_label(const std::string& noun, const Node& node, const std::str
   return noun + " " + number;
 }
 
-Fields::Fields(Report& report, const Node& node, std::string label, std::vector<std::string_view> keys)
-    : report_(report), node_(node), label_(std::move(label)), is_mapping_(node.kind == Node::Kind::kMapping) {
+Fields::Fields(Report& report, const Node& node, std::string label, std::vector<std::string_view> keys,
+               const std::vector<RefusedKey>& refused)
+    : report_(report),
+      node_(node),
+      label_(std::move(label)),
+      keys_(std::move(keys)),
+      is_mapping_(node.kind == Node::Kind::kMapping) {
   if (!is_mapping_) {
-    report.error(node.origin, label_ + " is " + describe(node) + ", must be a mapping of " + join(keys));
+    report.error(node.origin, label_ + " is " + describe(node) + ", must be a mapping of " + join(keys_));
     return;
   }
   std::vector<std::string_view> absent;  // keys a misspelt one may stand for
-  for (const std::string_view key : keys)
+  for (const std::string_view key : keys_)
     if (!find(key)) absent.push_back(key);
-  for (const auto& [key, value] : node.entries)
-    if (std::find(keys.begin(), keys.end(), key->text) == keys.end())
-      report.error(key->origin, label_ + ": unknown key " + quote(key->text) +
-                                    did_you_mean(key->text, absent) + "; allowed: " + join(keys));
+  for (const auto& [key, value] : node.entries) {
+    if (std::find(keys_.begin(), keys_.end(), key->text) != keys_.end()) continue;
+    const auto reason =
+        std::find_if(refused.begin(), refused.end(), [&](const RefusedKey& r) { return r.key == key->text; });
+    report.error(key->origin, reason != refused.end()
+                                  ? label_of(key->text) + " " + std::string(reason->reason)
+                                  : label_ + ": unknown key " + quote(key->text) +
+                                        did_you_mean(key->text, absent) + "; allowed: " + join(keys_));
+  }
 }
 
 const Node* Fields::find(std::string_view key) const {
+  if (std::find(keys_.begin(), keys_.end(), key) == keys_.end()) return nullptr;
   for (const auto& [name, value] : node_.entries)
     if (name->text == key) return value;
   return nullptr;
@@ -150,6 +172,12 @@ std::optional<int> Names::resolve(Report& report, std::string_view name, const O
     report.error(origin, label + " names the " + noun_ + " " + quote(name) +
                              ", which the scene does not have" + allowed);
   }
+  return std::nullopt;
+}
+
+std::optional<int> Names::resolve(Report& report, const Node& node, const std::string& label) const {
+  if (node.kind == Node::Kind::kText) return resolve(report, node.text, node.origin, label);
+  report.error(node.origin, label + " is " + describe(node) + ", must be the name of a " + noun_);
   return std::nullopt;
 }
 

@@ -22,21 +22,31 @@ std::optional<Eigen::Vector3d> read_vector(Report& report, const Node& node, con
 
 /// Text that may be a file name or word; a mapping, list or nothing is reported.
 std::optional<std::string> read_text(Report& report, const Node& node, const std::string& label);
+/// Index of one of the words allowed.
+std::optional<std::size_t> read_word(Report& report, const Node& node, const std::string& label,
+                                     const std::vector<std::string_view>& allowed);
 /// A name as name_problem allows.
 std::optional<std::string> read_name(Report& report, const Node& node, const std::string& label);
 
 /// "point 'hub'" when the mapping has a good name, "point 3" by its number otherwise.
 std::string item_label(const std::string& noun, const Node& node, const std::string& number);
 
-/// A mapping whose keys are known: unknown ones are reported at once.
+/// A key with a meaning elsewhere, and why it has none here: "is not for beams: ...".
+struct RefusedKey {
+  std::string_view key, reason;
+};
+
+/// A mapping whose keys are known: unknown and refused ones are reported at once.
 class Fields {
  public:
-  Fields(Report& report, const Node& node, std::string label, std::vector<std::string_view> keys);
+  Fields(Report& report, const Node& node, std::string label, std::vector<std::string_view> keys,
+         const std::vector<RefusedKey>& refused = {});
 
   bool is_mapping() const { return is_mapping_; }
   const std::string& label() const { return label_; }
   const Origin& origin() const { return node_.origin; }
 
+  /// nullptr for a key that is absent or not known.
   const Node* find(std::string_view key) const;
   /// Reports a missing key as "<label>: <key> is missing, <allowed>".
   const Node* require(std::string_view key, const std::string& allowed) const;
@@ -53,6 +63,7 @@ class Fields {
   Report& report_;
   const Node& node_;
   std::string label_;
+  std::vector<std::string_view> keys_;
   bool is_mapping_;
 };
 
@@ -68,6 +79,8 @@ class Names {
   /// Index of the name, or nullopt after reporting "<label> names the point 'hbu', ...".
   std::optional<int> resolve(Report& report, std::string_view name, const Origin& origin,
                              const std::string& label) const;
+  /// The same for a value, which must be text.
+  std::optional<int> resolve(Report& report, const Node& node, const std::string& label) const;
   /// A list could not be read whole: names that are not found are no longer reported.
   void mark_incomplete() { is_complete_ = false; }
 

@@ -24,18 +24,17 @@ void SceneReader::read_load(const Node& node) {
   load.name = number;
   if (const Node* name = fields.find("name"))
     if (const auto text = read_name(report_, *name, fields.label() + ": name")) load.name = *text;
-  if (const Node* axes = fields.find("axes")) {
-    if (axes->kind == Node::Kind::kText && axes->text == "body")
-      load.axes = Axes::kBody;
-    else if (axes->kind != Node::Kind::kText || axes->text != "world")
-      report_.error(axes->origin, fields.label() + ": axes is " + describe(*axes) +
-                                      ", must be world or body" +
-                                      did_you_mean(axes->text, {"world", "body"}));
-  }
+  if (const Node* axes = fields.find("axes"))
+    load.axes = static_cast<Axes>(
+        read_word(report_, *axes, fields.label() + ": axes", {"world", "body", "local"}).value_or(0));
   const Node* forces = fields.find("forces");
   const Node* wrenches = fields.find("wrenches");
   if (forces) read_forces(*forces, fields.label() + ": forces", load);
   if (wrenches) read_wrenches(*wrenches, fields.label() + ": wrenches", load);
+  if (wrenches && load.axes == Axes::kLocal)
+    report_.error(wrenches->origin, fields.label() +
+                                        ": wrenches with axes local: a group has no one local rotation; use "
+                                        "axes body, or forces on its points");
   if (!forces && !wrenches && fields.is_mapping())
     report_.error(node.origin, fields.label() + " has neither forces nor wrenches; it must have one");
   load.history = read_history(fields);

@@ -28,11 +28,11 @@ std::string lower(std::string_view text) {
 
 class MatrixReader {
  public:
-  MatrixReader(Report& report, int source, std::size_t size, const std::string& size_reason)
+  MatrixReader(Report& report, int source, const MatrixContent& content)
       : report_(report),
         source_(source),
-        size_(size),
-        size_reason_(size_reason),
+        content_(content),
+        size_(content.size),
         rest_(report.text(source)) {}
 
   std::optional<Eigen::SparseMatrix<double>> read() {
@@ -46,6 +46,8 @@ class MatrixReader {
   }
 
  private:
+  std::string noun() const { return std::string(content_.noun); }
+
   bool fail(const Origin& origin, std::string message) {
     report_.error(origin, std::move(message));
     ++num_faults_;
@@ -115,9 +117,9 @@ class MatrixReader {
     const auto entries = is_coordinate_ ? read_index(words_[2], "number of entries", 0, kMost) : 0;
     if (!rows || !columns || !entries) return false;
     if (*rows != size_ || *columns != size_)
-      return fail(words_[0].origin, "the matrix is " + std::to_string(*rows) + " x " +
+      return fail(words_[0].origin, "the " + noun() + " matrix is " + std::to_string(*rows) + " x " +
                                         std::to_string(*columns) + ", must be " + std::to_string(size_) +
-                                        " x " + std::to_string(size_) + ": " + size_reason_);
+                                        " x " + std::to_string(size_) + ": " + content_.size_reason);
     num_declared_ = is_coordinate_ ? *entries : is_symmetric_ ? size_ * (size_ + 1) / 2 : size_ * size_;
     if (num_declared_ > kMaxMatrixEntries)
       return fail(words_[0].origin, std::to_string(num_declared_) + " entries, at most " +
@@ -150,11 +152,11 @@ class MatrixReader {
           continue;
         }
       }
-      const NumberResult number = parse_number(words_.back().text, {"N/m"});
+      const NumberResult number = parse_number(words_.back().text, {content_.unit});
       if (number.value)
         entries_.push_back({row, column, *number.value, line_});
       else
-        fail(words_.back().origin, "stiffness " + number.problem);
+        fail(words_.back().origin, noun() + " " + number.problem);
       if (!is_coordinate_ && ++row == size_) {
         ++column;
         row = is_symmetric_ ? column : 0;
@@ -209,9 +211,10 @@ class MatrixReader {
     if (worst <= kTolerance * largest) return;
     const Entry* mirror = find(at->column, at->row);
     fail({source_, at->line, 1},
-         "the matrix is not symmetric: row " + std::to_string(at->row + 1) + ", column " +
+         "the " + noun() + " matrix is not symmetric: row " + std::to_string(at->row + 1) + ", column " +
              std::to_string(at->column + 1) + " is " + format_number(at->value) + ", its mirror " +
-             format_number(mirror ? mirror->value : 0.0) + "; they may differ by 1e-9 of the largest entry");
+             format_number(mirror ? mirror->value : 0.0) +
+             "; they may differ by 1e-9 of the largest entry: correct one, or write their mean in both");
   }
 
   Eigen::SparseMatrix<double> assemble() const {
@@ -236,8 +239,8 @@ class MatrixReader {
 
   Report& report_;
   int source_;
+  const MatrixContent& content_;
   std::size_t size_;
-  const std::string& size_reason_;
   std::string_view rest_;
   int line_ = 0;
   std::vector<Word> words_;
@@ -251,9 +254,9 @@ class MatrixReader {
 
 }  // namespace
 
-std::optional<Eigen::SparseMatrix<double>> read_matrix_market(Report& report, int source, std::size_t size,
-                                                              const std::string& size_reason) {
-  return MatrixReader(report, source, size, size_reason).read();
+std::optional<Eigen::SparseMatrix<double>> read_matrix_market(Report& report, int source,
+                                                              const MatrixContent& content) {
+  return MatrixReader(report, source, content).read();
 }
 
 }  // namespace freeflex::io::reader

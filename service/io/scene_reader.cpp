@@ -24,8 +24,9 @@ SceneResult read_scene(const std::string& path) {
 namespace reader {
 namespace {
 
-const std::vector<std::string_view> kSections{"name",    "rate",    "points", "links",   "groups",  "damping",
-                                              "gravity", "initial", "loads",  "publish", "commands"};
+const std::vector<std::string_view> kSections{"name",   "rate",     "fidelity", "points",    "links",
+                                              "groups", "damping",  "gravity",  "attractor", "initial",
+                                              "loads",  "feedback", "publish",  "commands"};
 constexpr Quantity kRate{"Hz", Bound::kPositive};
 constexpr Quantity kPublicationRate{"Hz", Bound::kNonNegative};
 constexpr Quantity kRatio{"-", Bound::kNonNegative};
@@ -44,7 +45,19 @@ std::vector<int> every(std::size_t count) {
   return indices;
 }
 
+// a force on each of its points: not published unless chosen by name
+bool has_long_forces(const Link& link) {
+  return std::holds_alternative<MatrixLink>(link.kind) ||
+         (std::holds_alternative<Rigid>(link.kind) && link.points.size() > 2);
+}
+
 }  // namespace
+
+bool is_table(const Node& node) {
+  return node.kind == Node::Kind::kMapping &&
+         std::any_of(node.entries.begin(), node.entries.end(),
+                     [](const auto& entry) { return entry.first->text == "csv"; });
+}
 
 Scene SceneReader::read() {
   const auto source = report_.open(path_, {});
@@ -61,6 +74,9 @@ void SceneReader::read_sections(const Node& root) {
   if (const Node* name = fields.find("name"))
     if (const auto text = read_name(report_, *name, "scene: name")) scene_.name = *text;
   fields.read("rate", kRate, scene_.rate);
+  if (const Node* fidelity = fields.find("fidelity"))
+    scene_.has_spin_load =
+        read_word(report_, *fidelity, "scene: fidelity", {"separated", "spin-loaded"}) == std::size_t{1};
   // in the order of reference: points, what joins them, what names them
   const Node* points = fields.require("points", "must be a list of {name, mass, at} or {csv: FILE}");
   if (points)
@@ -71,8 +87,10 @@ void SceneReader::read_sections(const Node& root) {
   if (const Node* groups = fields.find("groups")) read_groups(*groups);
   if (const Node* damping = fields.find("damping")) read_damping(*damping);
   fields.read("gravity", "m/s^2", scene_.gravity);
+  if (const Node* attractor = fields.find("attractor")) read_attractor(*attractor);
   if (const Node* initial = fields.find("initial")) read_initial(*initial);
   if (const Node* loads = fields.find("loads")) read_loads(*loads);
+  if (const Node* feedback = fields.find("feedback")) read_feedbacks(*feedback);
   read_publish(fields.find("publish"));
   read_commands(fields.find("commands"));
 }
@@ -148,6 +166,13 @@ void SceneReader::read_damping(const Node& node) {
   }
 }
 
+void SceneReader::read_attractor(const Node& node) {
+  const Fields fields(report_, node, "attractor", {"at", "mu"});
+  scene_.attractor.origin = node.origin;
+  fields.read("at", "m", scene_.attractor.position);
+  fields.require("mu", {"m^3/s^2", Bound::kPositive}, scene_.attractor.mu);
+}
+
 void SceneReader::read_initial(const Node& node) {
   const Fields fields(report_, node, "initial",
                       {"position", "attitude", "velocity", "angular_velocity", "points", "modes"});
@@ -215,7 +240,8 @@ void SceneReader::read_rate_and_selection(const Node& node, const std::string& l
   const Fields fields(report_, node, label, {"rate", "of"});
   fields.read("rate", kPublicationRate, rate);
   check_publication_rate(fields.find("rate"), label + ": rate", rate);
-  if (const Node* of = fields.find("of"))
+  const Node* of = fields.find("of");
+  if (of && !(of->kind == Node::Kind::kText && of->text == "all"))
     if (auto selection = read_selection(report_, *of, label + ": of", names)) chosen = std::move(*selection);
 }
 
@@ -224,8 +250,7 @@ void SceneReader::read_publish(const Node* node) {
   publication.points = every(scene_.points.size());
   publication.groups = every(scene_.groups.size());
   for (std::size_t i = 0; i < scene_.links.size(); ++i)
-    if (!std::holds_alternative<MatrixLink>(scene_.links[i].kind))
-      publication.links.push_back(static_cast<int>(i));
+    if (!has_long_forces(scene_.links[i])) publication.links.push_back(static_cast<int>(i));
   if (!node) return;
   const Fields fields(report_, *node, "publish", {"state", "points", "loads", "groups", "status"});
   fields.read("state", kPublicationRate, publication.state_rate);
@@ -237,17 +262,8 @@ void SceneReader::read_publish(const Node* node) {
   if (const Node* groups = fields.find("groups"))
     if (auto selection = read_selection(report_, *groups, "publish: groups", groups_))
       publication.groups = std::move(*selection);
-  const Node* loads = fields.find("loads");
-  if (!loads) return;
-  std::vector<int> chosen = publication.links;
-  read_rate_and_selection(*loads, "publish: loads", links_, publication.loads_rate, chosen);
-  for (const int link : chosen)
-    if (const Link& matrix = scene_.links[static_cast<std::size_t>(link)];
-        std::holds_alternative<MatrixLink>(matrix.kind))
-      report_.error(loads->origin,
-                    "publish: loads: link " + quote(matrix.name) +
-                        " is a matrix, which has no end forces; choose springs, bars and beams");
-  publication.links = std::move(chosen);
+  if (const Node* loads = fields.find("loads"))
+    read_rate_and_selection(*loads, "publish: loads", links_, publication.loads_rate, publication.links);
 }
 
 void SceneReader::read_commands(const Node* node) {

@@ -9,6 +9,11 @@
 
 namespace freeflex::io::reader {
 
+struct LinkForm;
+
+/// True for {csv: FILE}, which stands for the rows of a table.
+bool is_table(const Node& node);
+
 class SceneReader {
  public:
   /// \param path  the scene as the person named it; other files are relative to its folder
@@ -21,11 +26,13 @@ class SceneReader {
   void read_sections(const Node& root);
   void read_groups(const Node& node);
   void read_damping(const Node& node);
+  void read_attractor(const Node& node);
   void read_initial(const Node& node);
   void read_initial_points(const Node& node);
   void read_initial_modes(const Node& node);
   void read_publish(const Node* node);
   void read_commands(const Node* node);
+  /// \param chosen  what `all` stands for, replaced by what `of` names
   void read_rate_and_selection(const Node& node, const std::string& label, const Names& names, double& rate,
                                std::vector<int>& chosen);
   void check_publication_rate(const Node* node, const std::string& label, double rate);
@@ -34,21 +41,25 @@ class SceneReader {
   /// Items of a list; a mapping stands for a list of one. Empty after reporting.
   std::vector<const Node*> read_list(const Node& node, const std::string& label, const std::string& of);
 
-  // scene_items.cpp
+  // scene_points.cpp
   void read_points(const Node& node);
   void read_point(const Node& node);
   void read_points_table(const Node& node);
   bool add_point(PointMass point);
+
+  // scene_links.cpp
   void read_links(const Node& node);
   void read_link(const Node& node);
-  void read_link_of_kind(const Fields& fields, const std::string& kind, const Node& value,
-                         const std::string& name);
-  void read_chain(const Fields& fields, const Node& ends,
-                  const std::variant<Spring, Bar, Beam, MatrixLink>& kind, const std::string& kind_name,
-                  const std::string& name);
-  void read_matrix(const Fields& fields, const Node& file, const std::string& name);
-  void read_links_table(const Node& node);
+  /// How the one kind of link in the mapping is written; nullptr after reporting none or two.
+  const LinkForm* find_form(const Node& node, const std::string& label);
+  /// Adds the link, or one like it along each part of a chain.
+  void read_chain(const Fields& fields, const LinkForm& form, Link link);
+  void read_matrix(const Fields& fields, const LinkForm& form, Link link);
   bool add_link(Link link);
+
+  // scene_link_tables.cpp
+  void read_links_table(const Node& node);
+  void read_ends(const CsvRow& row, const std::string& label, bool has_third, Link& link);
 
   // scene_loads.cpp
   void read_loads(const Node& node);
@@ -57,6 +68,10 @@ class SceneReader {
   void read_wrenches(const Node& node, const std::string& label, Load& load);
   History read_history(const Fields& fields);
 
+  // scene_feedback.cpp
+  void read_feedbacks(const Node& node);
+  void read_feedback(const Node& node);
+
   Report& report_;
   std::string path_;
   Scene scene_;
@@ -64,6 +79,7 @@ class SceneReader {
   Names links_{"link"};
   Names groups_{"group"};
   Names loads_{"load"};
+  Names feedbacks_{"feedback"};
 };
 
 }  // namespace freeflex::io::reader

@@ -24,6 +24,7 @@ inline constexpr std::size_t kMaxPoints = 8192;
 inline constexpr std::size_t kMaxLinks = 262'144;
 inline constexpr std::size_t kMaxGroups = 1024;
 inline constexpr std::size_t kMaxLoads = 256;
+inline constexpr std::size_t kMaxFeedbacks = 256;
 inline constexpr std::size_t kMaxMatrixEntries = std::size_t{16} << 20;  // before mirroring
 inline constexpr std::size_t kMaxMentions = std::size_t{8} << 20;  // points, links and groups named in lists
 inline constexpr std::size_t kMaxFaults = 1000;

@@ -1,4 +1,4 @@
-// Tables beside a scene: CSV for points and links, Matrix Market for stiffness.
+// Tables beside a scene: CSV for points and links, Matrix Market for stiffness and flexibility.
 #pragma once
 
 #include <Eigen/SparseCore>
@@ -42,6 +42,8 @@ class CsvTable {
   /// False: nothing can be read below the header.
   bool is_good() const { return is_good_; }
   bool has(std::string_view column) const;
+  /// Where the header line stands.
+  const Origin& header() const { return header_; }
   /// Calls `take` with each row that has as many fields as the header; others are reported. Stops when take
   /// says false. True when every line became a row.
   bool each_row(const std::function<bool(const CsvRow&)>& take);
@@ -54,15 +56,21 @@ class CsvTable {
   std::string_view rest_;
   int line_ = 0;
   std::vector<std::string_view> known_;
+  Origin header_;
   std::vector<int> known_of_field_;  // index into known_ per field, -1 for one that is not
   bool is_good_ = true;
 };
 
-/// Symmetric matrix of `size` rows [N/m] from Matrix Market text: coordinate or array, real or integer,
-/// symmetric or general. nullopt after reporting. A general matrix must be symmetric to 1e-9 of its largest
-/// entry and is averaged. \param size_reason  why that size, for messages: "3 rows for each of its 115
-/// points"
-std::optional<Eigen::SparseMatrix<double>> read_matrix_market(Report& report, int source, std::size_t size,
-                                                              const std::string& size_reason);
+/// What a matrix holds, for messages.
+struct MatrixContent {
+  std::string_view noun, unit;  // "stiffness", "N/m"
+  std::size_t size;             // rows and columns
+  std::string size_reason;      // why that size: "3 rows for each of 115 points"
+};
+
+/// Symmetric matrix from Matrix Market text: coordinate or array, real or integer, symmetric or general.
+/// nullopt after reporting. A general matrix must be symmetric to 1e-9 of its largest entry and is averaged.
+std::optional<Eigen::SparseMatrix<double>> read_matrix_market(Report& report, int source,
+                                                              const MatrixContent& content);
 
 }  // namespace freeflex::io::reader

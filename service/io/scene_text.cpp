@@ -97,6 +97,27 @@ constexpr auto kUnits = std::to_array<UnitName>({
     {"Nm", "N m", 1},
     {"kNm", "N m", 1e3},
     {"Nmm", "N m", 1e-3},
+    {"Nm/rad", "N m/rad", 1},
+    {"kNm/rad", "N m/rad", 1e3},
+    {"Nmm/rad", "N m/rad", 1e-3},
+    {"Nm", "N m/rad", 1},
+    {"kNm", "N m/rad", 1e3},
+    {"Nmm", "N m/rad", 1e-3},
+    {"Ns/m", "N s/m", 1},
+    {"kNs/m", "N s/m", 1e3},
+    {"Ns/mm", "N s/m", 1e3},
+    {"kg/s", "N s/m", 1},
+    {"Ns2/m", "N s^2/m", 1},
+    {"kg", "N s^2/m", 1},
+    {"m/N", "m/N", 1},
+    {"mm/N", "m/N", 1e-3},
+    {"m/kN", "m/N", 1e-3},
+    {"Pa", "Pa", 1},
+    {"kPa", "Pa", 1e3},
+    {"MPa", "Pa", 1e6},
+    {"GPa", "Pa", 1e9},
+    {"N/m2", "Pa", 1},
+    {"N/mm2", "Pa", 1e6},
     {"Nm2", "N m^2", 1},
     {"kNm2", "N m^2", 1e3},
     {"Nmm2", "N m^2", 1e-6},
@@ -106,6 +127,8 @@ constexpr auto kUnits = std::to_array<UnitName>({
     {"km/h", "m/s", 1 / 3.6},
     {"m/s2", "m/s^2", 1},
     {"mm/s2", "m/s^2", 1e-3},
+    {"m3/s2", "m^3/s^2", 1},
+    {"km3/s2", "m^3/s^2", 1e9},
     {"rad", "rad", 1},
     {"deg", "rad", kRadian},
     {"\u00b0", "rad", kRadian},
@@ -140,6 +163,20 @@ std::string explain_tail(std::string_view number, std::string_view tail, std::st
              converted.data();
     }
   return found + " has a unit of another kind, must be " + describe(quantity) + ", in SI without a unit";
+}
+
+bool is_in_range(double value, Bound bound) {
+  switch (bound) {
+    case Bound::kAny:
+      return true;
+    case Bound::kNonNegative:
+      return value >= 0.0;
+    case Bound::kPositive:
+      return value > 0.0;
+    case Bound::kPoissonRatio:
+      return value > -1.0 && value < 0.5;
+  }
+  return false;
 }
 
 bool has_leading_zero(std::string_view number) {
@@ -203,6 +240,7 @@ std::string describe(const Quantity& quantity) {
   std::string text = "a number";
   if (quantity.bound == Bound::kPositive) text += " > 0";
   if (quantity.bound == Bound::kNonNegative) text += " >= 0";
+  if (quantity.bound == Bound::kPoissonRatio) text += " > -1 and < 0.5";
   if (quantity.unit != "-") text += " [" + std::string(quantity.unit) + "]";
   return text;
 }
@@ -226,12 +264,12 @@ NumberResult parse_number(std::string_view text, const Quantity& quantity) {
   const auto value = to_double(text);
   if (!value)
     return {{}, quote(text) + " is too large or too small for a double, must be " + describe(quantity)};
-  const bool is_in_range = quantity.bound == Bound::kAny || *value > 0.0 ||
-                           (quantity.bound == Bound::kNonNegative && *value == 0.0);
-  if (!is_in_range)
+  if (!is_in_range(*value, quantity.bound)) {
+    const std::string range = describe({"-", quantity.bound}).substr(std::string_view("a number ").size());
     return {{},
             std::string(text) + (quantity.unit == "-" ? "" : " " + std::string(quantity.unit)) +
-                (quantity.bound == Bound::kPositive ? ", must be > 0" : ", must be >= 0")};
+                ", must be " + range};
+  }
   return {value, {}};
 }
 

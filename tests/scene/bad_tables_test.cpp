@@ -25,12 +25,13 @@ INSTANTIATE_TEST_SUITE_P(
                    "6 6 0\n"}},
                  {"K.mtx:1:34: error: 'complex' is not taken, must be real or integer",
                   "K.mtx:1:42: error: 'hermitian' is not taken, must be symmetric or general"}},
-        BadScene{"WrongSize",
-                 {{"scene.yaml", kMatrixScene},
-                  {"K.mtx", kMatrixHeader + "% comment\n"
-                                            "9 9 1\n"
-                                            "1 1 5\n"}},
-                 {"K.mtx:3:1: error: the matrix is 9 x 9, must be 6 x 6: 3 rows for each of 2 points"}},
+        BadScene{
+            "WrongSize",
+            {{"scene.yaml", kMatrixScene},
+             {"K.mtx", kMatrixHeader + "% comment\n"
+                                       "9 9 1\n"
+                                       "1 1 5\n"}},
+            {"K.mtx:3:1: error: the stiffness matrix is 9 x 9, must be 6 x 6: 3 rows for each of 2 points"}},
         BadScene{"IndexOutside",
                  {{"scene.yaml", kMatrixScene},
                   {"K.mtx", kMatrixHeader + "6 6 2\n"
@@ -81,8 +82,9 @@ INSTANTIATE_TEST_SUITE_P(
                    "1 4 -5\n"
                    "4 1 -4\n"
                    "4 4 5\n"}},
-                 {"K.mtx:5:1: error: the matrix is not symmetric: row 4, column 1 is -4, its mirror -5; they "
-                  "may differ by 1e-9 of the largest entry"}},
+                 {"K.mtx:5:1: error: the stiffness matrix is not symmetric: row 4, column 1 is -4, its "
+                  "mirror -5; they "
+                  "may differ by 1e-9 of the largest entry: correct one, or write their mean in both"}},
         BadScene{"EntryOfTwoWords",
                  {{"scene.yaml", kMatrixScene},
                   {"K.mtx", kMatrixHeader + "6 6 1\n"
@@ -207,19 +209,89 @@ INSTANTIATE_TEST_SUITE_P(
                  {"links.csv:2:3: error: link '1': to names the point 'c', which the scene does not have; it "
                   "has a, b",
                   "links.csv:3:3: error: link '2' joins the point 'b' to itself"}},
-        BadScene{"NoKindOfLink",
-                 {{"scene.yaml",
-                   "points: {csv: points.csv}\n"
-                   "links: {csv: links.csv}\n"},
-                  {"points.csv",
-                   "name,mass,x,y,z\n"
-                   "a,1,0,0,0\n"
-                   "b,1,1,0,0\n"},
-                  {"links.csv",
-                   "from,to,GJ\n"
-                   "a,b,10\n"}},
-                 {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
-                  "stiffness (springs), EA (bars), or EA, GJ, EIy, EIz (beams)"}}),
+        BadScene{
+            "NoKindOfLink",
+            {{"scene.yaml",
+              "points: {csv: points.csv}\n"
+              "links: {csv: links.csv}\n"},
+             {"points.csv",
+              "name,mass,x,y,z\n"
+              "a,1,0,0,0\n"
+              "b,1,1,0,0\n"},
+             {"links.csv",
+              "from,to,GJ\n"
+              "a,b,10\n"}},
+            {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
+             "stiffness (springs), EA (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), damping "
+             "(dashpots), or third, E, nu, thickness (plates)"}}),
+    bad_scene_name);
+
+class LinkTable : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(LinkTable, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
+
+// a table of links over the points a, b, c
+BadScene bad_links(const std::string& name, const std::string& table, std::vector<std::string> messages) {
+  return {name,
+          {{"scene.yaml", "points: {csv: points.csv}\nlinks: {csv: links.csv}\n"},
+           {"points.csv", "name,mass,x,y,z\na,1,0,0,0\nb,1,1,0,0\nc,1,0,1,0\n"},
+           {"links.csv", table}},
+          std::move(messages)};
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, LinkTable,
+    ::testing::Values(
+        bad_links("ShearStiffnessOfASpring", "# springs\nfrom,to,stiffness,GAy\na,b,1,2\n",
+                  {"links.csv:2:1: error: the columns give no kind of link; beside from and to they must be "
+                   "stiffness (springs), EA (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), "
+                   "damping (dashpots), or third, E, nu, thickness (plates)"}),
+        bad_links("BeamWithoutBending", "from,to,EA,GJ,EIy,GAy,GAz\na,b,1,1,1,2,2\n",
+                  {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
+                   "stiffness (springs), EA (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), "
+                   "damping (dashpots), or third, E, nu, thickness (plates)"}),
+        bad_links("SpringAndDashpot", "from,to,stiffness,damping\na,b,1,2\n",
+                  {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
+                   "stiffness (springs), EA (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), "
+                   "damping (dashpots), or third, E, nu, thickness (plates)"}),
+        bad_links("PlateOfTwoPoints", "from,to,E,nu,thickness\na,b,1,0.3,2\n",
+                  {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
+                   "stiffness (springs), EA (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), "
+                   "damping (dashpots), or third, E, nu, thickness (plates)"}),
+        bad_links("ViscousBeams", "from,to,EA,GJ,EIy,EIz,viscous\na,b,1,1,1,1,0.1\n",
+                  {"links.csv:1:1: error: column 'viscous' is not for beams and plates: rotations carry no "
+                   "mass, and a moment that depends on their rate would make them states of their own; use "
+                   "loss_factor, or damping: rayleigh"}),
+        bad_links("ViscousPlates", "# skin\nfrom,to,third,E,nu,thickness,viscous\na,b,c,1,0.3,1,0.1\n",
+                  {"links.csv:2:1: error: column 'viscous' is not for beams and plates: rotations carry no "
+                   "mass, and a moment that depends on their rate would make them states of their own; use "
+                   "loss_factor, or damping: rayleigh"}),
+        bad_links("LossesOfDashpots", "from,to,damping,viscous,loss_factor\na,b,1,1,1\n",
+                  {"links.csv:1:1: error: column 'viscous' is not for dashpots: they have no stiffness; use "
+                   "damping, or add a spring",
+                   "links.csv:1:1: error: column 'loss_factor' is not for dashpots: they have no stiffness; "
+                   "use damping, or add a spring"}),
+        bad_links("Values", "from,to,third,E,nu,thickness,loss_factor\na,b,c,70 GPa,0.6,0,-1\n",
+                  {"links.csv:2:7: error: link '1': E '70 GPa' has a unit, must be SI without a unit [Pa]: "
+                   "write 70000000000",
+                   "links.csv:2:14: error: link '1': nu 0.6, must be > -1 and < 0.5",
+                   "links.csv:2:18: error: link '1': thickness 0 m, must be > 0",
+                   "links.csv:2:20: error: link '1': loss_factor -1, must be >= 0"}),
+        bad_links("BeamValues", "from,to,EA,GJ,EIy,EIz,GAy,GAz\na,b,1,1,1,1,0,\n",
+                  {"links.csv:2:13: error: link '1': GAy 0 N, must be > 0",
+                   "links.csv:2:15: error: link '1': GAz is empty, must be a number > 0 [N]"}),
+        bad_links("SpringValues", "from,to,stiffness,viscous,loss_factor\na,b,1,-1,2 %\na,c,1,,0\n",
+                  {"links.csv:2:7: error: link '1': viscous -1 s, must be >= 0",
+                   "links.csv:2:10: error: link '1': loss_factor '2 %' has a unit, must be SI without a "
+                   "unit: write 0.02",
+                   "links.csv:3:7: error: link '2': viscous is empty, must be a number >= 0 [s]"}),
+        bad_links("DashpotValues", "from,to,damping\na,b,-1\n",
+                  {"links.csv:2:5: error: link '1': damping -1 N s/m, must be > 0"}),
+        bad_links(
+            "PlatePoints", "from,to,third,E,nu,thickness\na,b,a,1,0,1\na,b,d,1,0,1\n",
+            {"links.csv:2:5: error: link '1' names the point 'a' twice; a plate needs three different points",
+             "links.csv:3:5: error: link '2': third names the point 'd', which the scene does not have; it "
+             "has a, b, c"})),
     bad_scene_name);
 
 class Resource : public ::testing::TestWithParam<BadScene> {};

@@ -126,14 +126,6 @@ INSTANTIATE_TEST_SUITE_P(
                  {{"scene.yaml", kThreePoints + "links:\n"
                                                 "  - {name: l, spring: [hub, hub], stiffness: 10}\n"}},
                  {"scene.yaml:6:23: error: link 'l': spring joins the point 'hub' to itself"}},
-        BadScene{"PublishedMatrix",
-                 {{"scene.yaml", kMatrixScene + "publish: {loads: {of: [body]}}\n"},
-                  {"K.mtx", kMatrixHeader + "6 6 3\n"
-                                            "1 1 5\n"
-                                            "4 1 -5\n"
-                                            "4 4 5\n"}},
-                 {"scene.yaml:6:18: error: publish: loads: link 'body' is a matrix, which has no end forces; "
-                  "choose springs, bars and beams"}},
         BadScene{"ChainOfOne",
                  {{"scene.yaml", kThreePoints + "links:\n"
                                                 "  - {beam: [hub], EA: 1, GJ: 1, EIy: 1, EIz: 1}\n"}},

@@ -78,12 +78,13 @@ TEST_P(Type, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Type,
     ::testing::Values(
-        BadScene{"SceneIsAList",
-                 {{"scene.yaml",
-                   "- points\n"
-                   "- links\n"}},
-                 {"scene.yaml:1:1: error: scene is a list, must be a mapping of name, rate, points, links, "
-                  "groups, damping, gravity, initial, loads, publish, commands"}},
+        BadScene{
+            "SceneIsAList",
+            {{"scene.yaml",
+              "- points\n"
+              "- links\n"}},
+            {"scene.yaml:1:1: error: scene is a list, must be a mapping of name, rate, fidelity, points, "
+             "links, groups, damping, gravity, attractor, initial, loads, feedback, publish, commands"}},
         BadScene{"PointsAreText",
                  {{"scene.yaml", "points: points.csv\n"}},
                  {"scene.yaml:1:9: error: points is the text 'points.csv', must be a list of points or {csv: "
@@ -120,10 +121,11 @@ INSTANTIATE_TEST_SUITE_P(
                                                 "links:\n"
                                                 "  - {name: l, spring: [hub, tip], stifness: 10}\n"}},
                  {"scene.yaml:5:1: error: scene: unknown key 'dampnig' (did you mean 'damping'?); allowed: "
-                  "name, rate, points, links, groups, damping, gravity, initial, loads, publish, commands",
+                  "name, rate, fidelity, points, links, groups, damping, gravity, attractor, initial, loads, "
+                  "feedback, publish, commands",
                   "scene.yaml:7:5: error: link 'l': stiffness is missing, must be a number > 0 [N/m]",
                   "scene.yaml:7:35: error: link 'l': unknown key 'stifness' (did you mean 'stiffness'?); "
-                  "allowed: name, spring, stiffness"}},
+                  "allowed: name, spring, stiffness, viscous, loss_factor"}},
         BadScene{"MissingPoints",
                  {{"scene.yaml",
                    "name: boom\n"
@@ -134,13 +136,13 @@ INSTANTIATE_TEST_SUITE_P(
                  {{"scene.yaml", kThreePoints + "links:\n"
                                                 "  - {name: l, sprng: [hub, tip], stiffness: 10}\n"}},
                  {"scene.yaml:6:5: error: link 'l' has no kind (did you mean 'spring'?); must have one of "
-                  "spring, bar, beam, matrix"}},
+                  "spring, bar, beam, bending, torsion, plate, matrix, flexibility, rigid, dashpot"}},
         BadScene{
             "LinkOfTwoKinds",
             {{"scene.yaml", kThreePoints + "links:\n"
                                            "  - {spring: [hub, tip], bar: [hub, mid], stiffness: 10}\n"}},
             {"scene.yaml:6:5: error: link 1 is both spring and bar; must have one of spring, bar, beam, "
-             "matrix"}},
+             "bending, torsion, plate, matrix, flexibility, rigid, dashpot"}},
         BadScene{"GroupIsMapping",
                  {{"scene.yaml", kThreePoints + "groups: {panel: {hub: 1}}\n"}},
                  {"scene.yaml:5:17: error: group 'panel' is a mapping, must be all, or a list of names and "
@@ -148,8 +150,8 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"UnknownAxes",
                  {{"scene.yaml", kThreePoints + "loads:\n"
                                                 "  - {axes: bdy, forces: {tip: [0, 0, 1]}}\n"}},
-                 {"scene.yaml:6:12: error: load 1: axes is the text 'bdy', must be world or body (did you "
-                  "mean 'body'?)"}},
+                 {"scene.yaml:6:12: error: load 1: axes is the text 'bdy', must be world, body or local (did "
+                  "you mean 'body'?)"}},
         BadScene{
             "TwoHistories",
             {{"scene.yaml",

@@ -1,6 +1,7 @@
 // No bytes in a scene, table or matrix crash the reader; what it takes is whole.
 #include <gtest/gtest.h>
 
+#include <cmath>
 #include <random>
 
 #include "service/io/input.hpp"
@@ -24,10 +25,18 @@ points:
 links:
   - {name: l, spring: [a..c], stiffness: 1e5}
   - {name: m, matrix: K.mtx, points: [a, b]}
+  - {beam: [a, b], EA: 1, GJ: 1, EIy: 1, EIz: 1, GAy: 2, release: {from: [x, y], to: z}, loss_factor: .1}
+  - {torsion: [a..e], stiffness: 3, viscous: 1e-3}
+  - {plate: [a, b, c], E: 7e10, nu: 0.3, thickness: 0.01}
+  - {rigid: [c..e]}
+  - {dashpot: [a, c], damping: 5}
 groups: {g: [a, b], h: all}
 damping: {ratio: 0.01, modes: {1: 0.02}}
 loads:
   - {forces: {a: [0, 0, 1]}, wrenches: {g: {torque: [0, 0, 1]}}, table: {times: [0, 1], values: [1, 0]}}
+feedback: {name: f, at: a, from: b, velocity: [1, 2, 3], displacement: [[1, 0, 0], [0, 2, 0], [0, 0, 3]]}
+attractor: {at: [7e6, 0, 0], mu: 3.986e14}
+fidelity: spin-loaded
 publish: {state: 50, points: {rate: 50, of: [a, d]}}
 )";
 const std::string kCsv = "name,mass,x,y,z\r\nd,1,2,3,4\n# note\ne, 2.5 ,-1,0,7\n";
@@ -113,9 +122,17 @@ void expect_sound(const io::SceneResult& result) {
     return index >= 0 && index < static_cast<int>(scene.points.size());
   };
   for (const PointMass& point : scene.points) ASSERT_TRUE(point.mass > 0.0 && point.position.allFinite());
-  for (const Link& link : scene.links)
-    ASSERT_TRUE(std::holds_alternative<MatrixLink>(link.kind) ||
-                (is_point(link.points[0]) && is_point(link.points[1])));
+  for (const Link& link : scene.links) {
+    ASSERT_GE(link.points.size(), 2u);
+    for (const int point : link.points) ASSERT_TRUE(is_point(point));
+    ASSERT_TRUE(std::isfinite(link.viscous) && link.viscous >= 0.0);
+    ASSERT_TRUE(std::isfinite(link.loss_factor) && link.loss_factor >= 0.0);
+  }
+  for (const Feedback& feedback : scene.feedbacks) {
+    ASSERT_TRUE(is_point(feedback.point) && is_point(feedback.sensor));
+    ASSERT_TRUE(feedback.displacement_gain.allFinite() && feedback.velocity_gain.allFinite() &&
+                feedback.acceleration_gain.allFinite());
+  }
   for (const Load& load : scene.loads)
     for (const PointLoad& force : load.forces) ASSERT_TRUE(is_point(force.point));
   for (const Group& group : scene.groups)

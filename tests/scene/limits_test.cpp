@@ -63,6 +63,13 @@ TEST_F(Limits, GroupsBeyondTheTableAreRefused) {
             Messages{"scene.yaml:1027:3: error: more than 1024 groups; the rest is not read"});
 }
 
+TEST_F(Limits, FeedbacksBeyondTheTableAreRefused) {
+  std::string text = "points: {name: a, mass: 1, at: [0, 0, 0]}\nfeedback:\n";
+  for (int i = 0; i < 300; ++i) text += "  - {at: a, velocity: 1}\n";
+  EXPECT_EQ(read_text(text),
+            Messages{"scene.yaml:259:5: error: more than 256 feedbacks; the rest is not read"});
+}
+
 TEST_F(Limits, NestedAliasesAreNotMultipliedOut) {
   std::string text = "a0: &a0 [x, x, x, x, x, x, x, x, x, x]\n";
   for (int i = 1; i < 30; ++i) {
@@ -94,6 +101,11 @@ TEST_F(Limits, ListsThatNameTooMuchAreRefused) {
   for (int i = 0; i < 40; ++i) text += "  - {spring: [1..8192], stiffness: 1}\n";
   EXPECT_EQ(read_text(text),
             Messages{"scene.yaml:35:5: error: more than 262144 links; the rest is not read"});
+  text = "points: {csv: points.csv}\nlinks:\n";
+  for (int i = 0; i < 1100; ++i) text += "  - {rigid: all}\n";
+  EXPECT_EQ(read_text(text),
+            Messages{"scene.yaml:1026:13: error: the scene's lists name more than 8388608 items; "
+                     "it is not read further"});
   text = "points: {csv: points.csv}\ngroups:\n";
   for (int i = 0; i < 1024; ++i) text += "  g" + std::to_string(i) + ": all\n";
   EXPECT_EQ(read_text(text + "loads: [{forces: {'1': [0, 0, 1]}}]\n").size(), 1u);

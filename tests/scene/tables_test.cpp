@@ -1,18 +1,12 @@
 // CSV and Matrix Market files mean what their formats say.
 #include <gtest/gtest.h>
 
-#include "service/io/input.hpp"
-#include "tests/scene/temporary_folder.hpp"
+#include "tests/scene/good_scene.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-Scene read_good(const TemporaryFolder& folder, const std::string& text) {
-  folder.write("scene.yaml", text);
-  const io::SceneResult result = io::read_scene("scene.yaml");
-  for (const Fault& fault : result.faults) ADD_FAILURE() << io::format_fault(fault, result.sources);
-  return result.scene.value_or(Scene{});
-}
+const std::string kThreeRows = "mass,x,y,z\n1,0,0,0\n1,1,0,0\n1,0,1,0\n";
 
 TEST(Csv, ColumnsStandInAnyOrderWithCommentsBlanksAndCrLf) {
   const TemporaryFolder folder;
@@ -32,7 +26,7 @@ TEST(Csv, ColumnsStandInAnyOrderWithCommentsBlanksAndCrLf) {
 
 TEST(Csv, HeaderGivesTheKindOfLink) {
   const TemporaryFolder folder;
-  folder.write("points.csv", "mass,x,y,z\n1,0,0,0\n1,1,0,0\n1,0,1,0\n");
+  folder.write("points.csv", kThreeRows);
   folder.write("springs.csv", "from,to,stiffness\n1,2,5\n");
   folder.write("bars.csv", "name,to,from,EA\nbar,3,2,6\n");
   folder.write("beams.csv", "from,to,EA,GJ,EIy,EIz\n1,3,7,8,9,10\n");
@@ -43,12 +37,65 @@ TEST(Csv, HeaderGivesTheKindOfLink) {
   ASSERT_EQ(scene.links.size(), 5u);
   EXPECT_EQ(std::get<Spring>(scene.links[0].kind).stiffness, 5.0);
   EXPECT_EQ(scene.links[1].name, "bar");
-  EXPECT_EQ(scene.links[1].points, (std::array<int, 2>{1, 2}));
+  EXPECT_EQ(scene.links[1].points, (std::vector<int>{1, 2}));
   EXPECT_EQ(std::get<Bar>(scene.links[1].kind).EA, 6.0);
   const Beam& beam = std::get<Beam>(scene.links[2].kind);
   EXPECT_EQ(std::vector<double>({beam.EA, beam.GJ, beam.EI_y, beam.EI_z}),
             std::vector<double>({7, 8, 9, 10}));
   EXPECT_EQ(scene.links[4].name, "5");
+}
+
+TEST(Csv, BeamsMayHaveShearStiffnessAndALossFactor) {
+  const TemporaryFolder folder;
+  folder.write("points.csv", kThreeRows);
+  folder.write("both.csv", "loss_factor,GAz,GAy,from,to,EA,GJ,EIy,EIz\n0.5,12,11,1,3,7,8,9,10\n");
+  folder.write("one.csv", "# a comment\nfrom,to,EA,GJ,EIy,EIz,GAz\n1,2,7,8,9,10,13\n");
+  const Scene scene =
+      read_good(folder, "points: {csv: points.csv}\nlinks: [{csv: both.csv}, {csv: one.csv}]\n");
+  ASSERT_EQ(scene.links.size(), 2u);
+  const Beam& both = std::get<Beam>(scene.links[0].kind);
+  EXPECT_EQ(both.GA_y, 11.0);
+  EXPECT_EQ(both.GA_z, 12.0);
+  EXPECT_EQ(both.EI_z, 10.0);
+  EXPECT_EQ(scene.links[0].loss_factor, 0.5);
+  const Beam& one = std::get<Beam>(scene.links[1].kind);
+  EXPECT_EQ(one.GA_y, 0.0) << "no shear deformation along y";
+  EXPECT_EQ(one.GA_z, 13.0);
+  EXPECT_EQ(scene.links[1].loss_factor, 0.0);
+}
+
+TEST(Csv, SpringsAndBarsMayHaveLosses) {
+  const TemporaryFolder folder;
+  folder.write("points.csv", kThreeRows);
+  folder.write("springs.csv", "from,to,stiffness,viscous,loss_factor\n1,2,5,0.25,0.5\n2,3,6,0,0\n");
+  folder.write("bars.csv", "from,to,EA,viscous\n1,3,7,1e-3\n");
+  const Scene scene =
+      read_good(folder, "points: {csv: points.csv}\nlinks: [{csv: springs.csv}, {csv: bars.csv}]\n");
+  ASSERT_EQ(scene.links.size(), 3u);
+  EXPECT_EQ(scene.links[0].viscous, 0.25);
+  EXPECT_EQ(scene.links[0].loss_factor, 0.5);
+  EXPECT_EQ(scene.links[1].viscous, 0.0);
+  EXPECT_EQ(scene.links[1].loss_factor, 0.0);
+  EXPECT_EQ(std::get<Bar>(scene.links[2].kind).EA, 7.0);
+  EXPECT_EQ(scene.links[2].viscous, 1e-3);
+}
+
+TEST(Csv, DashpotsAndPlatesHaveColumnsOfTheirOwn) {
+  const TemporaryFolder folder;
+  folder.write("points.csv", kThreeRows);
+  folder.write("dashpots.csv", "from,to,damping\n1,2,5\n");
+  folder.write("plates.csv", "from,to,third,E,nu,thickness,loss_factor\n3,1,2,7e10,-0.25,0.01,0.5\n");
+  const Scene scene =
+      read_good(folder, "points: {csv: points.csv}\nlinks: [{csv: dashpots.csv}, {csv: plates.csv}]\n");
+  ASSERT_EQ(scene.links.size(), 2u);
+  EXPECT_EQ(std::get<Dashpot>(scene.links[0].kind).damping, 5.0);
+  EXPECT_EQ(scene.links[0].points, (std::vector<int>{0, 1}));
+  const Plate& plate = std::get<Plate>(scene.links[1].kind);
+  EXPECT_EQ(plate.E, 7e10);
+  EXPECT_EQ(plate.nu, -0.25);
+  EXPECT_EQ(plate.thickness, 0.01);
+  EXPECT_EQ(scene.links[1].points, (std::vector<int>{2, 0, 1}));
+  EXPECT_EQ(scene.links[1].loss_factor, 0.5);
 }
 
 class MatrixMarket : public ::testing::Test {
@@ -61,9 +108,10 @@ class MatrixMarket : public ::testing::Test {
                   "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
                   "links: {matrix: K.mtx, points: [b, a]}\n");
     if (scene.links.size() != 1) return {};
-    const MatrixLink& link = std::get<MatrixLink>(scene.links[0].kind);
-    EXPECT_EQ(link.points, (std::vector<int>{1, 0}));
-    return link.stiffness;
+    EXPECT_EQ(scene.links[0].points, (std::vector<int>{1, 0}));
+    const auto& link = std::get<MatrixLink>(scene.links[0].kind);
+    EXPECT_FALSE(link.is_flexibility);
+    return link.matrix;
   }
   TemporaryFolder folder_;
 };
@@ -93,6 +141,25 @@ TEST_F(MatrixMarket, RoundedGeneralMatrixIsAveraged) {
   ASSERT_EQ(matrix.rows(), 6);
   EXPECT_EQ(matrix(0, 3), matrix(3, 0));
   EXPECT_DOUBLE_EQ(matrix(0, 3), -0.9999999998);
+}
+
+TEST_F(MatrixMarket, FlexibilityIsReadLikeStiffness) {
+  folder_.write("F.mtx",
+                "%%MatrixMarket matrix coordinate real symmetric\n% [m/N]\n6 6 2\n1 1 2e-6\n4 1 -1e-6\n");
+  const Scene scene =
+      read_good(folder_,
+                "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
+                "links: {name: body, flexibility: F.mtx, points: [b, a], viscous: 0.25, loss_factor: 0.5}\n");
+  ASSERT_EQ(scene.links.size(), 1u);
+  const auto& link = std::get<MatrixLink>(scene.links[0].kind);
+  EXPECT_TRUE(link.is_flexibility);
+  EXPECT_EQ(scene.links[0].points, (std::vector<int>{1, 0}));
+  EXPECT_EQ(scene.links[0].viscous, 0.25);
+  EXPECT_EQ(scene.links[0].loss_factor, 0.5);
+  Eigen::MatrixXd expected = Eigen::MatrixXd::Zero(6, 6);
+  expected(0, 0) = 2e-6;
+  expected(0, 3) = expected(3, 0) = -1e-6;
+  EXPECT_EQ(link.matrix.toDense(), expected);
 }
 
 TEST_F(MatrixMarket, ArraysRunDownTheColumns) {

@@ -1,0 +1,151 @@
+// Links from CSV tables: the columns give the kind.
+#include <algorithm>
+
+#include "service/io/scene_links.hpp"
+#include "service/io/scene_reader.hpp"
+
+namespace freeflex::io::reader {
+namespace {
+
+enum Column : std::size_t {
+  kName,
+  kFrom,
+  kTo,
+  kThird,
+  kStiffnessColumn,
+  kEA,
+  kGJ,
+  kEIy,
+  kEIz,
+  kGAy,
+  kGAz,
+  kDampingColumn,
+  kE,
+  kNu,
+  kThicknessColumn,
+  kViscousColumn,
+  kLossFactorColumn
+};
+const std::vector<std::string_view> kColumns{"name", "from", "to",        "third",   "stiffness",  "EA",
+                                             "GJ",   "EIy",  "EIz",       "GAy",     "GAz",        "damping",
+                                             "E",    "nu",   "thickness", "viscous", "loss_factor"};
+
+/// A kind of link that a table may hold. The columns name, viscous and loss_factor may always stand beside.
+struct TableForm {
+  std::vector<Column> required, optional;  // beside from and to
+  LossRefusal losses;
+  LinkKind (*read)(const CsvTable& table, const CsvRow& row, const std::string& label);
+};
+
+LinkKind read_spring(const CsvTable&, const CsvRow& row, const std::string& label) {
+  return Spring{row.number(kStiffnessColumn, label, kStiffness)};
+}
+
+LinkKind read_bar(const CsvTable&, const CsvRow& row, const std::string& label) {
+  return Bar{row.number(kEA, label, kForce)};
+}
+
+LinkKind read_beam(const CsvTable& table, const CsvRow& row, const std::string& label) {
+  Beam beam;
+  beam.EA = row.number(kEA, label, kForce);
+  beam.GJ = row.number(kGJ, label, kRigidity);
+  beam.EI_y = row.number(kEIy, label, kRigidity);
+  beam.EI_z = row.number(kEIz, label, kRigidity);
+  if (table.has(kColumns[kGAy])) beam.GA_y = row.number(kGAy, label, kForce);
+  if (table.has(kColumns[kGAz])) beam.GA_z = row.number(kGAz, label, kForce);
+  return beam;
+}
+
+LinkKind read_dashpot(const CsvTable&, const CsvRow& row, const std::string& label) {
+  return Dashpot{row.number(kDampingColumn, label, kDamping)};
+}
+
+LinkKind read_plate(const CsvTable&, const CsvRow& row, const std::string& label) {
+  Plate plate;
+  plate.E = row.number(kE, label, kModulus);
+  plate.nu = row.number(kNu, label, kPoissonRatio);
+  plate.thickness = row.number(kThicknessColumn, label, kThickness);
+  return plate;
+}
+
+// the kind that has all its columns and no other's; nullptr when none has
+const TableForm* form_of(const CsvTable& table) {
+  static const std::vector<TableForm> kForms{
+      {{kStiffnessColumn}, {}, kElasticLosses, read_spring},
+      {{kEA}, {}, kElasticLosses, read_bar},
+      {{kEA, kGJ, kEIy, kEIz}, {kGAy, kGAz}, kRotationLosses, read_beam},
+      {{kDampingColumn}, {}, kDashpotLosses, read_dashpot},
+      {{kThird, kE, kNu, kThicknessColumn}, {}, kRotationLosses, read_plate}};
+  const auto fits = [&](const TableForm& form) {
+    for (std::size_t column = kThird; column < kViscousColumn; ++column) {
+      const auto holds = [&](const std::vector<Column>& columns) {
+        return std::find(columns.begin(), columns.end(), column) != columns.end();
+      };
+      const bool is_there = table.has(kColumns[column]);
+      if (is_there ? !holds(form.required) && !holds(form.optional) : holds(form.required)) return false;
+    }
+    return true;
+  };
+  const auto form = std::find_if(kForms.begin(), kForms.end(), fits);
+  return form == kForms.end() ? nullptr : &*form;
+}
+
+}  // namespace
+
+void SceneReader::read_ends(const CsvRow& row, const std::string& label, bool has_third, Link& link) {
+  for (std::size_t column = kFrom; column <= (has_third ? kThird : kTo); ++column) {
+    const auto point = points_.resolve(report_, row.text(column), row.origin(column),
+                                       label + ": " + std::string(kColumns[column]));
+    const bool is_repeated =
+        point && std::find(link.points.begin(), link.points.end(), *point) != link.points.end();
+    if (is_repeated && !has_third)
+      report_.error(row.origin(column), label + " joins the point " + quote(row.text(column)) + " to itself");
+    else if (is_repeated)
+      report_.error(row.origin(column), label + " names the point " + quote(row.text(column)) +
+                                            " twice; a plate needs three different points");
+    link.points.push_back(point.value_or(-1));
+  }
+}
+
+void SceneReader::read_links_table(const Node& node) {
+  const Fields fields(report_, node, "links", {"csv"});
+  const auto source = open_beside(*fields.find("csv"), "links: csv");
+  if (!source) return links_.mark_incomplete();
+  CsvTable table(report_, *source, kColumns, {"from", "to"});
+  if (!table.is_good()) return links_.mark_incomplete();
+  const TableForm* form = form_of(table);
+  if (!form) {
+    report_.error(table.header(),
+                  "the columns give no kind of link; beside from and to they must be stiffness (springs), EA "
+                  "(bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), damping (dashpots), or third, "
+                  "E, nu, thickness (plates)");
+    return links_.mark_incomplete();
+  }
+  const auto check_loss = [&](Column column, std::string_view refusal) {
+    const std::string_view name = kColumns[column];
+    if (table.has(name) && !refusal.empty())
+      report_.error(table.header(), "column " + quote(name) + " " + std::string(refusal));
+    return table.has(name) && refusal.empty();
+  };
+  const bool has_viscous = check_loss(kViscousColumn, form->losses.viscous);
+  const bool has_loss_factor = check_loss(kLossFactorColumn, form->losses.loss_factor);
+  const bool is_whole = table.each_row([&](const CsvRow& row) {
+    Link link;
+    link.origin = row.origin();
+    link.name = table.has("name") ? std::string(row.text(kName)) : std::to_string(scene_.links.size() + 1);
+    const std::string label = "link " + quote(link.name);
+    if (const std::string problem = name_problem(link.name); !problem.empty()) {
+      report_.error(row.origin(kName),
+                    "link " + std::to_string(scene_.links.size() + 1) + ": name " + problem);
+      links_.mark_incomplete();
+    }
+    link.kind = form->read(table, row, label);
+    if (has_viscous) link.viscous = row.number(kViscousColumn, label, kViscous);
+    if (has_loss_factor) link.loss_factor = row.number(kLossFactorColumn, label, kLossFactor);
+    read_ends(row, label, std::holds_alternative<Plate>(link.kind), link);
+    return add_link(std::move(link));
+  });
+  if (!is_whole) links_.mark_incomplete();
+}
+
+}  // namespace freeflex::io::reader

@@ -1,0 +1,309 @@
+// Links written in the scene itself: single, in chains, rigid bodies and matrices.
+#include "service/io/scene_links.hpp"
+
+#include <algorithm>
+#include <array>
+
+#include "service/io/scene_reader.hpp"
+
+namespace freeflex::io::reader {
+
+/// How a kind of link is written.
+struct LinkForm {
+  enum class Extent {
+    kChain,  // num_points, or more for one link along each num_points that follow one another
+    kOne,    // num_points
+    kBody,   // num_points or more, one link
+    kFile,   // a file; the key `points` has the points
+  };
+  std::string_view key;  // gives the kind; its value is the points, or the file of a matrix
+  Extent extent;
+  std::size_t num_points;
+  std::vector<std::string_view> keys;  // beside name, key, viscous and loss_factor
+  LossRefusal losses;
+  LinkKind (*read)(Report& report, const Fields& fields);
+};
+
+std::optional<int> find_repeated(const std::vector<int>& points) {
+  for (auto point = points.begin(); point != points.end(); ++point)
+    if (std::find(points.begin(), point, *point) != point) return *point;
+  return std::nullopt;
+}
+
+namespace {
+
+using Extent = LinkForm::Extent;
+
+std::string count_points(std::size_t count) {
+  return std::to_string(count) + (count == 1 ? " point" : " points");
+}
+
+LinkKind read_spring(Report&, const Fields& fields) {
+  Spring spring;
+  fields.require("stiffness", kStiffness, spring.stiffness);
+  return spring;
+}
+
+LinkKind read_bar(Report&, const Fields& fields) {
+  Bar bar;
+  fields.require("EA", kForce, bar.EA);
+  return bar;
+}
+
+// rotations that one end of a beam does not hold: letters of the local axes
+void read_released(Report& report, const Node& node, const std::string& label,
+                   std::array<bool, 3>& released) {
+  constexpr std::string_view kLetters = "xyz";
+  const std::vector<const Node*> single{&node};
+  const bool is_list = node.kind == Node::Kind::kList;
+  if ((!is_list && node.kind != Node::Kind::kText) || node.items.size() > kLetters.size())
+    return report.error(
+        node.origin,
+        label + (is_list ? " has " + std::to_string(node.items.size()) + " items" : " is " + describe(node)) +
+            ", must be a list of x, y, z: the local axes about which the end turns freely");
+  for (const Node* item : is_list ? node.items : single) {
+    const std::size_t axis = item->text.size() == 1 ? kLetters.find(item->text) : std::string_view::npos;
+    if (axis == std::string_view::npos) {
+      report.error(item->origin, label + " holds " +
+                                     (item->kind == Node::Kind::kEmpty ? "nothing" : describe(*item)) +
+                                     ", must be x, y or z: the local axes about which the end turns freely");
+      continue;
+    }
+    if (released[axis])
+      report.error(item->origin, label + ": " + quote(item->text) + " stands twice; remove one");
+    released[axis] = true;
+  }
+}
+
+LinkKind read_beam(Report& report, const Fields& fields) {
+  Beam beam;
+  fields.require("EA", kForce, beam.EA);
+  fields.require("GJ", kRigidity, beam.GJ);
+  fields.require("EIy", kRigidity, beam.EI_y);
+  fields.require("EIz", kRigidity, beam.EI_z);
+  fields.read("GAy", kForce, beam.GA_y);
+  fields.read("GAz", kForce, beam.GA_z);
+  if (const Node* axis = fields.find("y_axis")) {
+    const auto direction = read_vector(report, *axis, fields.label() + ": y_axis", "-");
+    if (direction && direction->isZero(0.0))
+      report.error(axis->origin, fields.label() + ": y_axis is zero, must be a direction");
+    if (direction) beam.y_axis = *direction;
+  }
+  if (const Node* release = fields.find("release")) {
+    const Fields ends(report, *release, fields.label() + ": release", {"from", "to"});
+    if (const Node* from = ends.find("from"))
+      read_released(report, *from, ends.label() + ": from", beam.released[0]);
+    if (const Node* to = ends.find("to")) read_released(report, *to, ends.label() + ": to", beam.released[1]);
+  }
+  return beam;
+}
+
+LinkKind read_bending(Report&, const Fields& fields) {
+  BendingSpring spring;
+  fields.require("stiffness", kAngleStiffness, spring.stiffness);
+  return spring;
+}
+
+LinkKind read_torsion(Report&, const Fields& fields) {
+  TorsionSpring spring;
+  fields.require("stiffness", kAngleStiffness, spring.stiffness);
+  return spring;
+}
+
+LinkKind read_plate(Report&, const Fields& fields) {
+  Plate plate;
+  fields.require("E", kModulus, plate.E);
+  fields.require("nu", kPoissonRatio, plate.nu);
+  fields.require("thickness", kThickness, plate.thickness);
+  return plate;
+}
+
+LinkKind read_stiffness_matrix(Report&, const Fields&) { return MatrixLink{}; }
+
+LinkKind read_flexibility_matrix(Report&, const Fields&) {
+  MatrixLink link;
+  link.is_flexibility = true;
+  return link;
+}
+
+LinkKind read_rigid(Report&, const Fields&) { return Rigid{}; }
+
+LinkKind read_dashpot(Report&, const Fields& fields) {
+  Dashpot dashpot;
+  fields.require("damping", kDamping, dashpot.damping);
+  return dashpot;
+}
+
+const std::vector<LinkForm>& link_forms() {
+  static const std::vector<LinkForm> kForms{
+      {"spring", Extent::kChain, 2, {"stiffness"}, kElasticLosses, read_spring},
+      {"bar", Extent::kChain, 2, {"EA"}, kElasticLosses, read_bar},
+      {"beam",
+       Extent::kChain,
+       2,
+       {"EA", "GJ", "EIy", "EIz", "GAy", "GAz", "y_axis", "release"},
+       kRotationLosses,
+       read_beam},
+      {"bending", Extent::kChain, 3, {"stiffness"}, kElasticLosses, read_bending},
+      {"torsion", Extent::kChain, 4, {"stiffness"}, kElasticLosses, read_torsion},
+      {"plate", Extent::kOne, 3, {"E", "nu", "thickness"}, kRotationLosses, read_plate},
+      {"matrix", Extent::kFile, 2, {"points"}, kElasticLosses, read_stiffness_matrix},
+      {"flexibility", Extent::kFile, 2, {"points"}, kElasticLosses, read_flexibility_matrix},
+      {"rigid", Extent::kBody, 2, {}, kRigidLosses, read_rigid},
+      {"dashpot", Extent::kChain, 2, {"damping"}, kDashpotLosses, read_dashpot}};
+  return kForms;
+}
+
+std::vector<std::string_view> kinds_of_link() {
+  std::vector<std::string_view> kinds;
+  for (const LinkForm& form : link_forms()) kinds.push_back(form.key);
+  return kinds;
+}
+
+// the keys of a link, with the losses that it takes; what it does not goes to refused
+std::vector<std::string_view> keys_of(const LinkForm& form, std::vector<RefusedKey>& refused) {
+  std::vector<std::string_view> keys{"name", form.key};
+  keys.insert(keys.end(), form.keys.begin(), form.keys.end());
+  const auto add = [&](std::string_view key, std::string_view reason) {
+    if (reason.empty())
+      keys.push_back(key);
+    else
+      refused.push_back({key, reason});
+  };
+  add("viscous", form.losses.viscous);
+  add("loss_factor", form.losses.loss_factor);
+  return keys;
+}
+
+}  // namespace
+
+void SceneReader::read_links(const Node& node) {
+  for (const Node* item : read_list(node, "links", "links or {csv: FILE}")) {
+    if (scene_.links.size() > kMaxLinks) break;  // reported
+    if (is_table(*item))
+      read_links_table(*item);
+    else
+      read_link(*item);
+  }
+}
+
+bool SceneReader::add_link(Link link) {
+  links_.add(report_, link.name, link.origin);
+  if (scene_.links.size() == kMaxLinks)
+    report_.error(link.origin, "more than " + std::to_string(kMaxLinks) + " links; the rest is not read");
+  scene_.links.push_back(std::move(link));
+  return scene_.links.size() <= kMaxLinks;
+}
+
+const LinkForm* SceneReader::find_form(const Node& node, const std::string& label) {
+  const auto allowed = [] { return "; must have one of " + join(kinds_of_link()); };
+  const auto has = [&](std::string_view key) {
+    return std::any_of(node.entries.begin(), node.entries.end(),
+                       [&](const auto& entry) { return entry.first->text == key; });
+  };
+  const LinkForm* found = nullptr;
+  for (const LinkForm& form : link_forms()) {
+    if (!has(form.key)) continue;
+    if (found) {
+      report_.error(node.origin, label + " is both " + std::string(found->key) + " and " +
+                                     std::string(form.key) + allowed());
+      return nullptr;
+    }
+    found = &form;
+  }
+  if (found) return found;
+  std::string meant;
+  for (const auto& [key, value] : node.entries)
+    if (meant.empty() && key->text != "name") meant = did_you_mean(key->text, kinds_of_link());
+  report_.error(node.origin, label + " has no kind" + meant + allowed());
+  return nullptr;
+}
+
+void SceneReader::read_link(const Node& node) {
+  const std::string number = std::to_string(scene_.links.size() + 1);
+  const std::string label = item_label("link", node, number);
+  if (node.kind != Node::Kind::kMapping) {
+    report_.error(node.origin, label + " is " + describe(node) + ", must be a mapping with one of " +
+                                   join(kinds_of_link()));
+    return links_.mark_incomplete();
+  }
+  const LinkForm* form = find_form(node, label);
+  if (!form) return links_.mark_incomplete();
+  std::vector<RefusedKey> refused;
+  const std::vector<std::string_view> keys = keys_of(*form, refused);
+  const Fields fields(report_, node, label, keys, refused);
+  Link link;
+  link.origin = node.origin;
+  link.name = number;
+  if (const Node* given = fields.find("name"))
+    if (const auto text = read_name(report_, *given, label + ": name")) link.name = *text;
+  link.kind = form->read(report_, fields);
+  fields.read("viscous", kViscous, link.viscous);
+  fields.read("loss_factor", kLossFactor, link.loss_factor);
+  if (form->extent == Extent::kFile)
+    read_matrix(fields, *form, std::move(link));
+  else
+    read_chain(fields, *form, std::move(link));
+}
+
+void SceneReader::read_chain(const Fields& fields, const LinkForm& form, Link link) {
+  const Node& ends = *fields.find(form.key);
+  const std::string label = fields.label() + ": " + std::string(form.key);
+  const bool is_chain = form.extent == Extent::kChain;
+  const auto points = read_selection(report_, ends, label, points_, is_chain);
+  if (!points) return links_.mark_incomplete();
+  const std::size_t count = points->size();
+  if (count < form.num_points || (form.extent == Extent::kOne && count > form.num_points)) {
+    report_.error(ends.origin, label + " has " + count_points(count) + ", must be a list of " +
+                                   std::to_string(form.num_points) +
+                                   (form.extent == Extent::kOne ? "" : " or more"));
+    return links_.mark_incomplete();
+  }
+  const std::size_t size = is_chain ? form.num_points : count;
+  const std::size_t num_links = count - size + 1;
+  if (const Node* release = fields.find("release"); release && num_links > 1)
+    report_.error(release->origin, fields.label() + ": release belongs to one beam, this chain has " +
+                                       std::to_string(num_links) +
+                                       "; write the beam with released ends as a link of its own");
+  const std::string name = link.name;
+  for (std::size_t i = 0; i < num_links; ++i) {
+    // a chain's links are name.1, name.2, ...; one without a name numbers them on
+    if (num_links > 1)
+      link.name =
+          fields.find("name") ? name + "." + std::to_string(i + 1) : std::to_string(scene_.links.size() + 1);
+    const auto first = points->begin() + static_cast<std::ptrdiff_t>(i);
+    link.points.assign(first, first + static_cast<std::ptrdiff_t>(size));
+    if (const auto point = is_chain ? find_repeated(link.points) : std::nullopt) {
+      const std::string who = quote(scene_.points[static_cast<std::size_t>(*point)].name);
+      report_.error(ends.origin, size == 2 ? label + " joins the point " + who + " to itself"
+                                           : label + " names the point " + who + " twice among " +
+                                                 std::to_string(size) +
+                                                 " that follow one another, must be different points");
+      return;
+    }
+    if (!add_link(link)) return;
+  }
+}
+
+void SceneReader::read_matrix(const Fields& fields, const LinkForm& form, Link link) {
+  const Node* chosen =
+      fields.require("points", "must be all or a list of points in the order of the matrix rows");
+  const auto points =
+      chosen ? read_selection(report_, *chosen, fields.label() + ": points", points_) : std::nullopt;
+  const auto source = open_beside(*fields.find(form.key), fields.label() + ": " + std::string(form.key));
+  if (points && points->size() < form.num_points)
+    report_.error(chosen->origin, fields.label() + ": points has " + count_points(points->size()) +
+                                      ", must be a list of " + std::to_string(form.num_points) + " or more");
+  // the link stands even when its matrix does not, so that its name is known
+  else if (points && source) {
+    auto& target = std::get<MatrixLink>(link.kind);
+    const MatrixContent content{target.is_flexibility ? "flexibility" : "stiffness",
+                                target.is_flexibility ? "m/N" : "N/m", 3 * points->size(),
+                                "3 rows for each of " + count_points(points->size())};
+    if (auto matrix = read_matrix_market(report_, *source, content)) target.matrix.swap(*matrix);
+    link.points = *points;
+  }
+  add_link(std::move(link));
+}
+
+}  // namespace freeflex::io::reader

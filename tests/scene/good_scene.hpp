@@ -1,0 +1,24 @@
+// A scene that must be read without any fault.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <string>
+
+#include "service/io/input.hpp"
+#include "tests/scene/temporary_folder.hpp"
+
+namespace freeflex::testing {
+
+/// Reads the text as scene.yaml of the folder; faults fail the test.
+inline Scene read_good(const TemporaryFolder& folder, const std::string& text) {
+  folder.write("scene.yaml", text);
+  const io::SceneResult result = io::read_scene("scene.yaml");
+  for (const Fault& fault : result.faults) ADD_FAILURE() << io::format_fault(fault, result.sources);
+  return result.scene.value_or(Scene{});
+}
+
+/// The same in a folder of its own.
+inline Scene read_good(const std::string& text) { return read_good(TemporaryFolder(), text); }
+
+}  // namespace freeflex::testing
