@@ -181,7 +181,7 @@ TEST(ReadLinks, SceneOfEveryKindBecomesAPlanWithoutAnyFault) {
           "  - {dashpot: [a, f], damping: 3}\n"
           "  - {name: K, matrix: K.mtx, points: [a, b]}\n"
           "  - {name: F, flexibility: F.mtx, points: [c, f]}\n"
-          "feedback: {at: f, from: e, velocity: -1}\n"
+          "feedback: {at: f, velocity: -1}\n"
           "attractor: {at: [7e6, 0, 0], mu: 3.986e14}\n"
           "fidelity: spin-loaded\n"
           "loads: {axes: local, forces: {b: [0, 0, 1]}, pulse: {duration: 0.1}}\n");
