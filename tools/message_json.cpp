@@ -192,7 +192,7 @@ Json fields_of(const scene_t& m) {
   for (const scene_link_t& l : m.links) {
     out["links"].push_back({{"name", l.name},
                             {"kind", l.kind},
-                            {"points", {l.points[0], l.points[1]}},
+                            {"points", l.points},
                             {"is_published", l.is_published != 0}});
   }
   out["groups"] = Json::array();

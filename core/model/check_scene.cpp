@@ -10,6 +10,9 @@ namespace {
 // elastic coordinates that one state message can carry below 60 kB: two doubles each
 constexpr int kMaxElastic = 3700;
 
+// points of a link whose forces one message below 60 kB can carry
+constexpr std::size_t kMaxForcePoints = 2000;
+
 }  // namespace
 
 void Checker::check_points() {
@@ -149,6 +152,12 @@ void Checker::check_publication() {
             join_text("publication names link index ", index, ", there are ", scene.links.size(), " links"));
       continue;
     }
+    const Link& link = scene.links[static_cast<std::size_t>(index)];
+    const bool is_long = std::holds_alternative<MatrixLink>(link.kind) || std::holds_alternative<Rigid>(link.kind);
+    if (is_long && link.points.size() > kMaxForcePoints)
+      error(link.origin, join_text("link ", quoted(link.name, index), " has ", link.points.size(),
+                                   " points; at most ", kMaxForcePoints,
+                                   " forces of one link fit a message: do not publish its forces"));
   }
   for (const int index : scene.pushable) known_point({}, "the list of pushable points", index);
 }

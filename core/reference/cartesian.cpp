@@ -66,10 +66,10 @@ void add_link_forces(const CartesianSystem& system, std::span<const double> e, s
     const double l = std::sqrt(x_x);
     // l - L = (2 L u.d + |d|^2) / (l + L): small numbers only, no difference of lengths
     double tension = link.stiffness * (2.0 * rest_d + d_d) / (l + link.length);
-    if (system.link_damping > 0.0) {
+    if (link.damping > 0.0) {
       double rate = 0.0;
       for (std::size_t a = 0; a < 3; ++a) rate += x[a] * (e_dot[j + a] - e_dot[i + a]);
-      tension += system.link_damping * link.stiffness * rate / l;
+      tension += link.damping * rate / l;
     }
     const double tension_over_l = tension / l;
     for (std::size_t a = 0; a < 3; ++a) {
@@ -77,6 +77,11 @@ void add_link_forces(const CartesianSystem& system, std::span<const double> e, s
       force[j + a] -= tension_over_l * x[a];
     }
   }
+}
+
+Vector3d attraction(const CartesianSystem& system, const Vector3d& p_W) {
+  const Vector3d rho = p_W - system.attractor_W;
+  return -system.attractor_mu / std::pow(rho.norm(), 3) * rho;
 }
 
 Matrix3d carrier_rotation(const CartesianSystem& system, double t) {
@@ -107,6 +112,14 @@ void accelerations(const CartesianSystem& system, double t, double piece_time, s
     }
   }
   for (Eigen::Index i = 0; i < n; ++i) force.col(i) /= system.mass[i];
+  if (system.attractor_mu > 0.0) {
+    // X39: what attraction differs by from that at the start, with which the carrier falls
+    const Matrix3d R_WC = carrier_rotation(system, t);
+    const Vector3d p_WC = system.p_W + t * system.v_W + 0.5 * t * t * system.gravity_W;
+    for (Eigen::Index i = 0; i < n; ++i)
+      force.col(i) += R_WC.transpose() *
+                      (attraction(system, p_WC + R_WC * (system.r.col(i) + E.col(i))) - system.gravity_W);
+  }
   if (system.spin.isZero(0.0)) return;
   // X34: Coriolis and centrifugal acceleration in the turning carrier
   for (Eigen::Index i = 0; i < n; ++i) {

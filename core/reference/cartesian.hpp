@@ -32,7 +32,8 @@ struct CartesianLink {
   int first = 0, second = 0;
   Eigen::Vector3d rest = Eigen::Vector3d::Zero();  // [m] body axes
   double length = 0.0;                             // [m]
-  double stiffness = 0.0;                          // [N/m]
+  double stiffness = 0.0;                          // [N/m] 0 for a dashpot
+  double damping = 0.0;                            // [N s/m] of a dashpot, or one beside the spring
 };
 
 /// Unknowns are e_i [m] and de_i/dt [m/s] of every point in the carrier frame C: it starts as the body frame,
@@ -44,10 +45,11 @@ struct CartesianSystem {
   Eigen::Matrix3Xd r;    // [m] (3 x N) rest positions from the centre of mass
   std::vector<CartesianLink> links;
   std::vector<CartesianLoad> loads;
-  double link_damping = 0.0;                            // [s] dashpot beside each link, over its stiffness
-  Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();  // [m/s^2]
-  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();        // [m] centre of mass at the start
-  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();        // [m/s] its velocity at the start
+  Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();    // [m/s^2] uniform, or an attractor's at the start
+  double attractor_mu = 0.0;                              // [m^3/s^2] 0: none   (THEORY X39)
+  Eigen::Vector3d attractor_W = Eigen::Vector3d::Zero();  // [m]
+  Eigen::Vector3d p_W = Eigen::Vector3d::Zero();          // [m] centre of mass at the start
+  Eigen::Vector3d v_W = Eigen::Vector3d::Zero();          // [m/s] its velocity at the start
   Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();  // attitude at the start
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // [rad/s] of the carrier, body axes
   Eigen::VectorXd initial;                                   // (6N) e then de/dt

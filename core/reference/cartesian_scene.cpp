@@ -42,13 +42,23 @@ Inertia inverse_inertia(const Eigen::VectorXd& mass, const Matrix3Xd& d) {
 
 std::string find_refusal(const Scene& scene) {
   for (const Link& link : scene.links) {
-    const bool is_axial = std::holds_alternative<Spring>(link.kind) || std::holds_alternative<Bar>(link.kind);
+    const bool is_axial = std::holds_alternative<Spring>(link.kind) ||
+                          std::holds_alternative<Bar>(link.kind) ||
+                          std::holds_alternative<Dashpot>(link.kind);
     if (!is_axial) {
       return "link '" + link.name +
-             "': the Cartesian reference holds springs and bars only; a beam or a matrix " +
+             "': the Cartesian reference holds springs, bars and dashpots only; a beam or a matrix " +
              "is linear in the displacements and has no true length";
     }
+    if (link.loss_factor != 0.0)
+      return "link '" + link.name + "': a loss factor is one of modes, which are not here";
   }
+  if (!scene.feedbacks.empty())
+    return "feedback acts on elastic displacements, which the Cartesian reference has not";
+  for (const Load& load : scene.loads)
+    if (load.axes == Axes::kLocal)
+      return "load '" + load.name +
+             "': local axes are those of an elastic rotation, which points do not have";
   if (scene.damping.modal_ratio != 0.0 || !scene.damping.mode_ratios.empty() || scene.damping.alpha != 0.0) {
     return "the Cartesian reference takes stiffness-proportional damping (beta) only; modal ratios and alpha "
            "act "
@@ -153,16 +163,19 @@ std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::st
   const Vector3d p_SB = system.r * system.mass / system.mass.sum();
   system.r.colwise() -= p_SB;
   for (const Link& given : scene.links) {
-    CartesianLink link{given.points[0], given.points[1], Vector3d::Zero(), 0.0, 0.0};
+    CartesianLink link;
+    link.first = given.points[0];
+    link.second = given.points[1];
     // from the scene's own coordinates: the shift to the centre of mass would round it
     link.rest = scene.points[static_cast<std::size_t>(link.second)].position -
                 scene.points[static_cast<std::size_t>(link.first)].position;
     link.length = link.rest.norm();
-    const auto* bar = std::get_if<Bar>(&given.kind);
-    link.stiffness = bar != nullptr ? bar->EA / link.length : std::get<Spring>(given.kind).stiffness;
+    if (const auto* bar = std::get_if<Bar>(&given.kind)) link.stiffness = bar->EA / link.length;
+    if (const auto* spring = std::get_if<Spring>(&given.kind)) link.stiffness = spring->stiffness;
+    link.damping = (scene.damping.beta + given.viscous) * link.stiffness;
+    if (const auto* dashpot = std::get_if<Dashpot>(&given.kind)) link.damping = dashpot->damping;
     system.links.push_back(link);
   }
-  system.link_damping = scene.damping.beta;
   system.gravity_W = scene.gravity;
   add_loads(scene, system);
   const Inertia inertia = inverse_inertia(system.mass, system.r);
@@ -173,6 +186,12 @@ std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::st
     return std::nullopt;
   }
   set_initial(scene, p_SB, inertia.inverse, system);
+  system.attractor_mu = scene.attractor.mu;
+  system.attractor_W = scene.attractor.position;
+  if (system.attractor_mu > 0.0) {
+    const Vector3d rho = system.p_W - system.attractor_W;
+    system.gravity_W = -system.attractor_mu / std::pow(rho.norm(), 3) * rho;
+  }
   return system;
 }
 

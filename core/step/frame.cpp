@@ -1,5 +1,7 @@
 #include "core/step/frame.hpp"
 
+#include "core/step/field.hpp"
+
 namespace freeflex {
 namespace {
 
@@ -64,6 +66,8 @@ constexpr double kStageWeights[kStages][kStages - 1] = {
     {9.0 / 44, -9.0 / 11, 63.0 / 44, 18.0 / 11, 0, -16.0 / 11}};
 constexpr double kWeights[kStages] = {11.0 / 120, 0, 27.0 / 40, 27.0 / 40, -4.0 / 15, -4.0 / 15, 11.0 / 120};
 
+constexpr double kTimes[kStages] = {0, 1.0 / 3, 2.0 / 3, 1.0 / 3, 1.0 / 2, 1.0 / 2, 1};
+
 using Rates = std::array<Vec3, kStages>;
 
 /// start + h sum_j weights_j rates_j over the stages before `stage`; the newest rate, which the next waits
@@ -76,14 +80,32 @@ Vec3 combine(const Vec3& start, double h, const double* weights, const Rates& ra
   return sum;
 }
 
+/// Where the centre of mass stands within a step, from an attractor, in the axes of the step's start: to
+/// second order in time, which is ample beside a period of revolution   (X72).
+struct Path {
+  Vec3 rho, velocity, acceleration;  // [m], [m/s], [m/s^2]
+  Vec3 at(double t) const noexcept {
+    return add_scaled(add_scaled(rho, t, velocity), 0.5 * t * t, acceleration);
+  }
+};
+
+Path path_of(const Plan& plan, const Frame& from, const RigidLoad& load, const Mat3& R_WB) noexcept {
+  const Vec3 a_W = add_scaled(gravity_at(plan, from.p_WB), 1.0 / plan.mass, resultant_W(load, R_WB));
+  return {multiply_transposed(R_WB, sub(from.p_WB, plan.attractor_W)), multiply_transposed(R_WB, from.v_WB),
+          multiply_transposed(R_WB, a_W)};
+}
+
 /// The turning part of a step, in the axes of the step's start: Gibbs vector and angular momentum (X7, X8).
 struct Turning {
+  const Plan& plan;
+  const Path* path;  // set when an attractor turns the body
   double period;
   Mat3 half_inverse_inertia;
   Vec3 H;  // at the start
   Rates g_rates, H_rates;
 
-  Turning(const Plan& plan, const Vec3& H_start) noexcept : period(plan.period), H(H_start) {
+  Turning(const Plan& of, const Vec3& H_start, const Path* along) noexcept
+      : plan(of), path(along), period(of.period), H(H_start) {
     for (std::size_t i = 0; i < 9; ++i) half_inverse_inertia[i] = 0.5 * plan.inverse_inertia[i];
   }
 
@@ -107,6 +129,10 @@ struct Turning {
     const Mat3 G = rotation_of_gibbs(g);
     g_rates[stage] = g_rate(g, combine<stage>(H, period, kStageWeights[stage], H_rates));
     H_rates[stage] = multiply(G, moment_B(moment, G));
+    if (path != nullptr)
+      H_rates[stage] =
+          add(H_rates[stage],
+              multiply(G, gradient_torque(plan, multiply_transposed(G, path->at(kTimes[stage] * period)))));
   }
 };
 
@@ -155,8 +181,10 @@ bool has_moment(const RigidLoad& load) noexcept { return load.has_moment_W || !i
 
 Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
   const bool needs_middle = loads.later || !is_zero(loads.start.force_B);
-  Turning turning(plan, multiply_transposed(R_WB, from.H_W));
-  if (!has_moment(loads.start) && !has_moment(loads.middle()) && !has_moment(loads.end()))
+  const bool is_attracted = plan.attractor_mu > 0.0;
+  const Path path = is_attracted ? path_of(plan, from, loads.start, R_WB) : Path{};
+  Turning turning(plan, multiply_transposed(R_WB, from.H_W), is_attracted ? &path : nullptr);
+  if (!is_attracted && !has_moment(loads.start) && !has_moment(loads.middle()) && !has_moment(loads.end()))
     return is_zero(from.H_W) ? Turn{} : turn_free(turning, needs_middle);
   const StepMoment start = moment_in_step(loads.start, R_WB);
   if (!loads.later) return turn_loaded(turning, start, start, start, start, start, needs_middle);
@@ -181,11 +209,23 @@ void turn_attitude(const Vec3& g, Frame& frame) noexcept {
 /// Translation under gravity and the resultant, exact for forces quadratic in time (X6).
 void translate(const Plan& plan, const Vec3& mean_force, const Vec3& weighted_force, Frame& frame) noexcept {
   const double h = plan.period;
+  Vec3 mean_gravity = plan.gravity_W, weighted_gravity = plan.gravity_W;
+  if (plan.attractor_mu > 0.0) {
+    // Simpson's rule along the path that the acceleration at the start makes (X72)
+    const Vec3 start = gravity_at(plan, frame.p_WB);
+    const Vec3 a = add_scaled(start, 1.0 / plan.mass, weighted_force);
+    const auto place = [&](double t) {
+      return add_scaled(add_scaled(frame.p_WB, t, frame.v_WB), 0.5 * t * t, a);
+    };
+    const Vec3 middle = gravity_at(plan, place(0.5 * h)), end = gravity_at(plan, place(h));
+    mean_gravity = scale(1.0 / 6.0, add_scaled(add(start, end), 4.0, middle));
+    weighted_gravity = scale(1.0 / 3.0, add_scaled(start, 2.0, middle));
+  }
   for (std::size_t i = 0; i < 3; ++i) {
     const double p_gain =
-        h * frame.v_WB_low[i] + 0.5 * h * h * (weighted_force[i] / plan.mass + plan.gravity_W[i]);
+        h * frame.v_WB_low[i] + 0.5 * h * h * (weighted_force[i] / plan.mass + weighted_gravity[i]);
     add_compensated(frame.p_WB[i], frame.p_WB_low[i], h * frame.v_WB[i] + p_gain);
-    add_compensated(frame.v_WB[i], frame.v_WB_low[i], h * (mean_force[i] / plan.mass + plan.gravity_W[i]));
+    add_compensated(frame.v_WB[i], frame.v_WB_low[i], h * (mean_force[i] / plan.mass + mean_gravity[i]));
   }
 }
 

@@ -207,8 +207,10 @@ FREEFLEX_KERNEL void advance(const Propagator::Lanes* all, std::size_t n, ModalS
 /// Sums over modes in the lanes of sum_in_lanes, nine at once, kLanes / lanes of V at a time: as many
 /// registers as the baseline has.
 template <class V>
-FREEFLEX_KERNEL void contract_motion_to(const double* rows, const Plan* plan, std::size_t n, const double* q,
+FREEFLEX_KERNEL void contract_motion_to(const double* rows, const Plan* plan, const double* q,
                                         const double* q_dot, const double* Q, PointMotion* motion) noexcept {
+  const std::size_t n = static_cast<std::size_t>(plan->num_moving),
+                    stride = static_cast<std::size_t>(plan->num_padded);
   constexpr std::size_t kLanesOfV = sizeof(V) / sizeof(double);
   const double *omega = plan->omega.data(), *decay = plan->decay.data();
   const double inverse_mass = 1.0 / plan->mass;
@@ -225,7 +227,7 @@ FREEFLEX_KERNEL void contract_motion_to(const double* rows, const Plan* plan, st
       const V x_ddot = (inverse_mass * load - 2.0 * d * x_dot) - w * (w * x);
       for (std::size_t axis = 0; axis < 3; ++axis) {
         V b;
-        load_to(b, rows + axis * n, l);
+        load_to(b, rows + axis * stride, l);
         sum[0][axis] += b * x;
         sum[1][axis] += b * x_dot;
         sum[2][axis] += b * x_ddot;
@@ -280,8 +282,8 @@ void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) 
 PointMotion contract_motion(const double* rows, const Plan& plan, const double* q, const double* q_dot,
                             const double* Q) noexcept {
   PointMotion motion;
-  run_widest<contract_motion_to<Pair>, contract_motion_to<Quad>, contract_motion_to<Oct>>(
-      rows, &plan, static_cast<std::size_t>(plan.num_padded), q, q_dot, Q, &motion);
+  run_widest<contract_motion_to<Pair>, contract_motion_to<Quad>, contract_motion_to<Oct>>(rows, &plan, q,
+                                                                                          q_dot, Q, &motion);
   return motion;
 }
 

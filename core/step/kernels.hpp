@@ -17,8 +17,8 @@ double dot_squares(const double* a, const double* b, std::size_t n) noexcept;
 struct PointMotion {
   Vec3 V{}, V_dot{}, V_ddot{};  // [m], [m/s], [m/s^2] body axes
 };
-/// rows (3 x n) times q, q_dot and q_ddot = Q / M - 2 decay q_dot - omega^2 q (THEORY 2.5, X53), in the same
-/// lanes.
+/// rows (3 x num_padded) times q, q_dot and q_ddot = Q / M - 2 decay q_dot - omega^2 q (THEORY 2.5, X53), in
+/// the same lanes.
 PointMotion contract_motion(const double* rows, const Plan& plan, const double* q, const double* q_dot,
                             const double* Q) noexcept;
 

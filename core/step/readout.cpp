@@ -1,5 +1,6 @@
 #include "core/step/readout.hpp"
 
+#include "core/step/field.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/vector.hpp"
 
@@ -46,7 +47,7 @@ PointState read_point(const Plan& plan, const State& state, int point) noexcept 
   // velocity and acceleration of a point that moves in turning axes
   const Vec3 v_B = add(wx, V_dot);
   const Vec3 a_B = add(add(cross(w_dot, x), cross(w, wx)), add_scaled(V_ddot, 2.0, cross(w, V_dot)));
-  const Vec3 a_WB = add_scaled(plan.gravity_W, 1.0 / plan.mass, state.force_W);
+  const Vec3 a_WB = add_scaled(gravity_at(plan, state.p_WB), 1.0 / plan.mass, state.force_W);
   return {add(state.p_WB, multiply(R, x)), add(state.v_WB, multiply(R, v_B)), add(a_WB, multiply(R, a_B)), V};
 }
 
@@ -81,6 +82,12 @@ void read_link(const Plan& plan, const State& state, int output, std::span<doubl
   const std::size_t n = index(plan.num_padded);
   for (std::int32_t k = 0; k < link.num_rows; ++k)
     out[index(k)] = dot_lanes(plan.link_rows.data() + index(link.first_row + k) * n, state.q.data(), n);
+  const auto add = [&](std::int32_t first, const Array& x) {
+    for (std::int32_t k = 0; first >= 0 && k < link.num_rows; ++k)
+      out[index(k)] += dot_lanes(plan.link_rows.data() + index(first + k) * n, x.data(), n);
+  };
+  add(link.first_rate_row, state.q_dot);
+  add(link.first_load_row, state.Q);
 }
 
 Invariants read_invariants(const Plan& plan, const State& state) noexcept {

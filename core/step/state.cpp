@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/step/coupling.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 
@@ -45,6 +46,9 @@ Workspace make_workspace(const Plan& plan) {
   for (auto* v : {&workspace.Q_right, &workspace.Q_left, &workspace.next_q, &workspace.next_q_low,
                   &workspace.next_q_dot, &workspace.next_q_dot_low})
     v->resize(n);
+  if (plan.coupling.path == PlanCoupling::Path::kSplit) workspace.kicked.resize(n);
+  if (has_dependent_loads(plan)) workspace.predicted_q.resize(n);
+  workspace.scratch.resize(coupling_scratch_size(plan));
   workspace.next_slots.resize(kMaxSlots);
   workspace.next_pattern = make_pattern(plan);
   workspace.sums = make_load_sums(plan);

@@ -30,7 +30,8 @@ struct State {
   Vec3 H_W{}, H_W_low{};   // [kg m^2/s] angular momentum about the centre of mass, world axes
   Array q, q_low;          // [m] (num_padded)
   Array q_dot, q_dot_low;  // [m/s] (num_padded)
-  // external loads at the left limit of this tick, for accelerations and read-out
+  // loads at the left limit of this tick, those of fields, dashpots and feedback among them, for
+  // accelerations and read-out
   Vec3 force_W{};   // [N] resultant without gravity
   Vec3 moment_B{};  // [N m] about the centre of mass
   Array Q;          // [N] (num_padded)
@@ -47,6 +48,9 @@ struct Workspace {
   Array Q_right;  // [N] (num_padded) at the right limit of this tick
   Array Q_left;   // [N] (num_padded) at the left limit of the next
   Array next_q, next_q_low, next_q_dot, next_q_dot_low;
+  Array predicted_q;             // [m] (num_padded) empty unless loads depend on the elastic motion
+  Array kicked;                  // [m/s] (num_padded) q_dot after half a kick; empty but for split coupling
+  Array scratch;                 // see coupling_scratch_size
   std::vector<Slot> next_slots;  // size kMaxSlots
   LoadPattern next_pattern;
   LoadSums sums;

@@ -7,11 +7,13 @@
 #include <algorithm>
 #include <utility>
 
-#include "core/step/frame.hpp"
+#include "core/step/coupling.hpp"
+#include "core/step/field.hpp"
 #include "core/step/history.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/slots.hpp"
+#include "core/step/vector.hpp"
 
 namespace freeflex {
 namespace {
@@ -62,8 +64,9 @@ struct External {
     return loads;
   }
 
-  /// Generalized forces at the right limit of the step's start, or at the left limit of its end.
-  void generalized(bool at_end, const Mat3& R_WB, Array& Q) const noexcept {
+  /// Generalized forces at the right limit of the step's start, or at the left limit of its end; what depends
+  /// on the elastic motion apart.
+  void generalized(bool at_end, const Frame& frame, const Mat3& R_WB, Array& Q) const noexcept {
     bool has_any = project(plan, commands, R_WB, 1.0, false, Q.data());
     for (const PlanHistory& history : plan.histories) {
       const double amplitude = at_end ? amplitude_left(history, plan.period, tick + 1)
@@ -71,6 +74,7 @@ struct External {
       has_any |= project(plan, history.pattern, R_WB, amplitude, has_any, Q.data());
     }
     if (!has_any) std::fill(Q.begin(), Q.end(), 0.0);
+    if (has_field(plan)) add_field(plan, R_WB, frame.H_W, frame.p_WB, Q.data());
   }
 };
 
@@ -100,9 +104,84 @@ void flush(Array& value, Array& low) noexcept {
   }
 }
 
+/// A step's result before it is known to be finite; elastic coordinates and loads stand in the workspace.
+struct Result {
+  Frame frame;
+  Mat3 R_WB;
+  RigidLoad load;  // at the end
+  bool is_finite;
+};
+
+/// Every mode one period on, from the state into the workspace, under the workspace's loads.
+bool advance_elastic(const Plan& plan, const State& state, const Array& Q_start,
+                     Workspace& workspace) noexcept {
+  const ModalState from{state.q.data(), state.q_low.data(), state.q_dot.data(), state.q_dot_low.data()};
+  const ModalResult to{workspace.next_q.data(), workspace.next_q_low.data(), workspace.next_q_dot.data(),
+                       workspace.next_q_dot_low.data()};
+  const double *Q0 = Q_start.data(), *Q1 = workspace.Q_left.data();
+  const std::size_t n = index(plan.num_moving);
+  if (plan.coupling.path == PlanCoupling::Path::kNone)
+    return advance_modes(plan.propagator, n, from, Q0, Q1, to);
+  if (plan.coupling.path == PlanCoupling::Path::kExact)
+    return advance_modes(plan.propagator, n, from, Q0, Q1, to) &
+           advance_coupled(plan, from, Q0, Q1, workspace.scratch, to);
+  // half a kick, the modes, half a kick
+  kick(plan, from.q, from.q_dot, workspace.scratch, workspace.kicked.data());
+  const bool is_finite = advance_modes(
+      plan.propagator, n, {from.q, from.q_low, workspace.kicked.data(), from.q_dot_low}, Q0, Q1, to);
+  kick(plan, to.q, to.q_dot, workspace.scratch, to.q_dot);
+  return is_finite;
+}
+
+/// Frame, then loads at the end, then modes.
+Result advance_once(const External& external, const State& state, const Array& Q_start, const Mat3& R_start,
+                    const StepLoads& loads, const double* q_of_followers, Workspace& workspace) noexcept {
+  const Plan& plan = external.plan;
+  Result result;
+  result.frame = advance_frame(plan, frame_of(state), R_start, loads);
+  result.R_WB = rotation_matrix(result.frame.q_WB);
+  result.load = loads.end();
+  external.generalized(true, result.frame, result.R_WB, workspace.Q_left);
+  if (q_of_followers != nullptr) follow(plan, q_of_followers, external.tick, true, workspace.Q_left.data());
+  result.is_finite = advance_elastic(plan, state, Q_start, workspace) && is_finite(result.frame);
+  return result;
+}
+
+/// The step when forces on the body follow the elastic motion: once with those of the start, then with those
+/// that this first end gives   (THEORY X73, X74).
+Result advance_dependent(const External& external, const State& state, const Mat3& R_start,
+                         Workspace& workspace) noexcept {
+  const Plan& plan = external.plan;
+  StepLoads loads = external.rigid();
+  if (!loads.later) loads.later.emplace(StepLoads::Later{loads.start, loads.start});
+  const StepLoads fixed = loads;
+  DependentLoad start = follow(plan, state.q.data(), external.tick, false, workspace.Q_right.data());
+  const auto add_all = [](DependentLoad& sum, const DependentLoad& more) {
+    sum.force_B = add(sum.force_B, more.force_B);
+    sum.torque_B = add(sum.torque_B, more.torque_B);
+  };
+  add_all(start, feed_back(plan, state.q.data(), state.q_dot.data(), workspace.Q_right.data()));
+  for (RigidLoad* load : {&loads.start, &loads.later->middle, &loads.later->end}) add(start, *load);
+  const Result first =
+      advance_once(external, state, workspace.Q_right, R_start, loads, state.q.data(), workspace);
+  if (!first.is_finite) return first;
+
+  // loads at the end, of the motion found; generalized forces of followers go into the second pass
+  DependentLoad end =
+      feed_back(plan, workspace.next_q.data(), workspace.next_q_dot.data(), workspace.Q_left.data());
+  std::copy(workspace.next_q.begin(), workspace.next_q.end(), workspace.predicted_q.begin());
+  add_all(end, follow(plan, workspace.predicted_q.data(), external.tick, true, workspace.Q_left.data()));
+  loads.later->middle = fixed.later->middle;
+  loads.later->end = fixed.later->end;
+  add(mean(start, end), loads.later->middle);
+  add(end, loads.later->end);
+  return advance_once(external, state, workspace.Q_right, R_start, loads, workspace.predicted_q.data(),
+                      workspace);
+}
+
 /// Moves the next state in; nothing allocates.
-void commit(const Frame& frame, const RigidLoad& load, const Mat3& R_WB, State& state,
-            Workspace& workspace) noexcept {
+void commit(const Plan& plan, const Result& result, State& state, Workspace& workspace) noexcept {
+  const Frame& frame = result.frame;
   state.p_WB = frame.p_WB;
   state.p_WB_low = frame.p_WB_low;
   state.v_WB = frame.v_WB;
@@ -116,8 +195,14 @@ void commit(const Frame& frame, const RigidLoad& load, const Mat3& R_WB, State& 
   state.q_dot.swap(workspace.next_q_dot);
   state.q_dot_low.swap(workspace.next_q_dot_low);
   state.Q.swap(workspace.Q_left);
-  state.force_W = resultant_W(load, R_WB);
-  state.moment_B = moment_B(load, R_WB);
+  if (plan.coupling.path != PlanCoupling::Path::kNone)
+    add_coupling_forces(plan, state.q.data(), state.q_dot.data(), workspace.scratch, state.Q.data());
+  state.force_W = resultant_W(result.load, result.R_WB);
+  state.moment_B = moment_B(result.load, result.R_WB);
+  if (plan.attractor_mu > 0.0)
+    state.moment_B =
+        add(state.moment_B,
+            gradient_torque(plan, multiply_transposed(result.R_WB, sub(state.p_WB, plan.attractor_W))));
   ++state.tick;
   if (state.tick % kFlushTicks == 0) {
     flush(state.q, state.q_low);
@@ -139,24 +224,18 @@ void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& works
   const External external{plan, is_changed ? workspace.next_pattern : state.commands_pattern,
                           state.tick - state.epoch_start_tick};
   const Mat3 R_start = rotation_matrix(state.q_WB);
-  const bool is_fresh = is_changed || state.tick == state.epoch_start_tick || external.jumps();
-  if (is_fresh) external.generalized(false, R_start, workspace.Q_right);
-  const StepLoads loads = external.rigid();
-  // frame, then loads at the end, then modes
-  const Frame frame = advance_frame(plan, frame_of(state), R_start, loads);
-  const Mat3 R_end = rotation_matrix(frame.q_WB);
-  external.generalized(true, R_end, workspace.Q_left);
-  const std::size_t n = index(plan.num_padded);
-  const bool modes_are_finite = advance_modes(
-      plan.propagator, n, {state.q.data(), state.q_low.data(), state.q_dot.data(), state.q_dot_low.data()},
-      is_fresh ? workspace.Q_right.data() : state.Q.data(), workspace.Q_left.data(),
-      {workspace.next_q.data(), workspace.next_q_low.data(), workspace.next_q_dot.data(),
-       workspace.next_q_dot_low.data()});
-  if (!modes_are_finite || !is_finite(frame)) {
+  const bool has_dependent = has_dependent_loads(plan);
+  const bool is_fresh = is_changed || state.tick == state.epoch_start_tick || external.jumps() ||
+                        has_dependent || plan.coupling.path != PlanCoupling::Path::kNone;
+  if (is_fresh) external.generalized(false, frame_of(state), R_start, workspace.Q_right);
+  const Result result = has_dependent ? advance_dependent(external, state, R_start, workspace)
+                                      : advance_once(external, state, is_fresh ? workspace.Q_right : state.Q,
+                                                     R_start, external.rigid(), nullptr, workspace);
+  if (!result.is_finite) {
     report = {.status = StepStatus::kNotFinite};
     return;
   }
-  commit(frame, loads.end(), R_end, state, workspace);
+  commit(plan, result, state, workspace);
   if (is_changed) {
     state.slots.swap(workspace.next_slots);
     std::swap(state.commands_pattern, workspace.next_pattern);

@@ -1,0 +1,141 @@
+#include "core/step/coupling.hpp"
+
+#include <algorithm>
+
+#include "core/step/history.hpp"
+#include "core/step/vector.hpp"
+
+namespace freeflex {
+namespace {
+
+std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
+
+const double* point_rows(const Plan& plan, std::int32_t row) noexcept {
+  return plan.rows.data() + 3 * index(row) * index(plan.num_padded);
+}
+
+Vec3 contract(const double* rows, const double* x, std::size_t n) noexcept {
+  return {dot_lanes(rows, x, n), dot_lanes(rows + n, x, n), dot_lanes(rows + 2 * n, x, n)};
+}
+
+Vec3 feedback_force(const PlanFeedback& feedback, std::size_t n, const double* q, const double* q_dot,
+                    const double* Q) noexcept {
+  Vec3 force =
+      freeflex::add(contract(feedback.q_rows.data(), q, n), contract(feedback.q_dot_rows.data(), q_dot, n));
+  if (!feedback.Q_rows.empty()) force = freeflex::add(force, contract(feedback.Q_rows.data(), Q, n));
+  return force;
+}
+
+std::size_t stride_of(const PlanCoupling& coupling) noexcept {
+  return (2 * coupling.modes.size() + kLanes - 1) / kLanes * kLanes;
+}
+
+}  // namespace
+
+bool has_dependent_loads(const Plan& plan) noexcept {
+  if (!plan.feedbacks.empty()) return true;
+  for (const PlanHistory& history : plan.histories)
+    if (!history.followers.empty()) return true;
+  return false;
+}
+
+void add(const DependentLoad& dependent, RigidLoad& load) noexcept {
+  load.force_B = freeflex::add(load.force_B, dependent.force_B);
+  load.torque_B = freeflex::add(load.torque_B, dependent.torque_B);
+}
+
+DependentLoad mean(const DependentLoad& a, const DependentLoad& b) noexcept {
+  return {scale(0.5, freeflex::add(a.force_B, b.force_B)), scale(0.5, freeflex::add(a.torque_B, b.torque_B))};
+}
+
+DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  DependentLoad sum;
+  for (const PlanHistory& history : plan.histories) {
+    if (history.followers.empty()) continue;
+    const double amplitude =
+        at_end ? amplitude_left(history, plan.period, tick + 1) : amplitude_right(history, plan.period, tick);
+    for (const PlanFollower& follower : history.followers) {
+      const Vec3 theta = contract(follower.turn_rows.data(), q, n);
+      const Vec3 force = scale(amplitude, cross(theta, follower.force_B));
+      combine_rows(point_rows(plan, follower.row), force, true, n, Q);
+      sum.force_B = freeflex::add(sum.force_B, force);
+      sum.torque_B = freeflex::add(sum.torque_B, cross(follower.r, force));
+    }
+  }
+  return sum;
+}
+
+DependentLoad feed_back(const Plan& plan, const double* q, const double* q_dot, const double* Q) noexcept {
+  DependentLoad sum;
+  for (const PlanFeedback& feedback : plan.feedbacks) {
+    const Vec3 force = feedback_force(feedback, index(plan.num_padded), q, q_dot, Q);
+    sum.force_B = freeflex::add(sum.force_B, force);
+    sum.torque_B = freeflex::add(sum.torque_B, cross(feedback.r, force));
+  }
+  return sum;
+}
+
+void add_coupling_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
+                         double* Q) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  // every feedback answers the external load, not the one that others added here
+  const double* external = Q;
+  if (plan.feedbacks.size() > 1) {
+    std::copy_n(Q, n, scratch.begin());
+    external = scratch.data();
+  }
+  for (const PlanFeedback& feedback : plan.feedbacks)
+    combine_rows(point_rows(plan, feedback.row), feedback_force(feedback, n, q, q_dot, external), true, n, Q);
+  for (std::size_t k = 0; k < index(plan.coupling.num_damping); ++k) {
+    const double* row = plan.coupling.damping_rows.data() + k * n;
+    combine_one(row, -dot_lanes(row, q_dot, n), true, n, Q);
+  }
+}
+
+void kick(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
+          double* q_dot_out) noexcept {
+  const PlanCoupling& coupling = plan.coupling;
+  const std::size_t n = index(plan.num_padded), num_kicks = index(coupling.num_kicks);
+  // all rates are those before the kick
+  for (std::size_t k = 0; k < num_kicks; ++k)
+    scratch[k] = dot_lanes(coupling.kick_q_rows.data() + k * n, q, n) +
+                 dot_lanes(coupling.kick_q_dot_rows.data() + k * n, q_dot, n);
+  if (q_dot_out != q_dot) std::copy_n(q_dot, n, q_dot_out);
+  for (std::size_t k = 0; k < num_kicks; ++k)
+    combine_one(coupling.kick_out.data() + k * n, scratch[k], true, n, q_dot_out);
+}
+
+bool advance_coupled(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
+                     Array& scratch, const ModalResult& to) noexcept {
+  const PlanCoupling& coupling = plan.coupling;
+  const std::size_t num_modes = coupling.modes.size(), stride = stride_of(coupling);
+  double* const sum = scratch.data();
+  std::fill_n(sum, stride, 0.0);
+  const double* column = coupling.columns.data();
+  const auto add_columns = [&](const auto& value_of) {
+    for (const std::int32_t mode : coupling.modes) {
+      combine_one(column, value_of(index(mode)), true, stride, sum);
+      column += stride;
+    }
+  };
+  add_columns([&](std::size_t l) { return from.q[l]; });
+  add_columns([&](std::size_t l) { return from.q_dot[l]; });
+  add_columns([&](std::size_t l) { return Q0[l]; });
+  add_columns([&](std::size_t l) { return Q1[l] - Q0[l]; });
+  double check = 0.0;
+  for (std::size_t k = 0; k < num_modes; ++k) {
+    const std::size_t l = index(coupling.modes[k]);
+    to.q[l] = sum[k];
+    to.q_dot[l] = sum[num_modes + k];
+    to.q_low[l] = to.q_dot_low[l] = 0.0;
+    check += (sum[k] - sum[k]) + (sum[num_modes + k] - sum[num_modes + k]);
+  }
+  return check == 0.0;
+}
+
+std::size_t coupling_scratch_size(const Plan& plan) noexcept {
+  return std::max({stride_of(plan.coupling), index(plan.num_padded), index(plan.coupling.num_kicks)});
+}
+
+}  // namespace freeflex

@@ -1,0 +1,45 @@
+// Forces that follow the elastic motion, and modes that dashpots and feedback keep from being independent.
+#pragma once
+
+#include <cstdint>
+
+#include "core/step/frame.hpp"
+#include "core/step/kernels.hpp"
+
+namespace freeflex {
+
+/// True when a force on the body depends on the elastic motion: followers or feedback   (THEORY X73, X74).
+bool has_dependent_loads(const Plan& plan) noexcept;
+
+/// Resultant of the loads that depend on the elastic motion, body axes.
+struct DependentLoad {
+  Vec3 force_B{};   // [N]
+  Vec3 torque_B{};  // [N m] about the centre of mass
+};
+void add(const DependentLoad& dependent, RigidLoad& load) noexcept;
+DependentLoad mean(const DependentLoad& a, const DependentLoad& b) noexcept;
+
+/// What followers add to the same forces in body axes, amplitude * theta(q) x f; generalized forces go to Q
+/// (X73).
+DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept;
+
+/// Forces of feedback; their generalized forces are in the propagator   (X74).
+/// \param Q  [N] (num_padded) external generalized forces, followers among them
+DependentLoad feed_back(const Plan& plan, const double* q, const double* q_dot, const double* Q) noexcept;
+
+/// Adds the generalized forces of dashpots and feedback, for accelerations and rigid links that are read out.
+void add_coupling_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
+                         double* Q) noexcept;
+
+/// q_dot_out = q_dot + half a kick of dashpots and feedback   (X76); the two may be one.
+void kick(const Plan& plan, const double* q, const double* q_dot, Array& scratch, double* q_dot_out) noexcept;
+
+/// Coupled modes one period later, over what the propagator of single modes left for them   (X75). True when
+/// finite.
+bool advance_coupled(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
+                     Array& scratch, const ModalResult& to) noexcept;
+
+/// Doubles that scratch needs, in all of these.
+std::size_t coupling_scratch_size(const Plan& plan) noexcept;
+
+}  // namespace freeflex

@@ -1,0 +1,23 @@
+// Accelerations that depend on place: the spin's centrifugal field and an attractor's (THEORY X70-X72).
+#pragma once
+
+#include "core/step/state.hpp"
+#include "core/step/vector.hpp"
+
+namespace freeflex {
+
+/// Acceleration of free fall at a place [m/s^2], world axes: uniform gravity, or the attractor's.
+Vec3 gravity_at(const Plan& plan, const Vec3& p_W) noexcept;
+
+/// Torque of an attractor's gravity gradient about the centre of mass [N m], in the axes of rho and inertia:
+/// 3 mu / |rho|^5 rho x I rho   (THEORY X72). \param rho  [m] centre of mass from the attractor, body axes
+Vec3 gradient_torque(const Plan& plan, const Vec3& rho) noexcept;
+
+/// True when the plan has a field that loads elastic coordinates.
+inline bool has_field(const Plan& plan) noexcept { return plan.has_spin_load || plan.attractor_mu > 0.0; }
+
+/// Adds the field's generalized forces, Q_l += S : sum m r b_l, with S r its acceleration in body axes
+/// (THEORY X70). \param H_W  [kg m^2/s] angular momentum; p_W  [m] centre of mass; R_WB attitude
+void add_field(const Plan& plan, const Mat3& R_WB, const Vec3& H_W, const Vec3& p_W, double* Q) noexcept;
+
+}  // namespace freeflex
