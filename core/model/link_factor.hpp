@@ -78,7 +78,8 @@ DeformationRows plate_rows(const Scene& scene, const Link& link, const Freedoms&
 /// Forces and moments of a plate per length, from its natural forces: Nxx Nyy Nxy [N/m], positive in tension,
 /// and mean Mxx Myy Mxy [N], M the integral of the stress times z, positive where the face at +z is
 /// stretched. Local axes: x from the first point to the second, z the normal about which the points run
-/// counterclockwise (THEORY X62). \return (6 x num_rows of plate_rows)
+/// counterclockwise   (THEORY X62).
+/// \return (6 x num_rows of plate_rows)
 Eigen::MatrixXd plate_resultants(const Scene& scene, const Link& link);
 
 /// Rows of a matrix link from its own matrix, freed of rigid motion and of its null space   (THEORY X46,

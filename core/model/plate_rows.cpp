@@ -1,7 +1,7 @@
-// Natural deformations of a triangular plate: constant-strain membrane and discrete Kirchhoff bending (THEORY
-// X62).
+// Triangular plate (THEORY X62): constant-strain membrane, discrete Kirchhoff bending.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <array>
 #include <cmath>
 
 #include "core/model/link_factor.hpp"
