@@ -97,14 +97,16 @@ Fields::Fields(Report& report, const Node& node, std::string label, std::vector<
   std::vector<std::string_view> absent;  // keys a misspelt one may stand for
   for (const std::string_view key : keys_)
     if (!find(key)) absent.push_back(key);
-  for (const auto& [key, value] : node.entries) {
-    if (std::find(keys_.begin(), keys_.end(), key->text) != keys_.end()) continue;
+  for (const auto& entry : node.entries) {
+    const Node& key = *entry.first;
+    if (std::find(keys_.begin(), keys_.end(), key.text) != keys_.end()) continue;
     const auto reason =
-        std::find_if(refused.begin(), refused.end(), [&](const RefusedKey& r) { return r.key == key->text; });
-    report.error(key->origin, reason != refused.end()
-                                  ? label_of(key->text) + " " + std::string(reason->reason)
-                                  : label_ + ": unknown key " + quote(key->text) +
-                                        did_you_mean(key->text, absent) + "; allowed: " + join(keys_));
+        std::find_if(refused.begin(), refused.end(), [&](const RefusedKey& r) { return r.key == key.text; });
+    if (reason != refused.end())
+      report.error(key.origin, label_of(key.text) + " " + std::string(reason->reason));
+    else
+      report.error(key.origin, label_ + ": unknown key " + quote(key.text) + did_you_mean(key.text, absent) +
+                                   "; allowed: " + join(keys_));
   }
 }
 

@@ -38,6 +38,12 @@ std::string count_points(std::size_t count) {
   return std::to_string(count) + (count == 1 ? " point" : " points");
 }
 
+std::string describe_repeated(const std::string& label, const std::string& point, std::size_t size) {
+  if (size == 2) return label + " joins the point " + quote(point) + " to itself";
+  return label + " names the point " + quote(point) + " twice among " + std::to_string(size) +
+         " that follow one another, must be different points";
+}
+
 LinkKind read_spring(Report&, const Fields& fields) {
   Spring spring;
   fields.require("stiffness", kStiffness, spring.stiffness);
@@ -118,12 +124,12 @@ LinkKind read_plate(Report&, const Fields& fields) {
   return plate;
 }
 
-LinkKind read_stiffness_matrix(Report&, const Fields&) { return MatrixLink{}; }
+LinkKind read_stiffness_matrix(Report&, const Fields&) { return LinkKind(std::in_place_type<MatrixLink>); }
 
 LinkKind read_flexibility_matrix(Report&, const Fields&) {
-  MatrixLink link;
-  link.is_flexibility = true;
-  return link;
+  LinkKind kind(std::in_place_type<MatrixLink>);
+  std::get<MatrixLink>(kind).is_flexibility = true;
+  return kind;
 }
 
 LinkKind read_rigid(Report&, const Fields&) { return Rigid{}; }
@@ -274,11 +280,8 @@ void SceneReader::read_chain(const Fields& fields, const LinkForm& form, Link li
     const auto first = points->begin() + static_cast<std::ptrdiff_t>(i);
     link.points.assign(first, first + static_cast<std::ptrdiff_t>(size));
     if (const auto point = is_chain ? find_repeated(link.points) : std::nullopt) {
-      const std::string who = quote(scene_.points[static_cast<std::size_t>(*point)].name);
-      report_.error(ends.origin, size == 2 ? label + " joins the point " + who + " to itself"
-                                           : label + " names the point " + who + " twice among " +
-                                                 std::to_string(size) +
-                                                 " that follow one another, must be different points");
+      const std::string& name_twice = scene_.points[static_cast<std::size_t>(*point)].name;
+      report_.error(ends.origin, describe_repeated(label, name_twice, size));
       return;
     }
     if (!add_link(link)) return;
@@ -296,11 +299,10 @@ void SceneReader::read_matrix(const Fields& fields, const LinkForm& form, Link l
                                       ", must be a list of " + std::to_string(form.num_points) + " or more");
   // the link stands even when its matrix does not, so that its name is known
   else if (points && source) {
-    auto& target = std::get<MatrixLink>(link.kind);
-    const MatrixContent content{target.is_flexibility ? "flexibility" : "stiffness",
-                                target.is_flexibility ? "m/N" : "N/m", 3 * points->size(),
-                                "3 rows for each of " + count_points(points->size())};
-    if (auto matrix = read_matrix_market(report_, *source, content)) target.matrix.swap(*matrix);
+    auto& [matrix, is_flexibility] = std::get<MatrixLink>(link.kind);
+    const MatrixContent content{is_flexibility ? "flexibility" : "stiffness", is_flexibility ? "m/N" : "N/m",
+                                3 * points->size(), "3 rows for each of " + count_points(points->size())};
+    read_matrix_market(report_, *source, content, matrix);
     link.points = *points;
   }
   add_link(std::move(link));

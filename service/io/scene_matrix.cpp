@@ -35,14 +35,13 @@ class MatrixReader {
         size_(content.size),
         rest_(report.text(source)) {}
 
-  std::optional<Eigen::SparseMatrix<double>> read() {
-    if (!read_header() || !read_sizes()) return std::nullopt;
+  void read(Eigen::SparseMatrix<double>& matrix) {
+    if (!read_header() || !read_sizes()) return;
     read_entries();
     check_count();
     if (num_faults_ == 0) check_duplicates();
     if (num_faults_ == 0 && !is_symmetric_) check_symmetry();
-    if (num_faults_ > 0) return std::nullopt;
-    return assemble();
+    if (num_faults_ == 0) assemble(matrix);
   }
 
  private:
@@ -217,7 +216,7 @@ class MatrixReader {
              "; they may differ by 1e-9 of the largest entry: correct one, or write their mean in both");
   }
 
-  Eigen::SparseMatrix<double> assemble() const {
+  void assemble(Eigen::SparseMatrix<double>& matrix) const {
     std::vector<Eigen::Triplet<double>> triplets;
     triplets.reserve(2 * entries_.size());
     for (const Entry& entry : entries_) {
@@ -232,9 +231,8 @@ class MatrixReader {
       triplets.emplace_back(column, row, value);
     }
     const auto size = static_cast<Eigen::Index>(size_);
-    Eigen::SparseMatrix<double> matrix(size, size);
+    matrix.resize(size, size);
     matrix.setFromTriplets(triplets.begin(), triplets.end());
-    return matrix;
   }
 
   Report& report_;
@@ -254,9 +252,9 @@ class MatrixReader {
 
 }  // namespace
 
-std::optional<Eigen::SparseMatrix<double>> read_matrix_market(Report& report, int source,
-                                                              const MatrixContent& content) {
-  return MatrixReader(report, source, content).read();
+void read_matrix_market(Report& report, int source, const MatrixContent& content,
+                        Eigen::SparseMatrix<double>& matrix) {
+  MatrixReader(report, source, content).read(matrix);
 }
 
 }  // namespace freeflex::io::reader

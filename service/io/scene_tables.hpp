@@ -68,9 +68,10 @@ struct MatrixContent {
   std::string size_reason;      // why that size: "3 rows for each of 115 points"
 };
 
-/// Symmetric matrix from Matrix Market text: coordinate or array, real or integer, symmetric or general.
-/// nullopt after reporting. A general matrix must be symmetric to 1e-9 of its largest entry and is averaged.
-std::optional<Eigen::SparseMatrix<double>> read_matrix_market(Report& report, int source,
-                                                              const MatrixContent& content);
+/// Reads a symmetric matrix from Matrix Market text: coordinate or array, real or integer, symmetric or
+/// general. A general matrix must be symmetric to 1e-9 of its largest entry and is averaged. After a fault,
+/// which is reported, the matrix is left as it was.
+void read_matrix_market(Report& report, int source, const MatrixContent& content,
+                        Eigen::SparseMatrix<double>& matrix);
 
 }  // namespace freeflex::io::reader
