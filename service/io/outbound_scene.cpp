@@ -35,9 +35,8 @@ std::vector<freeflex_msgs::scene_link_t> make_links(const Plan& plan) {
   for (std::size_t i = 0; i < links.size(); ++i) {
     links[i].name = plan.links[i].name;
     links[i].kind = plan.links[i].kind;
-    const auto& points = plan.links[i].points;  // none for a matrix
-    std::fill_n(links[i].points, 2, -1);
-    std::copy_n(points.begin(), std::min<std::size_t>(points.size(), 2), links[i].points);
+    links[i].num_points = static_cast<std::int32_t>(plan.links[i].points.size());
+    links[i].points = plan.links[i].points;
     links[i].is_published = 0;
   }
   for (const PlanLinkOutput& output : plan.link_outputs)

@@ -117,11 +117,8 @@ TEST(Beams, CollinearChainDropsItsOneFreeRotationAndKeepsEveryMode) {
 
 // forces of the end of a beam at a point, scene axes: force, then moment
 Eigen::Matrix<double, 6, 1> end_force(const Scene& scene, const LinkForceRows& force,
-                                      const Eigen::VectorXd& V, int end) {
-  Eigen::VectorXd local_V(3 * static_cast<Eigen::Index>(force.columns_points.size()));
-  for (std::size_t k = 0; k < force.columns_points.size(); ++k)
-    local_V.segment<3>(3 * static_cast<Eigen::Index>(k)) = V.segment<3>(3 * force.columns_points[k]);
-  const Eigen::VectorXd all = force.rows * local_V;
+                                      const Eigen::VectorXd& q, int end) {
+  const Eigen::VectorXd all = force.rows * q;
   const Eigen::Matrix3d axes = axes_of(scene, scene.links[static_cast<std::size_t>(force.link)]);
   Eigen::Matrix<double, 6, 1> turned;
   turned << axes * all.segment<3>(6 * end), axes * all.segment<3>(6 * end + 3);
@@ -135,14 +132,15 @@ TEST(Beams, EndForcesBalanceEachBeamEachJointAndTheStiffness) {
   const LinkFactor factor = factor_links(scene, false, faults);
   std::mt19937_64 engine(3);
   std::normal_distribution<double> normal;
-  Eigen::VectorXd V(15);
-  for (double& each : V) each = 1e-3 * normal(engine);
+  Eigen::VectorXd q(structure.omega.size());
+  for (double& each : q) each = 1e-3 * normal(engine);
+  const Eigen::VectorXd V = structure.shapes * q;
 
   Eigen::VectorXd point_force = Eigen::VectorXd::Zero(15), joint_moment = Eigen::VectorXd::Zero(15);
   double largest = 0.0;
   for (const LinkForceRows& force : structure.link_forces) {
     const Link& link = scene.links[static_cast<std::size_t>(force.link)];
-    const auto first = end_force(scene, force, V, 0), second = end_force(scene, force, V, 1);
+    const auto first = end_force(scene, force, q, 0), second = end_force(scene, force, q, 1);
     const Eigen::Vector3d span = scene.points[static_cast<std::size_t>(link.points[1])].position -
                                  scene.points[static_cast<std::size_t>(link.points[0])].position;
     largest = std::max({largest, first.norm(), second.norm()});
@@ -168,16 +166,14 @@ TEST(Beams, AxialForceOfAStretchedBeamIsTensionAtItsSecondEnd) {
   add_link(scene, 1, 0, Spring{7e4});
   scene.publication.links = {0, 1, 2};
   const Structure structure = build(scene);
-  Eigen::VectorXd V(6);
-  V << 0.0, 0.0, 0.0, 1e-3, 0.0, 0.0;
-  const Eigen::VectorXd beam = structure.link_forces[0].rows * V;
+  // the one elastic mode stretches by 1 mm
+  const double stretch = structure.shapes(3, 0) - structure.shapes(0, 0);
+  const Eigen::VectorXd q = Eigen::VectorXd::Constant(1, 1e-3 / stretch);
+  const Eigen::VectorXd beam = structure.link_forces[0].rows * q;
   EXPECT_NEAR(beam[0], -300.0, 1e-11);
   EXPECT_NEAR(beam[6], 300.0, 1e-11);
-  EXPECT_NEAR((structure.link_forces[1].rows * V)[0], 200.0, 1e-11);
-  // the spring counts from its own first point
-  Eigen::VectorXd turned(6);
-  turned << V.tail<3>(), V.head<3>();
-  EXPECT_NEAR((structure.link_forces[2].rows * turned)[0], 70.0, 1e-12);
+  EXPECT_NEAR((structure.link_forces[1].rows * q)[0], 200.0, 1e-11);
+  EXPECT_NEAR((structure.link_forces[2].rows * q)[0], 70.0, 1e-12);
 }
 
 }  // namespace

@@ -31,6 +31,10 @@ Scene in_other_axes(const Scene& scene, const Eigen::Quaterniond& Q, const Eigen
   set_attitude(result, attitude);
   result.initial.position = scene.initial.position - attitude * t;
   result.initial.angular_velocity = Q * scene.initial.angular_velocity;
+  for (Feedback& feedback : result.feedbacks)
+    for (Eigen::Matrix3d* gain :
+         {&feedback.displacement_gain, &feedback.velocity_gain, &feedback.acceleration_gain})
+      *gain = Q * *gain * Q.conjugate().toRotationMatrix();
   for (Initial::PointElastic& item : result.initial.points) {
     item.displacement = Q * item.displacement;
     item.velocity = Q * item.velocity;
@@ -41,7 +45,7 @@ Scene in_other_axes(const Scene& scene, const Eigen::Quaterniond& Q, const Eigen
 Scene in_turned_world(const Scene& scene, const Eigen::Quaterniond& Q) {
   Scene result = scene;
   for (Load& load : result.loads) {
-    if (load.axes == Axes::kBody) continue;
+    if (load.axes != Axes::kWorld) continue;
     for (PointLoad& item : load.forces) item.force = Q * item.force;
     for (WrenchLoad& item : load.wrenches) item.force = Q * item.force, item.torque = Q * item.torque;
   }
@@ -66,15 +70,16 @@ Scene renumbered(const Scene& scene, std::span<const int> points, std::span<cons
   for (std::size_t i = 0; i < links.size(); ++i) {
     result.links[i] = scene.links[static_cast<std::size_t>(links[i])];
     for (int& point : result.links[i].points) renumber(point);
-    if (auto* matrix = std::get_if<MatrixLink>(&result.links[i].kind)) {
-      for (int& point : matrix->points) renumber(point);
-    }
   }
   for (Group& group : result.groups) {
     for (int& point : group.points) renumber(point);
   }
   for (Load& load : result.loads) {
     for (PointLoad& item : load.forces) renumber(item.point);
+  }
+  for (Feedback& feedback : result.feedbacks) {
+    renumber(feedback.point);
+    renumber(feedback.sensor);
   }
   for (Initial::PointElastic& item : result.initial.points) renumber(item.point);
   return result;
