@@ -70,6 +70,7 @@ class Names {
                              const std::string& label) const;
   /// A list could not be read whole: names that are not found are no longer reported.
   void mark_incomplete() { is_complete_ = false; }
+  bool is_complete() const { return is_complete_; }
 
  private:
   std::string noun_;
