@@ -220,7 +220,6 @@ bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, dou
   }
   if (pattern.has_body) {
     combine_one(pattern.Q_B.data(), amplitude, accumulate, n, Q);
-    accumulate = true;
   }
   return pattern.has_world || pattern.has_body;
 }
