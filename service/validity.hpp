@@ -6,8 +6,8 @@
 namespace freeflex::service {
 
 /// Beyond these a motion is outside what the method can answer (README, "When not to trust it").
-inline constexpr double kMaxDisplacementRatio = 0.01;  // [-]
-inline constexpr double kMaxSpinRatio = 0.1;           // [-]
+inline constexpr double kMaxDisplacementRatio = 1e-3;  // [-] elastic error some 10 %
+inline constexpr double kMaxSpinRatio = 0.1;           // [-] elastic error some 3 %
 
 /// The ratios of status_t for one plan. Allocates nothing after construction.
 class Validity {

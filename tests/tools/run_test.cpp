@@ -88,7 +88,7 @@ TEST_F(Run, WarnsOfDisplacementsThatAreNotSmall) {
   const Outcome outcome = run_scene(stretched_and_spun(2e-2, 0.0), "--until 1 --out a.log");
   EXPECT_EQ(outcome.exit_code, 0);
   EXPECT_TRUE(
-      contains(outcome.err, "warning: displacement ratio 0.04 is above 0.01: outside what the method can"))
+      contains(outcome.err, "warning: displacement ratio 0.04 is above 0.001: outside what the method can"))
       << outcome.err;
   EXPECT_FALSE(contains(outcome.err, "spin ratio")) << outcome.err;
 }
