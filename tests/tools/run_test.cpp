@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <iomanip>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -68,19 +69,19 @@ TEST_F(Run, NothingOfASceneIsWrittenOver) {
 
 TEST_F(Run, ReportsTheRatiosOfAStretchedAndSpunPair) {
   // the displacement is largest at the start; the spin of a collinear body across its line stays
-  const Outcome outcome = run_scene(stretched_and_spun(2e-3, 0.3), "--until 2 --json --out a.csv");
+  const Outcome outcome = run_scene(stretched_and_spun(2e-4, 0.1), "--until 2 --json --out a.csv");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json json = Json::parse(outcome.out);
-  const double spin_ratio = 0.3 * 0.3 / 200.0 * 0.5 / 2e-3;
-  EXPECT_NEAR(json["displacement_ratio"], 2e-3 / 0.5, 1e-15);  // a few roundings of 4e-3
+  const double spin_ratio = 0.1 * 0.1 / 200.0 * 0.5 / 2e-4;
+  EXPECT_NEAR(json["displacement_ratio"], 2e-4 / 0.5, 1e-16);  // a few roundings of 4e-4
   EXPECT_NEAR(json["spin_ratio"], spin_ratio, 1e-13 * spin_ratio);
   EXPECT_TRUE(
-      contains(outcome.err, "warning: spin ratio 0.11 is above 0.1: outside what the method can answer"))
+      contains(outcome.err, "warning: spin ratio 0.12 is above 0.1: outside what the method can answer"))
       << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "README, 'When not to trust it'")) << outcome.err;
   EXPECT_FALSE(contains(outcome.err, "displacement ratio")) << outcome.err;
-  const Outcome text = run_scene(stretched_and_spun(2e-3, 0.03), "--until 2 --out a.csv");
-  EXPECT_TRUE(contains(text.out, "; displacement ratio 4.0e-03, spin ratio 1.1e-03\n")) << text.out;
+  const Outcome text = run_scene(stretched_and_spun(2e-4, 0.01), "--until 2 --out a.csv");
+  EXPECT_TRUE(contains(text.out, "; displacement ratio 4.0e-04, spin ratio 1.2e-03\n")) << text.out;
   EXPECT_TRUE(text.err.empty()) << text.err;
 }
 
@@ -94,15 +95,18 @@ TEST_F(Run, WarnsOfDisplacementsThatAreNotSmall) {
 }
 
 TEST_F(Run, AVibrationThroughZeroIsNoSpinRatio) {
-  // starts undeformed: 2 mm are reached a quarter period later, and looked at within 8 of 444 ticks of a peak
-  const double velocity = 2e-3 * std::sqrt(200.0);
-  const std::string v = std::to_string(velocity);
+  // starts undeformed: 0.2 mm are reached a quarter period later, and looked at within 8 of 444 ticks of a
+  // peak
+  const double velocity = 2e-4 * std::sqrt(200.0);
+  std::ostringstream text;
+  text << std::setprecision(17) << velocity;
+  const std::string v = text.str();
   const Outcome outcome =
-      run_scene(pair("initial:\n  angular_velocity: [0, 0, 0.03]\n  points: {a: {velocity: [-" + v +
+      run_scene(pair("initial:\n  angular_velocity: [0, 0, 0.01]\n  points: {a: {velocity: [-" + v +
                      ", 0, 0]}, b: {velocity: [" + v + ", 0, 0]}}\n"),
                 "--until 5 --json --out a.csv");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
-  const double spin_ratio = 0.03 * 0.03 / 200.0 * 0.5 / 2e-3;
+  const double spin_ratio = 0.01 * 0.01 / 200.0 * 0.5 / 2e-4;
   EXPECT_NEAR(Json::parse(outcome.out)["spin_ratio"], spin_ratio, 0.01 * spin_ratio);
   EXPECT_TRUE(outcome.err.empty()) << outcome.err;
 }
