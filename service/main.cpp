@@ -19,6 +19,7 @@
 #include "messages/channels.hpp"
 #include "service/daemon.hpp"
 #include "service/ingress.hpp"
+#include "service/io/scene_text.hpp"
 
 namespace {
 
@@ -35,12 +36,11 @@ Environment:
 
 Exit status: 0 ended as told (SIGINT, SIGTERM, SIGHUP, STOP, --until), 1 failed at run time, 2 wrong usage or scene.)";
 
-/// A number that is_right takes, as a CLI11 check.
+/// A number as scenes take it, that is_right takes, as a CLI11 check.
 auto must_be(const char* allowed, bool (*is_right)(double)) {
   return [allowed, is_right](const std::string& text) {
-    char* end = nullptr;
-    const double value = std::strtod(text.c_str(), &end);
-    if (end != text.c_str() && *end == '\0' && is_right(value)) return std::string{};
+    const std::optional<double> value = freeflex::io::reader::parse_number(text, {"-"}).value;
+    if (value && is_right(*value)) return std::string{};
     return "found '" + text + "', must be " + allowed;
   };
 }

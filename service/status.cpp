@@ -9,14 +9,7 @@ namespace freeflex::service {
 
 namespace {
 
-constexpr double kLargestRatio = 1e9;  // what an unbounded ratio is published as
-
-double norm(const Vec3& v) { return std::hypot(v[0], v[1], v[2]); }
 double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-/// numerator / denominator for ratios of which 0/0 means none.
-double ratio(double numerator, double denominator) {
-  return numerator == 0.0 ? 0.0 : std::min(numerator / denominator, kLargestRatio);
-}
 
 }  // namespace
 
@@ -27,13 +20,11 @@ StatusReporter::StatusReporter(const Plan& plan, const Identity& identity, const
       output_(output),
       shared_(shared),
       restarts_(restarts),
+      validity_(plan),
       lateness_(output.lateness),
       compute_(output.compute),
       command_latency_(output.command_latency) {
   is_damped_ = std::ranges::any_of(plan.decay, [](double decay) { return decay > 0.0; });
-  const auto first = std::ranges::find_if(plan.omega, [](double omega) { return omega > 0.0; });
-  if (first != plan.omega.end()) omega_1_ = *first;
-  for (const PlanPoint& point : plan.points) size_ = std::max(size_, norm(point.r));
 }
 
 freeflex_msgs::status_t StatusReporter::report(const Snapshot& snapshot, std::int64_t utime) {
@@ -108,24 +99,20 @@ void StatusReporter::fill_drift(const Snapshot& snapshot, const Invariants& inva
     baseline_ = {snapshot.state.epoch, snapshot.state.tick, energy, H_W};
   }
   if (!is_damped_)
-    status.energy_drift = ratio(std::abs(energy - baseline_.energy), std::abs(baseline_.energy));
+    status.energy_drift = bounded_ratio(std::abs(energy - baseline_.energy), std::abs(baseline_.energy));
   const Vec3 change{H_W[0] - baseline_.H_W[0], H_W[1] - baseline_.H_W[1], H_W[2] - baseline_.H_W[2]};
-  status.momentum_drift = ratio(norm(change), norm(baseline_.H_W));
+  status.momentum_drift = bounded_ratio(norm(change), norm(baseline_.H_W));
 }
 
 void StatusReporter::fill_validity(const Snapshot& snapshot, const Invariants& invariants,
                                    freeflex_msgs::status_t& status) const {
-  for (const std::int32_t point : plan_.published_points) {
-    status.max_displacement =
-        std::max(status.max_displacement, norm(read_point(plan_, snapshot.state, point).V_B));
-  }
-  const double V = status.max_displacement;
-  const double spin = norm(angular_velocity(plan_, snapshot.state));
-  if (size_ > 0.0) status.displacement_ratio = V / size_;
-  if (omega_1_ > 0.0) status.spin_ratio = ratio(spin * spin / (omega_1_ * omega_1_) * size_, V);
+  const double V = validity_.max_displacement(snapshot.state);
+  status.max_displacement = V;
+  status.displacement_ratio = validity_.displacement_ratio(V);
+  status.spin_ratio = validity_.spin_ratio(norm(angular_velocity(plan_, snapshot.state)), V);
   if (V > 0.0) {
     const double translation = norm(invariants.eckart_translation) / (plan_.mass * V);
-    const double rotation = norm(invariants.eckart_rotation) / (plan_.mass * size_ * V);
+    const double rotation = norm(invariants.eckart_rotation) / (plan_.mass * validity_.size() * V);
     status.eckart_residual = std::max(translation, rotation);
   }
 }

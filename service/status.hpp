@@ -9,6 +9,7 @@
 #include "service/loop.hpp"
 #include "service/output.hpp"
 #include "service/shared.hpp"
+#include "service/validity.hpp"
 
 namespace freeflex::service {
 
@@ -51,11 +52,10 @@ class StatusReporter {
   const Output& output_;
   const SharedBlock& shared_;
   const std::atomic<std::int64_t>& restarts_;
+  Validity validity_;
   SlidingPercentiles lateness_, compute_, command_latency_;
   Baseline baseline_;
   bool is_damped_ = false;
-  double omega_1_ = 0.0;  // [rad/s] lowest nonzero elastic frequency; 0: none
-  double size_ = 0.0;     // [m] max |r|
 };
 
 /// Why the loop is in fault, in words; empty when it is not.

@@ -23,8 +23,7 @@ struct Options {
 };
 
 int compile(const Options& options) {
-  if (would_overwrite(options.scene, options.plan)) return kExitUsage;
-  const std::optional<Plan> plan = load_or_explain(options.scene, options.rate);
+  const std::optional<Plan> plan = load_or_explain(options.scene, options.rate, options.plan);
   if (!plan) return kExitUsage;
   const std::string error = io::save_plan(*plan, options.plan);
   if (!error.empty()) {

@@ -32,12 +32,18 @@ void print_json(const Json& value, int indent) {
 
 void print_error(const std::string& text) { std::fprintf(stderr, "freeflex: error: %s\n", text.c_str()); }
 
+void print_warning(const std::string& text) { std::fprintf(stderr, "freeflex: warning: %s\n", text.c_str()); }
+
 void print_faults(const Faults& faults, const std::vector<std::string>& sources) {
   for (const Fault& fault : faults) std::fprintf(stderr, "%s\n", io::format_fault(fault, sources).c_str());
 }
 
-std::optional<Plan> load_or_explain(const std::string& path, double rate) {
+std::optional<Plan> load_or_explain(const std::string& path, double rate, const std::string& output) {
+  if (would_overwrite(path, output)) return std::nullopt;
   io::PlanResult result = io::load_plan(path);
+  for (const std::string& source : result.sources) {
+    if (would_overwrite(source, output)) return std::nullopt;
+  }
   print_faults(result.faults, result.sources);
   if (result.plan && rate > 0.0) set_rate(*result.plan, rate);
   return std::move(result.plan);
@@ -45,11 +51,13 @@ std::optional<Plan> load_or_explain(const std::string& path, double rate) {
 
 bool would_overwrite(const std::string& input, const std::string& output) {
   std::error_code ignored;
-  if (!std::filesystem::is_regular_file(input, ignored) ||
-      !std::filesystem::equivalent(input, output, ignored))
-    return false;
-  print_error(output + " is what is read: name another file to write");
-  return true;
+  if (!std::filesystem::is_regular_file(input, ignored)) return false;
+  for (const std::string& written : {output, output + ".partial"}) {
+    if (!std::filesystem::equivalent(input, written, ignored)) continue;
+    print_error(written + " is read, as " + input + ": name another file to write");
+    return true;
+  }
+  return false;
 }
 
 std::string format_text(const char* format, ...) {

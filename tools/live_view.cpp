@@ -117,9 +117,9 @@ void LiveView::take_status(const freeflex_msgs::status_t& status) {
     const double seconds = static_cast<double>(status.utime - status_->utime) * 1e-6;
     const double rate = static_cast<double>(status.tick - status_->tick) / seconds;
     // over about a second: a single pair would show the lateness of the publisher
-    measured_rate_ = measured_rate_ == 0.0 ? rate : measured_rate_ + 0.1 * (rate - measured_rate_);
+    measured_rate_ = measured_rate_ ? *measured_rate_ + 0.1 * (rate - *measured_rate_) : rate;
   } else {
-    measured_rate_ = 0.0;
+    measured_rate_.reset();
   }
   status_ = status;
 }
@@ -143,6 +143,10 @@ void LiveView::note(const std::string& text) {
   if (notes_.size() > kMaxNotes) notes_.pop_front();
 }
 
+std::string LiveView::rate_text() const {
+  return measured_rate_ ? format_text("%.1f Hz", *measured_rate_) : "not measured yet";
+}
+
 std::string LiveView::header_text() const {
   const std::string name = scene_.is_complete() ? scene_.head().name : "?";
   const double silence = static_cast<double>(wall_clock_us() - last_heard_us_) * 1e-6;
@@ -153,10 +157,9 @@ std::string LiveView::header_text() const {
   if (!status_->fault.empty()) out += std::string(kAlarm) + "fault      " + status_->fault + kPlain + "\n";
   if (silence > 2.0)
     out += std::string(kAlarm) + format_text("silent     for %.0f s", silence) + kPlain + "\n";
-  out += "rate       " + bold(format_text("%.1f Hz", measured_rate_)) +
-         format_text(" of %.10g Hz   ", status_->rate) + alarming("overruns", status_->overruns) + "   " +
-         alarming("slips", status_->slips) + "   " + alarming("ingress restarts", status_->ingress_restarts) +
-         "\n\n";
+  out += "rate       " + bold(rate_text()) + format_text(" of %.10g Hz   ", status_->rate) +
+         alarming("overruns", status_->overruns) + "   " + alarming("slips", status_->slips) + "   " +
+         alarming("ingress restarts", status_->ingress_restarts) + "\n\n";
   return out;
 }
 
@@ -251,8 +254,8 @@ std::string LiveView::page(const std::string& bus, int num_rows) const {
 std::string LiveView::line() const {
   if (!status_) return "waiting for a daemon";
   std::string out =
-      format_text("tick %lld, %s, %.1f Hz, late p99 %.0f us, overruns %lld, slips %lld",
-                  static_cast<long long>(status_->tick), mode_name(status_->mode), measured_rate_,
+      format_text("tick %lld, %s, rate %s, late p99 %.0f us, overruns %lld, slips %lld",
+                  static_cast<long long>(status_->tick), mode_name(status_->mode), rate_text().c_str(),
                   status_->lateness_us[1], static_cast<long long>(status_->overruns),
                   static_cast<long long>(status_->slips));
   if (state_) {

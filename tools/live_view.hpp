@@ -43,6 +43,7 @@ class LiveView {
   void take_status(const freeflex_msgs::status_t& status);
   void take_points(const freeflex_msgs::points_t& points);
   void note(const std::string& text);
+  std::string rate_text() const;
   std::string header_text() const;
   std::string motion_text() const;
   std::string elastic_text(std::size_t num_modes) const;
@@ -52,7 +53,7 @@ class LiveView {
   SceneCatalogue scene_;
   std::optional<freeflex_msgs::status_t> status_;
   std::optional<freeflex_msgs::state_t> state_;
-  double measured_rate_ = 0.0;  // [Hz] ticks per second of wall clock
+  std::optional<double> measured_rate_;  // [Hz] ticks per second of wall clock; needs two status
   std::int64_t points_tick_ = -1;
   double largest_displacement_ = 0.0;  // [m] of the published points at points_tick_
   std::int32_t largest_point_ = -1;

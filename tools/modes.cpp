@@ -182,7 +182,7 @@ void add_modes(CLI::App& app, int& exit_code) {
   command->add_option("SCENE", options->input, "scene or plan file")->required();
   command->add_option("--count", options->count, "frequencies to print, 0 for all")
       ->capture_default_str()
-      ->check(whole_number(0))
+      ->check(whole_number(0, kMost<int>))
       ->type_name("N");
   command->add_flag("--json", options->json, "one JSON object on standard output, all frequencies");
   command->footer(

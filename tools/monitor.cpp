@@ -84,18 +84,20 @@ class Overview {
     channel.fields = std::move(decoded.fields);
   }
 
-  /// \param seconds  [s] since the last table
-  std::string table(double seconds, const std::string& bus) {
+  /// \param seconds  [s] since the last table; nullopt: too short for a rate
+  std::string table(std::optional<double> seconds, const std::string& bus) {
     std::string out = format_text("%-20s %9s %10s %8s %15s %6s  %s\n", "channel", "rate [Hz]", "[kB/s]",
                                   "count", "size [B]", "gaps", "last message");
     for (auto& [name, channel] : channels_) {
       const std::string sizes = channel.smallest == channel.largest ? std::to_string(channel.largest)
                                                                     : std::to_string(channel.smallest) + "-" +
                                                                           std::to_string(channel.largest);
+      const std::string rate =
+          seconds ? format_text("%.1f", static_cast<double>(channel.recent_count) / *seconds) : "-";
+      const std::string kilobytes =
+          seconds ? format_text("%.2f", static_cast<double>(channel.recent_bytes) * 1e-3 / *seconds) : "-";
       const std::string gaps = channel.stream.empty() ? "-" : std::to_string(channel.gaps);
-      out += format_text("%-20s %9.1f %10.2f %8lld %15s %6s  %s\n", name.c_str(),
-                         static_cast<double>(channel.recent_count) / seconds,
-                         static_cast<double>(channel.recent_bytes) * 1e-3 / seconds,
+      out += format_text("%-20s %9s %10s %8lld %15s %6s  %s\n", name.c_str(), rate.c_str(), kilobytes.c_str(),
                          static_cast<long long>(channel.count), sizes.c_str(), gaps.c_str(),
                          channel.summary.c_str());
       channel.recent_count = channel.recent_bytes = 0;
@@ -104,12 +106,15 @@ class Overview {
     return out;
   }
 
-  Json json(double seconds) {
+  Json json(std::optional<double> seconds) {
+    const auto a_second = [&](std::int64_t count) {
+      return seconds ? Json(static_cast<double>(count) / *seconds) : Json();
+    };
     Json out{{"utime", wall_clock_us()}};
     out["channels"] = Json::object();
     for (auto& [name, channel] : channels_) {
-      Json item{{"rate", static_cast<double>(channel.recent_count) / seconds},
-                {"bytes_per_second", static_cast<double>(channel.recent_bytes) / seconds},
+      Json item{{"rate", a_second(channel.recent_count)},
+                {"bytes_per_second", a_second(channel.recent_bytes)},
                 {"count", channel.count},
                 {"bytes", channel.bytes},
                 {"smallest", channel.smallest},
@@ -131,10 +136,10 @@ Clock::duration seconds(double value) {
   return std::chrono::duration_cast<Clock::duration>(std::chrono::duration<double>(value));
 }
 
-/// Calls show() every interval, and for what came after the last, until the time is over, count messages
-/// came, or Ctrl-C.
+/// Calls show(), with the time it covers [s], every interval, and for what came after the last, until the
+/// time is over, count messages came, or Ctrl-C. Less than half an interval is too short for a rate: nullopt.
 void watch(Bus& bus, const Options& options, const std::int64_t& num_messages,
-           const std::function<void(double)>& show) {
+           const std::function<void(std::optional<double>)>& show) {
   constexpr double kForever = 1e9;  // [s]
   const Clock::time_point start = Clock::now();
   const Clock::time_point end = start + seconds(options.duration.value_or(kForever));
@@ -147,8 +152,9 @@ void watch(Bus& bus, const Options& options, const std::int64_t& num_messages,
     const Clock::time_point next = std::min(end, shown + seconds(options.interval));
     bus.wait(std::chrono::ceil<std::chrono::milliseconds>(next - Clock::now()), is_over);
     const double elapsed = std::chrono::duration<double>(Clock::now() - shown).count();
-    if (elapsed < 0.5 * options.interval && shown != start) break;
-    show(elapsed);
+    const bool is_short = elapsed < 0.5 * options.interval;
+    if (is_short && shown != start) break;
+    show(is_short ? std::nullopt : std::optional(elapsed));
     shown = Clock::now();
   }
 }
@@ -191,8 +197,10 @@ std::int64_t monitor_channel(Bus& bus, const Options& options) {
     }
     std::fflush(stdout);
   });
-  watch(bus, options, num_messages, [](double) {});
-  if (num_messages == 0) std::fprintf(stderr, "freeflex: nothing heard on %s\n", name.c_str());
+  watch(bus, options, num_messages, [](std::optional<double>) {});
+  if (num_messages == 0 && !is_interrupted())
+    print_error("nothing heard on " + name + " (" + bus.describe() +
+                "); 'freeflex monitor' shows which channels there are");
   return num_messages;
 }
 
@@ -204,7 +212,7 @@ std::int64_t monitor_all(Bus& bus, const Options& options) {
     overview.take(message);
   });
   Screen screen(isatty(STDOUT_FILENO) == 1 && !options.json);
-  watch(bus, options, num_messages, [&](double seconds) {
+  watch(bus, options, num_messages, [&](std::optional<double> seconds) {
     if (options.json) {
       print_json(overview.json(seconds), -1);
     } else {
@@ -225,7 +233,7 @@ std::int64_t monitor_live(Bus& bus, const Options& options) {
   const bool is_terminal = isatty(STDOUT_FILENO) == 1;
   if (is_terminal) pace.interval = std::min(0.2, options.interval);
   Screen screen(is_terminal);
-  watch(bus, pace, num_messages, [&](double) {
+  watch(bus, pace, num_messages, [&](std::optional<double>) {
     screen.show(is_terminal ? view.page(bus.describe(), screen.num_rows()) : view.line() + "\n");
   });
   return num_messages;
@@ -239,8 +247,7 @@ int monitor(const Options& options) {
   const std::int64_t num_messages = options.live              ? monitor_live(bus, options)
                                     : options.channel.empty() ? monitor_all(bus, options)
                                                               : monitor_channel(bus, options);
-  const bool is_short = options.count && num_messages < *options.count && !is_interrupted();
-  return is_short ? kExitDiffers : kExitOk;
+  return num_messages < options.count.value_or(1) && !is_interrupted() ? kExitDiffers : kExitOk;
 }
 
 }  // namespace
@@ -255,7 +262,7 @@ void add_monitor(CLI::App& app, int& exit_code) {
       ->type_name("NAME");
   command->add_flag("--live", options->live, "the live state of the structure");
   command->add_option("--count", options->count, "end after so many messages")
-      ->check(whole_number(1))
+      ->check(whole_number(1, kMost<std::int64_t>))
       ->type_name("N");
   command->add_option("--duration", options->duration, "end after so long [s]")
       ->check(positive_time())
@@ -271,9 +278,10 @@ void add_monitor(CLI::App& app, int& exit_code) {
       "Examples:\n  freeflex monitor\n  freeflex monitor --live\n  freeflex monitor --channel STATE --json "
       "--count 10\n"
       "Gaps count messages that are missing between two that came, where the messages are numbered.\n"
-      "Exit codes: 0 ended as told or by Ctrl-C, 1 fewer than --count messages in --duration, or no message "
-      "bus,\n"
-      "2 wrong arguments.");
+      "Exit codes: 0 ended as told or by Ctrl-C, 1 nothing heard, fewer than --count messages in --duration, "
+      "or "
+      "no\n"
+      "message bus, 2 wrong arguments.");
   command->callback([options, &exit_code] { exit_code = monitor(*options); });
 }
 

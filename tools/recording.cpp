@@ -1,6 +1,8 @@
 #include "tools/recording.hpp"
 
 #include <algorithm>
+#include <cinttypes>
+#include <cstdio>
 #include <tuple>
 
 #include "messages/channels.hpp"
@@ -20,6 +22,16 @@ RecordedSession& session_of(Recording& recording, std::int64_t session) {
   return added;
 }
 
+/// All messages of a session name one plan.
+void take_fingerprint(const io::LogEvent& event, std::int64_t fingerprint, RecordedSession& session) {
+  const auto found = static_cast<std::uint64_t>(fingerprint);
+  if (!session.plan_fingerprint) session.plan_fingerprint = found;
+  if (*session.plan_fingerprint == found || !session.contradiction.empty()) return;
+  session.contradiction = "the message on " + event.channel + " at byte " + std::to_string(event.offset) +
+                          " names the plan " + fingerprint_text(found) + ", those before it " +
+                          fingerprint_text(*session.plan_fingerprint) + "; a session has one plan";
+}
+
 /// Takes one message into the index. False when it does not decode.
 bool index_event(const io::LogEvent& event, const std::string& prefix, Recording& recording) {
   if (event.channel == prefix + channels::kApplied) {
@@ -27,8 +39,7 @@ bool index_event(const io::LogEvent& event, const std::string& prefix, Recording
     if (!decode_message(event.bytes, message)) return false;
     RecordedSession& session = session_of(recording, message.session);
     session.applied.push_back({message.applied_sequence, message.tick, message.kind, event.offset});
-    if (!session.plan_fingerprint)
-      session.plan_fingerprint = static_cast<std::uint64_t>(message.plan_fingerprint);
+    take_fingerprint(event, message.plan_fingerprint, session);
   } else if (event.channel == prefix + channels::kState) {
     freeflex_msgs::state_t message;
     if (!decode_message(event.bytes, message)) return false;
@@ -41,12 +52,18 @@ bool index_event(const io::LogEvent& event, const std::string& prefix, Recording
     session.scene_name = message.name;
     session.plan_file = message.plan_file;
     session.rate = message.rate;
-    session.plan_fingerprint = static_cast<std::uint64_t>(message.plan_fingerprint);
+    take_fingerprint(event, message.plan_fingerprint, session);
   }
   return true;
 }
 
 }  // namespace
+
+std::string fingerprint_text(std::uint64_t fingerprint) {
+  char text[17];
+  std::snprintf(text, sizeof text, "%016" PRIx64, fingerprint);
+  return text;
+}
 
 Recording read_recording(io::LogReader& log, const std::string& prefix) {
   Recording recording;
@@ -96,7 +113,8 @@ const RecordedSession* choose_session(const Recording& recording, std::optional<
   return nullptr;
 }
 
-std::string find_missing(const RecordedSession& session) {
+std::string find_flaw(const RecordedSession& session) {
+  if (!session.contradiction.empty()) return session.contradiction;
   std::int64_t expected = 0;
   for (const AppliedRecord& record : session.applied) {
     if (record.sequence < expected) {

@@ -35,12 +35,16 @@ struct RecordedSession {
   std::string plan_file;  // empty: the log holds no FREEFLEX_SCENE
   double rate = 0.0;      // [Hz] 0: the log holds no FREEFLEX_SCENE
   std::optional<std::uint64_t> plan_fingerprint;
+  std::string contradiction;  // empty, or which message names another plan than those before it
 };
 struct Recording {
   std::vector<RecordedSession> sessions;  // in the order in which they appear
   std::string error;                      // damage: what and where
   bool is_readable = true;                // false: the file could not be opened
 };
+
+/// A fingerprint as it is printed: 16 hexadecimal digits.
+std::string fingerprint_text(std::uint64_t fingerprint);
 
 /// Reads the index of a whole log. \param prefix  of the channel names
 Recording read_recording(io::LogReader& log, const std::string& prefix);
@@ -49,9 +53,9 @@ Recording read_recording(io::LogReader& log, const std::string& prefix);
 const RecordedSession* choose_session(const Recording& recording, std::optional<std::int64_t> session,
                                       std::string& error);
 
-/// Empty when applied sequences run from 0 without a gap as far as the states need them; else what is
-/// missing.
-std::string find_missing(const RecordedSession& session);
+/// Empty when all messages name one plan and applied sequences run from 0 without a gap as far as the states
+/// need them; else what is missing or contradicts.
+std::string find_flaw(const RecordedSession& session);
 
 /// Hands out the records of a session in the order in which they took effect.
 class CommandFeed {

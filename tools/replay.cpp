@@ -53,12 +53,6 @@ std::string exact(double value) {
   return text;
 }
 
-std::string hexadecimal(std::uint64_t value) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016" PRIx64, value);
-  return text;
-}
-
 /// First coordinate of two states that is not the same to the bit.
 std::optional<Difference> compare(const state_t& recorded, const state_t& replayed) {
   const auto values = [&](const char* name, const double* a, const double* b,
@@ -235,8 +229,8 @@ std::optional<Plan> find_plan(const Options& options, const RecordedSession& ses
   if (plan_fingerprint(*plan) != *session.plan_fingerprint && session.rate > 0.0)
     set_rate(*plan, session.rate);
   if (plan_fingerprint(*plan) != *session.plan_fingerprint) {
-    outcome = usage(path + ": its plan has fingerprint " + hexadecimal(plan_fingerprint(*plan)) +
-                    ", the recorded one " + hexadecimal(*session.plan_fingerprint) +
+    outcome = usage(path + ": its plan has fingerprint " + fingerprint_text(plan_fingerprint(*plan)) +
+                    ", the recorded one " + fingerprint_text(*session.plan_fingerprint) +
                     "; the scene was changed, or its set-up was done on another machine: record from a plan "
                     "('freeflex compile') and replay with that");
     return std::nullopt;
@@ -253,8 +247,8 @@ Outcome replay(const Options& options) {
   std::string error;
   const RecordedSession* session = choose_session(recording, options.session, error);
   if (session == nullptr) return usage(error);
-  const std::string missing = find_missing(*session);
-  if (!missing.empty()) return incomplete(missing);
+  const std::string flaw = find_flaw(*session);
+  if (!flaw.empty()) return incomplete(flaw);
   if (session->states.empty()) return incomplete("it holds no " + options.prefix + channels::kState);
   Outcome outcome;
   const std::optional<Plan> plan = find_plan(options, *session, outcome);
@@ -288,7 +282,7 @@ int report(const Options& options, const Outcome& outcome) {
     print_json(out);
     return outcome.exit_code;
   }
-  if (!outcome.warning.empty()) std::fprintf(stderr, "freeflex: warning: %s\n", outcome.warning.c_str());
+  if (!outcome.warning.empty()) print_warning(outcome.warning);
   if (outcome.exit_code == kExitOk) {
     std::printf("identical to the bit over %" PRId64 " ticks (%s compared, %s fed back)\n", outcome.ticks,
                 counted(outcome.num_states, "state").c_str(),
@@ -314,6 +308,7 @@ void add_replay(CLI::App& app, int& exit_code) {
   command->add_option("--plan", options->plan, "plan or scene that was recorded; else the file the log names")
       ->type_name("FILE");
   command->add_option("--session", options->session, "session to replay when the log holds several")
+      ->check(whole_number(0, kMost<std::int64_t>))
       ->type_name("N");
   command->add_option("--prefix", options->prefix, "first part of the channel names")
       ->check(channel_prefix())

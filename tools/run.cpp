@@ -1,5 +1,6 @@
 // freeflex run: the step without the bus, as fast as it goes, to a log or a table.
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
@@ -10,6 +11,7 @@
 
 #include "core/model/compile.hpp"
 #include "messages/channels.hpp"
+#include "service/validity.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
 #include "tools/recording.hpp"
@@ -37,7 +39,76 @@ struct Commands {
   Recording recording;
   const RecordedSession* session = nullptr;
   std::unique_ptr<CommandFeed> feed;
+  bool is_foreign = false;  // recorded with another plan
 };
+
+/// The most a run showed of what the method takes as small: what freeflex run is judged by at its end.
+class Extremes {
+ public:
+  explicit Extremes(const Plan& plan) : plan_(plan), validity_(plan) {}
+
+  void take(const State& state) {
+    displacement_ = std::max(displacement_, validity_.max_displacement(state));
+    spin_ = std::max(spin_, service::norm(angular_velocity(plan_, state)));
+  }
+  /// False when the scene publishes no points: then nobody looks at displacements.
+  bool is_known() const { return !plan_.published_points.empty(); }
+  double displacement_ratio() const { return validity_.displacement_ratio(displacement_); }
+  /// Of the largest spin and the largest displacement: at one tick a vibration may pass through zero.
+  double spin_ratio() const { return validity_.spin_ratio(spin_, displacement_); }
+
+ private:
+  const Plan& plan_;
+  service::Validity validity_;
+  double displacement_ = 0.0;  // [m]
+  double spin_ = 0.0;          // [rad/s]
+};
+
+/// [ticks] between two looks at the extremes: reading every point costs many times a tick.
+constexpr std::int64_t kLookEvery = 16;
+
+/// "displacement ratio 2.0e-04, spin ratio 2.8e-02"
+std::string ratios_text(const Extremes& extremes) {
+  if (!extremes.is_known()) return "displacement and spin ratio unknown (the scene publishes no points)";
+  return format_text("displacement ratio %.1e, spin ratio %.1e", extremes.displacement_ratio(),
+                     extremes.spin_ratio());
+}
+
+/// Says so when a run went beyond the method.
+void warn_beyond_limits(const Extremes& extremes) {
+  if (!extremes.is_known()) return;
+  const char* reference = "outside what the method can answer (README, 'When not to trust it')";
+  if (extremes.displacement_ratio() > service::kMaxDisplacementRatio) {
+    print_warning(
+        format_text("displacement ratio %.2g is above %g: %s; smaller loads, or a stiffer structure",
+                    extremes.displacement_ratio(), service::kMaxDisplacementRatio, reference));
+  }
+  if (extremes.spin_ratio() > service::kMaxSpinRatio) {
+    print_warning(format_text(
+        "spin ratio %.2g is above %g: %s; the deformation lacks that of centrifugal forces, which "
+        "is %.2g times as large, while the pose stays good for longer; a slower spin",
+        extremes.spin_ratio(), service::kMaxSpinRatio, reference, extremes.spin_ratio()));
+  }
+}
+
+/// Options that would have no effect. Empty: none.
+std::string find_idle_option(const CLI::App& command, const Options& options) {
+  if (!options.log.empty()) return {};
+  if (options.session) return "--session goes with --log: it names one of the sessions there";
+  if (command.count("--prefix") > 0 && is_table(options.out))
+    return "--prefix goes with --log or an --out that is a log: a table has no channels";
+  return {};
+}
+
+/// The state is all of a table and most of a log. False, explained, when there would be no row.
+bool has_states(const Plan& plan, const std::string& out) {
+  if (plan.state_rate > 0.0) return true;
+  const std::string what = "the scene publishes no state ('publish: {state: 0}')";
+  const std::string remedy = "give publish: state a rate [Hz]";
+  if (is_table(out)) return print_error(what + ", so the table would have no row: " + remedy), false;
+  print_warning(what + ", so the log holds no STATE and cannot be replayed: " + remedy);
+  return true;
+}
 
 /// Opens the log that commands come from. An exit code other than kExitOk is explained.
 int open_commands(const Options& options, const Plan& plan, Commands& commands) {
@@ -50,10 +121,14 @@ int open_commands(const Options& options, const Plan& plan, Commands& commands) 
   std::string error;
   commands.session = choose_session(commands.recording, options.session, error);
   if (commands.session == nullptr) return print_error(error), kExitUsage;
-  const std::string missing = find_missing(*commands.session);
-  if (!missing.empty()) return print_error("log incomplete: " + missing), kExitIncomplete;
-  if (commands.session->plan_fingerprint && *commands.session->plan_fingerprint != plan_fingerprint(plan)) {
-    std::fprintf(stderr, "freeflex: warning: the commands were recorded with another plan\n");
+  const std::string flaw = find_flaw(*commands.session);
+  if (!flaw.empty()) return print_error("log incomplete: " + flaw), kExitIncomplete;
+  const std::uint64_t recorded = commands.session->plan_fingerprint.value_or(plan_fingerprint(plan));
+  commands.is_foreign = recorded != plan_fingerprint(plan);
+  if (commands.is_foreign) {
+    print_warning("the commands were recorded with another plan (fingerprint " + fingerprint_text(recorded) +
+                  ", this one " + fingerprint_text(plan_fingerprint(plan)) +
+                  "): they act on the points and groups of the same numbers here");
   }
   commands.feed = std::make_unique<CommandFeed>(*commands.log, *commands.session, plan);
   return kExitOk;
@@ -83,8 +158,17 @@ struct Result {
   std::int64_t ticks = 0;
 };
 
+/// What a record that cannot be fed means.
+Result refuse_record(const std::string& error, bool is_foreign, std::int64_t tick) {
+  if (!is_foreign) return {kExitIncomplete, "log incomplete: " + error, tick};
+  return {kExitUsage,
+          "the log belongs to another plan: " + error + "; name the scene or plan it was recorded with",
+          tick};
+}
+
 /// Steps to the last tick, applies what the feed holds, hands everything to the output.
-Result simulate(const Plan& plan, CommandFeed* feed, std::int64_t last, RunOutput& output) {
+Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& output, Extremes& extremes) {
+  CommandFeed* const feed = log.feed.get();
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);
   StepReport report;
@@ -92,6 +176,7 @@ Result simulate(const Plan& plan, CommandFeed* feed, std::int64_t last, RunOutpu
   std::vector<applied_t> ended;
   Progress progress("run");
   output.publish(state, true);
+  extremes.take(state);
   while (state.tick < last && !output.has_error()) {
     if (is_interrupted()) return {kExitInterrupted, "", state.tick};
     const std::int64_t tick = state.tick;
@@ -104,25 +189,56 @@ Result simulate(const Plan& plan, CommandFeed* feed, std::int64_t last, RunOutpu
         output.publish(state, true);
       }
       const std::string error = feed->take_commands(tick, commands, ended);
-      if (!error.empty()) return {kExitIncomplete, "log incomplete: " + error, tick};
+      if (!error.empty()) return refuse_record(error, log.is_foreign, tick);
     }
     step(plan, state, Inputs{commands}, workspace, report);
     if (report.status != StepStatus::kOk) {
       if (feed != nullptr && feed->next_kind(tick) == applied_t::RESET) continue;
-      return {kExitDiffers, "the state after tick " + std::to_string(tick) + " is not finite", tick};
+      extremes.take(state);
+      return {kExitDiffers,
+              "the state after tick " + std::to_string(tick) + " is not finite (so far " +
+                  ratios_text(extremes) +
+                  "): loads or spin are far too large for this structure; check the units of loads, masses "
+                  "and stiffnesses, and take smaller loads",
+              tick};
     }
     output.applied_step(tick, report, commands);
     output.publish(state, state.tick == last);
+    if (state.tick % kLookEvery == 0 || state.tick == last) extremes.take(state);
     progress.update(static_cast<double>(state.tick) / static_cast<double>(last));
   }
   return {kExitOk, "", state.tick};
 }
 
-int run(const Options& options) {
-  if (would_overwrite(options.input, options.out)) return kExitUsage;
+/// What was done and how far it can be trusted.
+void report(const Options& options, const std::string& file, const Result& result, std::int64_t last,
+            const Plan& plan, const Extremes& extremes) {
+  const bool is_complete = result.exit_code == kExitOk;
+  const double seconds = static_cast<double>(result.ticks) * plan.period;
+  if (options.json) {
+    const auto known = [&](double ratio) { return extremes.is_known() ? Json(ratio) : Json(); };
+    print_json({{"output", file},
+                {"ticks", result.ticks},
+                {"time", seconds},
+                {"complete", is_complete},
+                {"displacement_ratio", known(extremes.displacement_ratio())},
+                {"spin_ratio", known(extremes.spin_ratio())}});
+  } else if (is_complete) {
+    std::printf("%s: %s, %.10g s; %s\n", file.c_str(), counted(result.ticks, "tick").c_str(), seconds,
+                ratios_text(extremes).c_str());
+  } else {
+    std::fprintf(stderr, "freeflex: interrupted: %s holds %" PRId64 " of %" PRId64 " ticks; %s\n",
+                 file.c_str(), result.ticks, last, ratios_text(extremes).c_str());
+  }
+  warn_beyond_limits(extremes);
+}
+
+int run(const CLI::App& command, const Options& options) {
+  const std::string idle = find_idle_option(command, options);
+  if (!idle.empty()) return print_error(idle), kExitUsage;
   if (!options.log.empty() && would_overwrite(options.log, options.out)) return kExitUsage;
-  const std::optional<Plan> plan = load_or_explain(options.input, options.rate);
-  if (!plan) return kExitUsage;
+  const std::optional<Plan> plan = load_or_explain(options.input, options.rate, options.out);
+  if (!plan || !has_states(*plan, options.out)) return kExitUsage;
   Commands commands;
   if (!options.log.empty()) {
     if (const int exit_code = open_commands(options, *plan, commands); exit_code != kExitOk) return exit_code;
@@ -133,21 +249,13 @@ int run(const Options& options) {
   const std::unique_ptr<RunOutput> output =
       make_run_output(*plan, options.input, options.prefix, options.out);
   Result result;
-  if (!output->has_error()) result = simulate(*plan, commands.feed.get(), *last, *output);
+  Extremes extremes(*plan);
+  if (!output->has_error()) result = simulate(*plan, commands, *last, *output, extremes);
   const bool is_kept = result.exit_code == kExitInterrupted;
   const std::string error = is_kept || result.exit_code == kExitOk ? output->close(is_kept) : std::string();
   if (!result.error.empty()) return print_error(result.error + "; nothing was written"), result.exit_code;
   if (!error.empty()) return print_error(error), kExitDiffers;
-  const std::string file = is_kept ? output->working_path() : options.out;
-  const double seconds = static_cast<double>(result.ticks) * plan->period;
-  if (options.json) {
-    print_json({{"output", file}, {"ticks", result.ticks}, {"time", seconds}, {"complete", !is_kept}});
-  } else if (is_kept) {
-    std::fprintf(stderr, "freeflex: interrupted: %s holds %" PRId64 " of %" PRId64 " ticks\n", file.c_str(),
-                 result.ticks, *last);
-  } else {
-    std::printf("%s: %s, %.10g s\n", file.c_str(), counted(result.ticks, "tick").c_str(), seconds);
-  }
+  report(options, is_kept ? output->working_path() : options.out, result, *last, *plan, extremes);
   return result.exit_code;
 }
 
@@ -161,6 +269,7 @@ void add_run(CLI::App& app, int& exit_code) {
       ->check(file_name())
       ->type_name("FILE");
   command->add_option("--session", options->session, "session of that log when it holds several")
+      ->check(whole_number(0, kMost<std::int64_t>))
       ->type_name("N");
   command->add_option("--until", options->until, "simulated time to stop at [s], to the nearest tick")
       ->check(must_be("a number >= 0 [s]", [](double time) { return time >= 0.0 && std::isfinite(time); }))
@@ -186,13 +295,13 @@ void add_run(CLI::App& app, int& exit_code) {
       "mass,\n"
       "world axes; qw qx qy qz; wx wy wz [rad/s], body axes; hx hy hz [kg m^2/s], world axes; q1.. [m]; "
       "q_dot1.. [m/s];\n"
-      "NAME.x NAME.y NAME.z [m], world axes, of each published point; NAME [N] of each published spring or "
-      "bar,\n"
-      "NAME.1 to NAME.12 [N, N m] of each published beam.\n"
+      "point.NAME.x point.NAME.y point.NAME.z [m], world axes, of each published point; link.NAME.axial [N] "
+      "of each\n"
+      "published spring or bar, link.NAME.1 to link.NAME.12 [N, N m] of each published beam.\n"
       "Exit codes: 0 written, 1 not written, 2 wrong arguments, scene or plan, 3 --log damaged or "
       "incomplete,\n"
       "130 interrupted: what was done stands in FILE.partial.");
-  command->callback([options, &exit_code] { exit_code = run(*options); });
+  command->callback([options, command, &exit_code] { exit_code = run(*command, *options); });
 }
 
 }  // namespace freeflex::tools

@@ -104,14 +104,15 @@ class CsvOutput : public RunOutput {
     for (const char* name : {"q", "q_dot"}) {
       for (int mode = 1; mode <= plan.num_elastic; ++mode) names.push_back(name + std::to_string(mode));
     }
+    // names may hold dots: first and last part are fixed, so that no two columns have one name
     for (const std::int32_t point : plan.published_points) {
       for (const char* axis : {".x", ".y", ".z"})
-        names.push_back(plan.points[static_cast<std::size_t>(point)].name + axis);
+        names.push_back("point." + plan.points[static_cast<std::size_t>(point)].name + axis);
     }
     for (const PlanLinkOutput& output : plan.link_outputs) {
-      const std::string& link = plan.links[static_cast<std::size_t>(output.link)].name;
+      const std::string link = "link." + plan.links[static_cast<std::size_t>(output.link)].name;
       for (int k = 1; k <= output.num_rows; ++k)
-        names.push_back(output.num_rows == 1 ? link : link + "." + std::to_string(k));
+        names.push_back(link + (output.num_rows == 1 ? ".axial" : "." + std::to_string(k)));
     }
     for (std::string& name : names) std::replace(name.begin(), name.end(), ',', '_');
     writer_.header(names);
@@ -158,9 +159,11 @@ class CsvOutput : public RunOutput {
 
 }  // namespace
 
+bool is_table(const std::string& path) { return path.ends_with(".csv"); }
+
 std::unique_ptr<RunOutput> make_run_output(const Plan& plan, const std::string& input,
                                            const std::string& prefix, const std::string& path) {
-  if (path.ends_with(".csv")) return std::make_unique<CsvOutput>(plan, path);
+  if (is_table(path)) return std::make_unique<CsvOutput>(plan, path);
   return std::make_unique<LogOutput>(plan, input, prefix, path);
 }
 

@@ -26,9 +26,11 @@ class RunOutput {
   virtual const std::string& working_path() const = 0;
 };
 
+/// True for a path under which make_run_output writes a table.
+bool is_table(const std::string& path);
+
 /// \param path   NAME.csv: a table; else an LCM log with the daemon's channels, deterministic: session 1,
-/// time
-///               stamps in simulated time
+///               time stamps in simulated time
 /// \param input  scene or plan file, for FREEFLEX_SCENE
 std::unique_ptr<RunOutput> make_run_output(const Plan& plan, const std::string& input,
                                            const std::string& prefix, const std::string& path);

@@ -1,10 +1,6 @@
 #include "tools/usage.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <cstdlib>
-#include <limits>
-#include <optional>
 #include <string_view>
 #include <vector>
 
@@ -13,13 +9,6 @@
 
 namespace freeflex::tools {
 namespace {
-
-std::optional<double> read_number(const std::string& text) {
-  char* end = nullptr;
-  const double value = std::strtod(text.c_str(), &end);
-  if (end == text.c_str() || *end != '\0') return std::nullopt;
-  return value;
-}
 
 std::string found(const std::string& text, const std::string& allowed) {
   return "found '" + text + "', must be " + allowed;
@@ -47,6 +36,10 @@ std::string did_you_mean(const std::string& word, const std::vector<std::string>
 
 }  // namespace
 
+std::optional<double> read_number(std::string_view text) {
+  return io::reader::parse_number(text, {"-"}).value;
+}
+
 CLI::Validator must_be(const char* allowed, bool (*is_right)(double)) {
   return {[allowed, is_right](std::string& text) {
             const std::optional<double> value = read_number(text);
@@ -65,12 +58,16 @@ CLI::Validator positive_time() {
                  [](double value) { return value > 0.0 && value <= 1e9; });
 }
 
-CLI::Validator whole_number(int least) {
-  return {[least](std::string& text) {
-            const std::optional<double> value = read_number(text);
-            const bool is_right = value && *value >= least && *value <= std::numeric_limits<int>::max() &&
-                                  *value == std::floor(*value);
-            return is_right ? std::string() : found(text, "a whole number >= " + std::to_string(least));
+CLI::Validator finite_number() {
+  return must_be("a number", [](double) { return true; });
+}
+
+CLI::Validator whole_number(std::int64_t least, std::int64_t most) {
+  return {[least, most](std::string& text) {
+            return io::reader::parse_integer(text, least, most)
+                       ? std::string()
+                       : found(text, "a whole number from " + std::to_string(least) + " to " +
+                                         std::to_string(most));
           },
           ""};
 }

@@ -3,19 +3,31 @@
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
+#include <cstdint>
+#include <limits>
+#include <optional>
 #include <string>
+#include <string_view>
 
 namespace freeflex::tools {
+
+/// A decimal number as scenes take it: finite, not hexadecimal, no blanks, no leading zeros.
+std::optional<double> read_number(std::string_view text);
 
 /// Takes what reads as a number and is right. \param allowed  continues "must be "
 CLI::Validator must_be(const char* allowed, bool (*is_right)(double));
 
 // what several options are
-CLI::Validator rate_in_hertz();          // 0.001 to 1e6, as freeflexd
-CLI::Validator positive_time();          // [s] > 0
-CLI::Validator whole_number(int least);  // to 2^31 - 1
-CLI::Validator file_name();              // not empty
-CLI::Validator channel_prefix();         // as freeflexd takes it
+CLI::Validator rate_in_hertz();  // 0.001 to 1e6, as freeflexd
+CLI::Validator positive_time();  // [s] > 0
+CLI::Validator finite_number();
+CLI::Validator whole_number(std::int64_t least, std::int64_t most);
+CLI::Validator file_name();       // not empty
+CLI::Validator channel_prefix();  // as freeflexd takes it
+
+/// No more than the type holds.
+template <class Integer>
+inline constexpr std::int64_t kMost = std::numeric_limits<Integer>::max();
 
 /// What is wrong with a command line, with the nearest command or option where there is one.
 std::string explain(const CLI::App& app, const CLI::ParseError& error);

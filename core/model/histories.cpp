@@ -12,6 +12,9 @@ namespace {
 // typed
 constexpr double kOnTick = 1e-6;
 
+// ticks a cycle below which straight lines between ticks miss a sine by more than 5 % of its amplitude
+constexpr double kTicksPerCycle = 10.0;
+
 // [-] of a torque: a part that the group cannot take above this is an error
 constexpr double kIdleTorque = 1e-9;
 
@@ -104,25 +107,43 @@ void set_history_ticks(PlanHistory& history, double period) {
   history.end_tick = std::llround(std::min((history.pulse_start + history.pulse_duration) / period, kNever));
 }
 
-void warn_of_shifted_edges(const Scene& scene, const Plan& plan, Faults& faults) {
+void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults) {
   for (std::size_t k = 0; k < plan.histories.size(); ++k) {
     const PlanHistory& history = plan.histories[k];
+    const std::string who = "load " + quoted(history.name, static_cast<int>(k));
+    // loads are linear within a tick: what moves faster is another load
+    const double slowest = 1.0 / (kTicksPerCycle * plan.period);
+    if (history.kind == PlanHistory::Kind::kSine && history.frequency > slowest)
+      add_warning(faults, scene.loads[k].origin,
+                  join_text(who, ": the sine of ", history.frequency, " Hz has less than ", kTicksPerCycle,
+                            " ticks a cycle at ", 1.0 / plan.period,
+                            " Hz; it acts as straight lines between its values at ticks: raise the rate to ",
+                            kTicksPerCycle * history.frequency, " Hz or more"));
+    for (std::size_t row = 1; row < history.times.size(); ++row) {
+      if (history.times[row] - history.times[row - 1] >= plan.period * (1.0 - kOnTick)) continue;
+      add_warning(
+          faults, scene.loads[k].origin,
+          join_text(who, ": rows ", row, " and ", row + 1, " of the table are ",
+                    history.times[row] - history.times[row - 1], " s apart, a tick is ", plan.period,
+                    " s; the load acts as straight lines between its values at ticks: raise the rate or "
+                    "give fewer rows"));
+      break;
+    }
     if (history.kind != PlanHistory::Kind::kPulse) continue;
     const auto warn = [&](const char* edge, double time, std::int64_t tick) {
       const double shift = static_cast<double>(tick) * plan.period - time;
       // a late edge carries the rounding of its own time besides
       if (std::abs(shift) <= kOnTick * plan.period + 1e-15 * time) return;
-      add_warning(
-          faults, scene.loads[k].origin,
-          join_text("load ", quoted(history.name, static_cast<int>(k)), ": the pulse ", edge, " at ", time,
-                    " s, which is no tick at ", 1.0 / plan.period, " Hz; it was moved by ", shift, " s"));
+      add_warning(faults, scene.loads[k].origin,
+                  join_text(who, ": the pulse ", edge, " at ", time, " s, which is no tick at ",
+                            1.0 / plan.period, " Hz; it was moved by ", shift, " s"));
     };
     warn("starts", history.pulse_start, history.start_tick);
     warn("ends", history.pulse_start + history.pulse_duration, history.end_tick);
     if (history.start_tick == history.end_tick)
       add_warning(
           faults, scene.loads[k].origin,
-          join_text("load ", quoted(history.name, static_cast<int>(k)),
+          join_text(who,
                     ": the pulse is shorter than half a tick and never acts; lengthen it or raise the rate"));
   }
 }

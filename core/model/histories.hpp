@@ -13,7 +13,7 @@ void compile_histories(const Scene& scene, const Structure& structure, Plan& pla
 /// Ticks at which a pulse starts and ends, each edge rounded to the nearest tick.
 void set_history_ticks(PlanHistory& history, double period);
 
-/// Warns of pulses with an edge that is not on a tick.
-void warn_of_shifted_edges(const Scene& scene, const Plan& plan, Faults& faults);
+/// Warns of what ticks do to loads: pulses whose edges are moved, sines and tables that are faster than ticks.
+void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

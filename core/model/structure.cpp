@@ -120,18 +120,21 @@ Eigen::VectorXd structural_ratio(const Scene& scene, const LinkFactor& factor, c
 
 }  // namespace
 
-std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
+MassProperties check_physics(const Scene& scene, Faults& faults) {
   check_scene(scene, faults);
-  Structure structure;
+  MassProperties properties;
   if (are_sound(scene.points)) {
-    structure.mass_properties = find_mass_properties(scene.points, faults);
-    const int num_freedoms = 3 * static_cast<int>(scene.points.size());
-    check_modes(scene, num_freedoms - structure.mass_properties.rigid_freedoms, faults);
+    properties = find_mass_properties(scene.points, faults);
+    check_modes(scene, 3 * static_cast<int>(scene.points.size()) - properties.rigid_freedoms, faults);
   }
-  if (has_error(faults)) {
-    check_matrices(scene, faults);
-    return std::nullopt;
-  }
+  if (has_error(faults)) check_matrices(scene, faults);
+  return properties;
+}
+
+std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
+  Structure structure;
+  structure.mass_properties = check_physics(scene, faults);
+  if (has_error(faults)) return std::nullopt;
 
   const LinkFactor factor = factor_links(scene, needs_rotations(scene), faults);
   if (has_error(faults)) return std::nullopt;

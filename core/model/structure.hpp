@@ -58,6 +58,11 @@ struct Structure {
   Eigen::MatrixXd local_rotations;
 };
 
+/// Checks the physics of a scene as far as that needs no modes: values, references, mass properties and,
+/// beside other errors, matrices. Faults are appended; the mass properties are those of a scene without
+/// error.
+MassProperties check_physics(const Scene& scene, Faults& faults);
+
 /// Checks the physics of a scene and computes its structure. Faults are appended; nullopt on an error.
 /// Cost: O(rows n^2) with a dense factor; see tests/bench for times.
 std::optional<Structure> build_structure(const Scene& scene, Faults& faults);

@@ -96,7 +96,7 @@ Reason check_points(const ForceCommand& command, const NameTable& table, Text te
       return Reason::kUnknownPoint;
     }
     if (table.is_pushable[point] == 0) {
-      print(text, "forces[%d]: point %d may not be pushed; add it to the scene's pushable points", i,
+      print(text, "forces[%d]: point %d may not be pushed; add it to commands: points of the scene", i,
             entry.point);
       return Reason::kNotPushable;
     }

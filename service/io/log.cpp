@@ -60,14 +60,16 @@ bool LogReader::next(LogEvent& event) {
 
   // look at the header first: liblcm would search on, or allocate whatever the lengths say
   std::array<unsigned char, kHeaderBytes> header{};
-  if (std::fread(header.data(), 1, header.size(), file) != header.size()) {
-    return damage(offset, "the file ends inside a record header");
-  }
-  if (big_endian(header.data()) != kSyncWord) {
+  const std::size_t header_bytes = std::fread(header.data(), 1, header.size(), file);
+  constexpr std::array<unsigned char, 4> kSync{kSyncWord >> 24, (kSyncWord >> 16) & 0xff,
+                                               (kSyncWord >> 8) & 0xff, kSyncWord & 0xff};
+  // a short file of something else is no log either, not the damaged start of one
+  if (std::memcmp(header.data(), kSync.data(), std::min(header_bytes, kSync.size())) != 0) {
     if (offset > 0) return damage(offset, "no record starts here");
     error_ = path_ + ": not an LCM event log";
     return false;
   }
+  if (header_bytes != header.size()) return damage(offset, "the file ends inside a record header");
   const auto channel_bytes = static_cast<std::int32_t>(big_endian(&header[20]));
   const auto data_bytes = static_cast<std::int32_t>(big_endian(&header[24]));
   if (channel_bytes <= 0 || channel_bytes > kMaxChannelBytes || data_bytes < 0) {

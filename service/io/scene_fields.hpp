@@ -83,6 +83,7 @@ class Names {
   std::optional<int> resolve(Report& report, const Node& node, const std::string& label) const;
   /// A list could not be read whole: names that are not found are no longer reported.
   void mark_incomplete() { is_complete_ = false; }
+  bool is_complete() const { return is_complete_; }
 
  private:
   std::string noun_;

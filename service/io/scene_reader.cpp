@@ -11,12 +11,16 @@ namespace freeflex::io {
 
 SceneResult read_scene(const std::string& path) {
   reader::Report report;
-  Scene scene = reader::SceneReader(report, path).read();
-  SceneResult result;
-  result.sources = report.sources();
+  reader::SceneReader scene_reader(report, path);
+  Scene scene = scene_reader.read();
   scene.sources = report.sources();
   scene.hash = report.hash();
-  if (!report.has_error()) result.scene = std::move(scene);
+  SceneResult result;
+  result.sources = report.sources();
+  const bool is_read = !report.has_error();
+  // beside faults of reading, those of physics in what was read well
+  if (!is_read && scene_reader.is_judged()) reader::report_physics(scene, report);
+  if (is_read) result.scene = std::move(scene);
   result.faults = report.take_faults();
   return result;
 }

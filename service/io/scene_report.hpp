@@ -56,6 +56,7 @@ class Report {
   /// Counts names mentioned in lists; false, reported once, when there are more than kMaxMentions.
   bool count_mentions(std::size_t count, Origin origin);
 
+  const Faults& faults() const { return faults_; }
   /// Faults in the order of the files, then of their lines.
   Faults take_faults();
 

@@ -179,6 +179,31 @@ TEST(Plans, PulseEdgesAreRoundedToTicksAndSaySo) {
   EXPECT_EQ(plan_to_bytes(plan), plan_to_bytes(compile(scene)));
 }
 
+TEST(Plans, LoadsThatAreFasterThanTicksAreSaid) {
+  Scene scene = square_truss(2);
+  scene.rate = 1000.0;
+  const auto add = [&](const char* name, const History& history) {
+    Load load;
+    load.name = name;
+    load.forces.push_back({0, {1.0, 0.0, 0.0}});
+    load.history = history;
+    scene.loads.push_back(load);
+  };
+  add("slow", SineHistory{100.0, 0.0});
+  add("aliased", SineHistory{999.0, 0.0});
+  add("coarse", TableHistory{{0.0, 0.001, 0.002}, {0.0, 1.0, 0.0}});
+  add("fine", TableHistory{{1e-4, 4e-4, 9e-4}, {0.0, 1000.0, 0.0}});
+  Faults warnings;
+  compile(scene, &warnings);
+  EXPECT_EQ(warnings.size(), 2u);
+  EXPECT_TRUE(
+      mentions(warnings,
+               "load 'aliased': the sine of 999 Hz has less than 10 ticks a cycle at 1000 Hz; it acts "
+               "as straight lines between its values at ticks: raise the rate to 9990 Hz or more"));
+  EXPECT_TRUE(
+      mentions(warnings, "load 'fine': rows 1 and 2 of the table are 0.0003 s apart, a tick is 0.001 s"));
+}
+
 TEST(Plans, LinkRowsGiveTensionFromTheModes) {
   const Scene scene = square_truss(3);
   const Structure structure = build(scene);

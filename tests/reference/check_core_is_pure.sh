@@ -2,7 +2,15 @@
 # check_core_is_pure.sh SOURCE_DIR STEP.a CORE.a REFERENCE.a
 # Fails when a core library includes or calls what belongs to the service: bus, log, clock, thread, file. core/step must
 # also be without Eigen, the mathematical library and Boost; only core/reference may use SUNDIALS.
+# Exit 0 pure, 1 not, 2 wrong arguments.
 set -euo pipefail
+case "${1:-}" in
+  -h|--help) sed -n '2,5s/^# //p' "$0"; exit 0 ;;
+esac
+if [ $# -ne 4 ] || [ ! -d "$1/core" ] || [ ! -r "$2" ] || [ ! -r "$3" ] || [ ! -r "$4" ]; then
+  echo "usage: check_core_is_pure.sh SOURCE_DIR STEP.a CORE.a REFERENCE.a" >&2
+  exit 2
+fi
 source_dir="$1" step="$2" core="$3" reference="$4"
 status=0
 

@@ -63,5 +63,33 @@ TEST(FaultText, JsonHoldsEveryFieldOfEveryFault) {
   EXPECT_EQ(nlohmann::json::parse(io::faults_to_json({}, {})), nlohmann::json::array());
 }
 
+// one run of check shows all that is wrong: with the key, with the places, with the mode
+TEST(FaultText, FaultsOfPhysicsStandBesideThoseOfReading) {
+  const TemporaryFolder folder;
+  folder.write("scene.yaml", R"(rate: -5
+points:
+  - {name: a, mass: 1, at: [0, 0, 0]}
+  - {name: b, mass: 1, at: [0, 0, 0]}
+  - {name: c, mass: 1, at: [1, 0, 0]}
+links:
+  - {spring: [a, b], stiffness: 1}
+  - {spring: [b, c], stifness: 1}
+initial: {modes: {99: {q: 1}}}
+)");
+  const io::SceneResult result = io::read_scene("scene.yaml");
+  std::vector<std::string> found;
+  for (const Fault& fault : result.faults) found.push_back(io::format_fault(fault, result.sources, false));
+  EXPECT_FALSE(result.scene);
+  ASSERT_EQ(found.size(), 5u);
+  EXPECT_EQ(found[0].rfind("scene.yaml:1:7: error: scene: rate", 0), 0u) << found[0];
+  EXPECT_EQ(found[1],
+            "scene.yaml:7:5: error: link '1' joins 'a', 'b', which are in one place; a link needs a length > 0: "
+            "move a point or remove the link");
+  EXPECT_NE(found[2].find("stiffness is missing"), std::string::npos) << found[2];
+  EXPECT_NE(found[3].find("unknown key 'stifness'"), std::string::npos) << found[3];
+  EXPECT_EQ(found[4],
+            "scene.yaml:9:10: error: initial state names elastic mode 99, there are 4, numbered from 1");
+}
+
 }  // namespace
 }  // namespace freeflex::testing

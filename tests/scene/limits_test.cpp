@@ -95,7 +95,7 @@ TEST_F(Limits, MergedMappingsAreCounted) {
 
 TEST_F(Limits, ListsThatNameTooMuchAreRefused) {
   std::string csv = "mass,x,y,z\n";
-  for (int i = 0; i < 8192; ++i) csv += "1,0,0,0\n";
+  for (int i = 0; i < 8192; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
   folder_.write("points.csv", csv);
   std::string text = "points: {csv: points.csv}\nlinks:\n";
   for (int i = 0; i < 40; ++i) text += "  - {spring: [1..8192], stiffness: 1}\n";

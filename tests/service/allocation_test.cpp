@@ -11,7 +11,8 @@ bool is_counting = false;
 int num_allocations = 0;
 }  // namespace
 
-void* operator new(std::size_t size) {
+// not inlined: GCC 12 takes an inlined pair of these for a mismatch of malloc and delete
+__attribute__((noinline)) void* operator new(std::size_t size) {
   if (is_counting) ++num_allocations;
   if (void* memory = std::malloc(size)) return memory;
   throw std::bad_alloc();
@@ -26,8 +27,8 @@ void* operator new(std::size_t size, std::align_val_t alignment) {
   if (void* memory = std::aligned_alloc(step, (size + step - 1) / step * step)) return memory;
   throw std::bad_alloc();
 }
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
+__attribute__((noinline)) void operator delete(void* memory) noexcept { std::free(memory); }
+__attribute__((noinline)) void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
 void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 

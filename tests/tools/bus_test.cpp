@@ -21,9 +21,9 @@ class OnTheBus : public ::testing::Test {
   }
   /// Runs a script with $F and $D for the programs and $T for a folder; the daemon runs the frame and is
   /// stopped after.
-  Outcome with_daemon(const std::string& script) {
-    return run("F=" + kFreeflex + "; D=" + kFreeflexd + "; T=" + folder_.path() + "; $D " + kGolden +
-               "frame.plan --log-level error & daemon=$!; (" + script +
+  Outcome with_daemon(const std::string& script, const std::string& scene = kGolden + "frame.plan") {
+    return run("F=" + kFreeflex + "; D=" + kFreeflexd + "; T=" + folder_.path() + "; $D " + scene +
+               " --log-level error & daemon=$!; (" + script +
                "); code=$?; kill $daemon 2>/dev/null; wait $daemon; exit $code");
   }
   TemporaryFolder folder_;
@@ -51,10 +51,31 @@ TEST_F(OnTheBus, OnePushHoldsAForceForEachPoint) {
 }
 
 TEST_F(OnTheBus, PushIsRejectedWithItsReason) {
-  const Outcome outcome = with_daemon("$F push --point tip --force 0,0,1 --slot 64");
+  const Outcome outcome = with_daemon("$F push --point tip --force 0,0,1 --at-tick 0");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
   EXPECT_TRUE(contains(outcome.out, "rejected at tick ")) << outcome.out;
-  EXPECT_TRUE(contains(outcome.out, "bad_slot")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, ": late: ")) << outcome.out;
+}
+
+TEST_F(OnTheBus, RejectionsNamePointsAndOptions) {
+  write_text(
+      folder_ / "four.yaml",
+      "points:\n  - {mass: 1, at: [0, 0, 0]}\n  - {mass: 1, at: [1, 0, 0]}\n  - {mass: 1, at: [0, 1, 0]}\n"
+      "  - {mass: 1, at: [0, 0, 1]}\nlinks: [{spring: ['1', '2', '3', '4', '1'], stiffness: 1000}]\n"
+      "groups: {base: [1, 2, 3]}\ncommands: {points: [1, 2, 3], force_limit: 10}\n");
+  const Outcome outcome = with_daemon(
+      "$F push --point 1=0,0,1 --point 3=0,0,20; $F push --point 4=0,0,1; $F push --group base --force "
+      "0,0,11; "
+      "$F push --point 1=0,0,1 --at-tick 0; $F push --control shapes=99; $F push --control step=5; "
+      "$F push --json --point 3=0,0,20",
+      folder_ / "four.yaml");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  for (const char* part : {"over_limit: point '3': |force| 20 N", "not_pushable: point '4' may not be pushed",
+                           "over_limit: group 'base': |force| 11 N", "late: --at-tick 0 has passed",
+                           "or add --late-ok", "bad_control: --control shapes=99: must be a mode from 1 to 6",
+                           "wrong_mode: --control step=N applies while holding: send --control hold first",
+                           "\"text\": \"point '3': "})
+    EXPECT_TRUE(contains(outcome.out, part)) << part << " not in " << outcome.out << outcome.err;
 }
 
 TEST_F(OnTheBus, PushToAnUnknownNameSaysWhatThereIs) {
@@ -108,6 +129,30 @@ TEST_F(OnTheBus, MonitorThatHearsTooLittleIsExitOne) {
   const Outcome outcome = with_daemon("$F monitor --channel 'ST.TE' --count 1 --duration 0.5");
   EXPECT_EQ(outcome.exit_code, 1);
   EXPECT_TRUE(contains(outcome.err, "nothing heard on FREEFLEX_ST.TE")) << outcome.err;
+}
+
+TEST_F(OnTheBus, NothingHeardIsExitOne) {
+  const Outcome other = with_daemon("$F monitor --channel NOSUCH --duration 0.5");
+  EXPECT_EQ(other.exit_code, 1) << other.err;
+  EXPECT_TRUE(contains(other.err, "nothing heard on FREEFLEX_NOSUCH")) << other.err;
+  EXPECT_EQ(run(kFreeflex + " monitor --duration 0.3 --json").exit_code, 1);
+  EXPECT_EQ(run(kFreeflex + " monitor --live --duration 0.3").exit_code, 1);
+}
+
+TEST_F(OnTheBus, NoRateIsGivenBeforeItCanBeMeasured) {
+  const Outcome table = with_daemon("$F monitor --json --count 3 --duration 30 --interval 20");
+  ASSERT_EQ(table.exit_code, 0) << table.err;
+  const Json channels = Json::parse(table.out)["channels"];
+  ASSERT_FALSE(channels.empty());
+  for (const auto& [name, channel] : channels.items()) {
+    EXPECT_TRUE(channel["rate"].is_null()) << name << channel;
+    EXPECT_TRUE(channel["bytes_per_second"].is_null()) << name << channel;
+  }
+  const Outcome text = with_daemon("$F monitor --count 1 --interval 20");
+  EXPECT_TRUE(contains(text.out, "        -          - ")) << text.out;
+  // the first message alone
+  const Outcome live = with_daemon("$F monitor --live --count 1");
+  EXPECT_FALSE(contains(live.out, " Hz")) << live.out;
 }
 
 TEST_F(OnTheBus, ClearEndsWhatActsInTheSlot) {

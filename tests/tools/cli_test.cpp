@@ -40,6 +40,25 @@ TEST(CommandLine, WrongUsageIsExitTwo) {
                                 "push --point a --force 0,0,1 --duration 1e300",
                                 "push --clear --force 0,0,1",
                                 "push --control run --duration 1",
+                                "push --point a=1,2,3 --force 1,1,1",
+                                "push --point a --force 1,1,1 --late-ok",
+                                "push --clear --axes body",
+                                "push --clear --late-ok",
+                                "push --point a --force 0x1,0,0",
+                                "push --point a=0,0,0x1",
+                                "push --point a=inf,0,0",
+                                "push --point a --force 1,1,1 --duration ' 5'",
+                                "push --point a --force 1,1,1 --slot 64",
+                                "push --point a --force 1,1,1 --at-tick -1",
+                                "push --point a --force 1,1,1 --at-tick 010",
+                                "push --point a --force 1,1,1 --at-tick 99999999999999999999",
+                                "push --control step=0",
+                                "push --control step=99999999999999999999",
+                                "monitor --count 99999999999999999999",
+                                "run a.yaml --until 1 --out b.log --session 4",
+                                "run a.yaml --until 1 --out b.csv --prefix OTHER",
+                                "run a.yaml --out b.log --log c.log --session 99999999999999999999",
+                                "run a.yaml --out b.log --until 0x10",
                                 "monitor --live --json",
                                 "monitor --interval nan",
                                 "monitor --duration 0",
@@ -64,7 +83,8 @@ TEST(CommandLine, AMisspeltWordIsAnsweredWithTheNearest) {
       {"run a.yaml --untl=3", "no option '--untl=3' (did you mean '--until'?)"},
       {"--versoin", "no option '--versoin' (did you mean '--version'?)"},
       {"check a.yaml b.yaml", "'b.yaml' is one argument too many"},
-      {"modes --count=-1 a.yaml", "--count: found '-1', must be a whole number >= 0"},
+      {"modes --count=-1 a.yaml", "--count: found '-1', must be a whole number from 0 to 2147483647"},
+      {"modes --count=99999999999999999999 a.yaml", "must be a whole number from 0 to 2147483647"},
       {"compile a.yaml -o a.plan --rate 0",
        "--rate: found '0', must be a number from 0.001 to 1000000 [Hz]"}};
   for (const auto& [arguments, text] : misspelt) {
@@ -244,7 +264,7 @@ TEST(Run, TableHasTheNamedColumnsInEveryRow) {
   std::string line;
   std::getline(lines, line);
   EXPECT_TRUE(line.starts_with("tick,time,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,hx,hy,hz,q1,")) << line;
-  EXPECT_TRUE(contains(line, ",tip.x,tip.y,tip.z,"));
+  EXPECT_TRUE(contains(line, ",point.tip.x,point.tip.y,point.tip.z,"));
   const auto columns = std::count(line.begin(), line.end(), ',');
   int rows = 0;
   while (std::getline(lines, line)) {
@@ -278,6 +298,32 @@ TEST(Run, InterruptedFileIsMarkedAndReplays) {
   const Outcome replayed =
       run(kFreeflex + " replay " + folder / "a.log.partial --plan " + kGolden + "frame.plan");
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err << replayed.out;
+}
+
+TEST(CommandLine, TheDaemonTakesNumbersAsScenesDo) {
+  for (const char* number : {"0x10", "' 5'", "010", "inf"}) {
+    const Outcome outcome =
+        run("timeout 20 " + kFreeflexd + " " + kScenes + "boom.yaml --until 0.1 --rate " + number);
+    EXPECT_EQ(outcome.exit_code, 2) << number << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "--rate: found '")) << outcome.err;
+  }
+}
+
+TEST(Scripts, WrongArgumentsAreAnsweredWithUsage) {
+  const std::string top = std::string(FREEFLEX_SOURCE_DIR) + "/";
+  for (const char* script : {"tests/bits/one_set_of_bits", "tests/reference/check_core_is_pure.sh"}) {
+    const Outcome help = run(top + script + " --help");
+    EXPECT_EQ(help.exit_code, 0) << help.err;
+    EXPECT_TRUE(contains(help.out, "Exit 0 ")) << help.out;
+    for (const char* arguments : {"", "a", "/nonexistent 1 --record", "/nonexistent x"}) {
+      const Outcome wrong = run(top + script + " " + arguments);
+      EXPECT_EQ(wrong.exit_code, 2) << script << " " << arguments << wrong.err;
+      EXPECT_TRUE(contains(wrong.err, "usage: ")) << wrong.err;
+    }
+  }
+  const Outcome option = run(top + "tools/private-network --bogus");
+  EXPECT_EQ(option.exit_code, 2);
+  EXPECT_TRUE(contains(option.err, "usage: ")) << option.err;
 }
 
 TEST(CommandLine, ClosedPipeEndsQuietly) {

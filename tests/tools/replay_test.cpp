@@ -211,6 +211,37 @@ TEST(Replay, ATruncatedOrDamagedFileIsIncompleteWithItsOffset) {
   }
 }
 
+TEST(Replay, AShortTextIsNoLog) {
+  const TemporaryFolder folder;
+  for (const char* text :
+       {"a", "abc", "nine byte", "some text that is longer than the header of a record\n"}) {
+    write_text(folder / "text.log", text);
+    const Outcome outcome =
+        run(kFreeflex + " replay " + folder / "text.log --plan " + kGolden + "frame.plan");
+    EXPECT_EQ(outcome.exit_code, 2) << text;
+    EXPECT_TRUE(contains(outcome.err, "not an LCM event log")) << outcome.err;
+  }
+}
+
+TEST(Replay, ACommandOfAnotherPlanContradictsTheLog) {
+  const Outcome one = replay_changed([](auto& events) {
+    edit<applied_t>(events[find_all(events, "FREEFLEX_APPLIED").at(2)],
+                    [](applied_t& applied) { applied.plan_fingerprint ^= 1; });
+  });
+  EXPECT_EQ(one.exit_code, 3) << one.out;
+  EXPECT_TRUE(contains(one.err, "log incomplete: the message on FREEFLEX_APPLIED at byte ")) << one.err;
+  EXPECT_TRUE(contains(one.err, "names the plan ")) << one.err;
+  // against SCENE, when all commands agree among themselves
+  const TemporaryFolder folder;
+  std::vector<io::LogEvent> events = read_events(sound().folder / "sound.log");
+  for (const std::size_t i : find_all(events, "FREEFLEX_APPLIED"))
+    edit<applied_t>(events[i], [](applied_t& applied) { applied.plan_fingerprint ^= 1; });
+  write_events(folder / "changed.log", events);
+  const Outcome all = run(kFreeflex + " replay " + folder / "changed.log");
+  EXPECT_EQ(all.exit_code, 3) << all.out;
+  EXPECT_TRUE(contains(all.err, "a session has one plan")) << all.err;
+}
+
 TEST(Replay, ADamagedMessageIsIncomplete) {
   const Outcome outcome = replay_changed([](auto& events) {
     io::LogEvent& state = events[find_all(events, "FREEFLEX_STATE")[3]];

@@ -1,0 +1,174 @@
+#include "core/model/force_groups.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace freeflex {
+namespace {
+
+using Vectors = Eigen::Matrix3Xd;
+
+// as for a line (THEORY X42): a thickness below this many roundings of the largest coordinate is none
+constexpr double kPlanarRoundings = 64.0;
+
+// unit normal of the plane that the points come nearest to; masses take no part, so that a light point off
+// the line of the heavy ones counts
+Eigen::Vector3d plane_normal(const MassProperties& properties) {
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(properties.r, Eigen::ComputeFullU);
+  return svd.matrixU().col(2);
+}
+
+// groups are columns of f, filled one after the other
+struct Groups {
+  Eigen::MatrixXd f;
+  Eigen::Index next = 0;
+  void add(int point, const Eigen::Vector3d& force) { f.block<3, 1>(3 * Eigen::Index{point}, next) += force; }
+  void end() { ++next; }
+};
+
+// weights over their largest; zero where all are
+template <typename Weights>
+Weights scaled(const Weights& weights) {
+  const double largest = weights.cwiseAbs().maxCoeff();
+  return largest > 0.0 ? Weights(weights / largest) : Weights(Weights::Zero());
+}
+
+// equal and opposite forces along the line between two points
+void add_pair(const Vectors& r, int first, int second, Groups& groups) {
+  const Eigen::Vector3d span = r.col(second) - r.col(first);
+  const double length = span.stableNorm();
+  if (length > 0.0) {
+    groups.add(first, -span / length);
+    groups.add(second, span / length);
+  }
+  groups.end();
+}
+
+// X81: pairs of neighbours along the line, then three neighbours across it, in two planes
+void collinear_groups(const MassProperties& properties, const std::vector<int>& at, Groups& groups) {
+  const Eigen::VectorXd s = properties.r.transpose() * properties.line;
+  for (std::size_t i = 0; i + 1 < at.size(); ++i) {
+    groups.add(at[i], -properties.line);
+    groups.add(at[i + 1], properties.line);
+    groups.end();
+  }
+  for (int axis = 1; axis < 3; ++axis) {
+    const Eigen::Vector3d across = properties.principal_axes.col(axis);
+    for (std::size_t i = 0; i + 2 < at.size(); ++i) {
+      const double first = s[at[i + 1]] - s[at[i]], second = s[at[i + 2]] - s[at[i + 1]];
+      const Eigen::Vector3d weights = scaled(Eigen::Vector3d(second, -(first + second), first));
+      for (std::size_t k = 0; k < 3; ++k)
+        groups.add(at[i + k], weights[static_cast<Eigen::Index>(k)] * across);
+      groups.end();
+    }
+  }
+}
+
+// X82: pairs one and two numbers apart, then four neighbours across the plane
+void planar_groups(const MassProperties& properties, const std::vector<int>& at, Groups& groups) {
+  const Vectors& r = properties.r;
+  for (std::size_t apart = 1; apart <= 2; ++apart)
+    for (std::size_t i = 0; i + apart < at.size(); ++i) add_pair(r, at[i], at[i + apart], groups);
+  const Eigen::Vector3d normal = plane_normal(properties);
+  const auto area = [&](int a, int b, int c) {
+    return normal.dot((r.col(b) - r.col(a)).cross(r.col(c) - r.col(a)));
+  };
+  for (std::size_t i = 0; i + 3 < at.size(); ++i) {
+    const int a = at[i], b = at[i + 1], c = at[i + 2], d = at[i + 3];
+    const Eigen::Vector4d weights =
+        scaled(Eigen::Vector4d(area(b, c, d), -area(a, c, d), area(a, b, d), -area(a, b, c)));
+    for (std::size_t k = 0; k < 4; ++k)
+      groups.add(at[i + k], weights[static_cast<Eigen::Index>(k)] * normal);
+    groups.end();
+  }
+}
+
+// X84: F = R - S for every unit load R, S the forces that accelerate the points as one body   (7.1-7.4)
+void formal_groups(const std::vector<PointMass>& points, const MassProperties& properties,
+                   const std::vector<int>& at, Groups& groups) {
+  const Vectors& r = properties.r;
+  for (const int loaded : at) {
+    for (int axis = 0; axis < 3; ++axis) {
+      const Eigen::Vector3d R = Eigen::Vector3d::Unit(axis);
+      const Eigen::Vector3d moment = r.col(loaded).cross(R);
+      // about the line of a collinear shape, and for one point, there is no moment to balance
+      Eigen::Vector3d omega_dot = Eigen::Vector3d::Zero();
+      for (int k = 6 - properties.rigid_freedoms; k < 3; ++k)
+        omega_dot += properties.principal_axes.col(k) *
+                     (properties.principal_axes.col(k).dot(moment) / properties.principal[k]);
+      groups.add(loaded, R);
+      for (std::size_t i = 0; i < points.size(); ++i) {
+        const Eigen::Vector3d S = points[i].mass / properties.mass * R +
+                                  points[i].mass * omega_dot.cross(r.col(static_cast<Eigen::Index>(i)));
+        groups.add(static_cast<int>(i), -S);
+      }
+      groups.end();
+    }
+  }
+}
+
+}  // namespace
+
+ShapeClass shape_class(const std::vector<PointMass>& points, const MassProperties& properties) {
+  if (properties.rigid_freedoms == 3) return ShapeClass::kPoint;
+  if (properties.rigid_freedoms == 5) return ShapeClass::kCollinear;
+  double largest = std::sqrt(properties.r.colwise().squaredNorm().maxCoeff());
+  for (const PointMass& point : points) largest = std::max(largest, point.position.cwiseAbs().maxCoeff());
+  const double thickness = (plane_normal(properties).transpose() * properties.r).cwiseAbs().maxCoeff();
+  const bool is_planar =
+      points.size() == 3 || thickness <= kPlanarRoundings * std::numeric_limits<double>::epsilon() * largest;
+  return is_planar ? ShapeClass::kPlanar : ShapeClass::kSpatial;
+}
+
+const char* name_of(Recipe recipe) {
+  switch (recipe) {
+    case Recipe::kCollinear: return "collinear";
+    case Recipe::kPlanar: return "planar";
+    case Recipe::kSpatial: return "spatial";
+    case Recipe::kFormal: return "formal";
+    case Recipe::kHouseholder: return "householder";
+    case Recipe::kModes: break;
+  }
+  return "modes";
+}
+
+const char* name_of(ShapeClass shape) {
+  switch (shape) {
+    case ShapeClass::kPoint: return "one point";
+    case ShapeClass::kCollinear: return "collinear";
+    case ShapeClass::kPlanar: return "planar";
+    case ShapeClass::kSpatial: break;
+  }
+  return "spatial";
+}
+
+Recipe recipe_of(ShapeClass shape) {
+  switch (shape) {
+    case ShapeClass::kCollinear: return Recipe::kCollinear;
+    case ShapeClass::kPlanar: return Recipe::kPlanar;
+    case ShapeClass::kSpatial: return Recipe::kSpatial;
+    case ShapeClass::kPoint: break;
+  }
+  return Recipe::kFormal;
+}
+
+Eigen::MatrixXd force_groups(Recipe recipe, const std::vector<PointMass>& points,
+                             const MassProperties& properties, const std::vector<int>& numbering) {
+  const auto num_points = static_cast<Eigen::Index>(points.size());
+  // room for the most that a recipe gives
+  Groups groups{Eigen::MatrixXd::Zero(3 * num_points, 3 * num_points)};
+  if (recipe == Recipe::kCollinear) collinear_groups(properties, numbering, groups);
+  if (recipe == Recipe::kPlanar) planar_groups(properties, numbering, groups);
+  // X83: pairs one, two and three numbers apart
+  if (recipe == Recipe::kSpatial)
+    for (std::size_t apart = 1; apart <= 3; ++apart)
+      for (std::size_t i = 0; i + apart < numbering.size(); ++i)
+        add_pair(properties.r, numbering[i], numbering[i + apart], groups);
+  if (recipe == Recipe::kFormal) formal_groups(points, properties, numbering, groups);
+  return groups.f.leftCols(groups.next);
+}
+
+}  // namespace freeflex

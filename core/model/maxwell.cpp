@@ -1,0 +1,145 @@
+#include "core/model/maxwell.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/QR>
+#include <algorithm>
+#include <set>
+
+#include "core/model/faults.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr int kNamesInReason = 8;
+
+// [-] a stretch of a rigid link by less, beside what its ends move, is rounding
+constexpr double kRigidRounding = 1e-9;
+
+// e = natural rows times sqrt(D), over displacements and rotations; its transpose maps t = s / sqrt(D) to
+// the loads that it balances
+Eigen::MatrixXd weighted_rows(const LinkFactor& factor) {
+  Eigen::MatrixXd rows =
+      Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(factor.natural.size()), factor.num_freedoms);
+  for (std::size_t k = 0; k < factor.natural.size(); ++k)
+    for (const auto& [freedom, coefficient] : factor.natural[k].coefficients)
+      rows(static_cast<Eigen::Index>(k), freedom) += coefficient * factor.natural[k].root_stiffness;
+  return rows;
+}
+
+// names of the rigid links whose constraints b does not keep
+std::string stretched_links(const Scene& scene, const LinkFactor& factor, const Eigen::MatrixXd& shapes) {
+  std::set<int> links;
+  for (Eigen::Index row = 0; row < factor.constraints.rows(); ++row) {
+    const Eigen::RowVectorXd stretch = (factor.constraints.row(row) * shapes).cwiseAbs();
+    const Eigen::RowVectorXd size = factor.constraints.row(row).cwiseAbs() * shapes.cwiseAbs();
+    if ((stretch.array() > kRigidRounding * size.array()).any())
+      links.insert(factor.constraint_link[static_cast<std::size_t>(row)]);
+  }
+  std::string names;
+  for (const int link : links)
+    names += (names.empty() ? "" : ", ") + quoted(scene.links[static_cast<std::size_t>(link)].name, link);
+  return names;
+}
+
+}  // namespace
+
+Eigen::MatrixXd unit_forces(const std::vector<PointMass>& points, const Eigen::MatrixXd& shapes) {
+  double total = 0.0;
+  for (const PointMass& point : points) total += point.mass;
+  Eigen::MatrixXd forces = shapes;
+  for (Eigen::Index i = 0; i < forces.rows(); ++i)
+    forces.row(i) *= points[static_cast<std::size_t>(i / 3)].mass / total;
+  return forces;
+}
+
+LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen::MatrixXd& loads) {
+  const Eigen::Index num_displacements = factor.constraints.cols();
+  const Eigen::Index num_constraints = factor.constraints.rows();
+  const auto num_natural = static_cast<Eigen::Index>(factor.natural.size());
+  // equilibrium [C' A'] (multipliers; t) = loads: the columns of C' are turned to the front
+  Eigen::MatrixXd balance = weighted_rows(factor).transpose();
+  Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor.num_freedoms, loads.cols());
+  right.topRows(num_displacements) = loads;
+  Eigen::MatrixXd rigid = Eigen::MatrixXd::Zero(factor.num_freedoms, num_constraints);
+  rigid.topRows(num_displacements) = factor.constraints.transpose();
+  const Eigen::HouseholderQR<Eigen::MatrixXd> front(rigid);
+  if (num_constraints > 0) {
+    balance.applyOnTheLeft(front.householderQ().adjoint());
+    right.applyOnTheLeft(front.householderQ().adjoint());
+  }
+  const Eigen::Index num_left = factor.num_freedoms - num_constraints;
+
+  // stiff links first, as far as they are independent, carry the state that balances the loads; the number of
+  // independent ones is known: what condensation left is one row fewer for each rotation that links hold
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(balance.bottomRows(num_left));
+  const Eigen::Index num_held = num_natural - factor.rows.rows();
+  const Eigen::Index rank =
+      std::min(num_displacements - rigid_freedoms - num_constraints + num_held, num_natural);
+  const auto R11 = qr.matrixR().topLeftCorner(rank, rank).triangularView<Eigen::Upper>();
+  Eigen::MatrixXd turned = right.bottomRows(num_left);
+  turned.applyOnTheLeft(qr.householderQ().adjoint());
+  LinkStates states;
+  states.num_redundant = static_cast<int>(num_natural - rank);
+  Eigen::MatrixXd t = Eigen::MatrixXd::Zero(num_natural, loads.cols());
+  t.topRows(rank) = R11.solve(turned.topRows(rank));
+  if (states.num_redundant > 0) {
+    // self-stresses balance no load: [-R11^-1 R12; 1]; the least t.t is orthogonal to them all
+    Eigen::MatrixXd self_stress(num_natural, states.num_redundant);
+    self_stress.topRows(rank) = -R11.solve(qr.matrixR().topRightCorner(rank, states.num_redundant));
+    self_stress.bottomRows(states.num_redundant).setIdentity();
+    const Eigen::HouseholderQR<Eigen::MatrixXd> stress_qr(self_stress);
+    t.applyOnTheLeft(stress_qr.householderQ().adjoint());
+    t.topRows(states.num_redundant).setZero();
+    t.applyOnTheLeft(stress_qr.householderQ());
+  }
+  t = (qr.colsPermutation() * t).eval();
+  states.multipliers.resize(num_constraints, loads.cols());
+  if (num_constraints > 0) {
+    const Eigen::MatrixXd left = right.topRows(num_constraints) - balance.topRows(num_constraints) * t;
+    states.multipliers =
+        front.matrixQR().topRows(num_constraints).triangularView<Eigen::Upper>().solve(left);
+  }
+  states.natural = std::move(t);
+  for (Eigen::Index k = 0; k < num_natural; ++k)
+    states.natural.row(k) *= factor.natural[static_cast<std::size_t>(k)].root_stiffness;
+  return states;
+}
+
+Maxwell find_maxwell(const Scene& scene, const Structure& structure, const LinkFactor& factor,
+                     const Eigen::MatrixXd& shapes) {
+  Maxwell maxwell;
+  if (!structure.mechanisms.empty()) {
+    maxwell.delta_absence = join_text(
+        "no link resists the motion of ",
+        point_names(scene, structure.mechanisms.front().moved_points, kNamesInReason),
+        structure.mechanisms.size() == 1
+            ? ""
+            : join_text(" and ", structure.mechanisms.size() - 1, " more mechanisms"),
+        ": forces that work on it find no equilibrium");
+  } else {
+    LinkStates states = link_states(factor, structure.mass_properties.rigid_freedoms,
+                                    unit_forces(scene.points, shapes));
+    for (std::size_t k = 0; k < factor.natural.size(); ++k)
+      states.natural.row(static_cast<Eigen::Index>(k)) /= factor.natural[k].root_stiffness;
+    maxwell.delta = states.natural.transpose() * states.natural;
+    maxwell.num_redundant = states.num_redundant;
+  }
+  const std::string stretched = stretched_links(scene, factor, shapes);
+  if (stretched.empty()) {
+    const Eigen::MatrixXd deformations = factor.rows * shapes;
+    maxwell.c = deformations.transpose() * deformations;
+  } else {
+    maxwell.c_absence = join_text("no force stretches rigid ", stretched,
+                                  ": its influence coefficients are infinite");
+  }
+  return maxwell;
+}
+
+Eigen::MatrixXd influence_of(const Eigen::MatrixXd& delta) {
+  const Eigen::VectorXd scale = delta.diagonal().cwiseSqrt().cwiseInverse();
+  const Eigen::MatrixXd scaled = scale.asDiagonal() * delta * scale.asDiagonal();
+  const Eigen::MatrixXd inverse = scaled.llt().solve(Eigen::MatrixXd::Identity(delta.rows(), delta.cols()));
+  return scale.asDiagonal() * inverse * scale.asDiagonal();
+}
+
+}  // namespace freeflex

@@ -1,0 +1,196 @@
+// Structures of every class of shape, random ones by seed. Header only.
+#pragma once
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <initializer_list>
+#include <random>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tests/model/make_scene.hpp"
+#include "tests/support/structures.hpp"
+
+namespace freeflex::testing {
+
+using Engine = std::mt19937_64;
+
+inline double uniform(Engine& engine, double low, double high) {
+  return std::uniform_real_distribution<double>(low, high)(engine);
+}
+
+inline Eigen::Vector3d random_vector(Engine& engine) {
+  const double x = uniform(engine, -1.0, 1.0), y = uniform(engine, -1.0, 1.0);
+  return {x, y, uniform(engine, -1.0, 1.0)};
+}
+
+template <typename Kind>
+int add_angle(Scene& scene, std::initializer_list<int> points, const Kind& kind) {
+  const int link = add_link(scene, 0, 0, kind);
+  scene.links.back().points = points;
+  return link;
+}
+
+/// What random scenes are drawn from: logarithms to base 10 over which masses and stiffnesses spread evenly.
+struct Spread {
+  double masses = 1.0;       // ratio of the largest to the smallest, decades
+  double stiffnesses = 1.0;  // the same
+};
+
+inline double draw(Engine& engine, double middle, double decades) {
+  return middle * std::pow(10.0, uniform(engine, -0.5, 0.5) * decades);
+}
+
+/// The given masses of a scene are replaced: first and last the extremes, the rest in between.
+inline void spread_masses(Scene& scene, Engine& engine, double decades) {
+  for (PointMass& point : scene.points) point.mass = draw(engine, 1.0, decades);
+  scene.points.front().mass = std::pow(10.0, -0.5 * decades);
+  scene.points.back().mass = std::pow(10.0, 0.5 * decades);
+}
+
+inline double stiffness(Engine& engine, const Spread& spread) {
+  return draw(engine, 1e4, spread.stiffnesses);
+}
+
+/// A chain on a random line: springs between neighbours, bending springs, points in random places at least 0.2
+/// m apart.
+inline Scene chain(std::uint64_t seed, int num_points, const Spread& spread) {
+  Engine engine(seed);
+  Scene scene;
+  const Eigen::Vector3d start = random_vector(engine), along = random_vector(engine).normalized();
+  double s = 0.0;
+  for (int i = 0; i < num_points; ++i, s += uniform(engine, 0.2, 1.0)) add_point(scene, 1.0, start + s * along);
+  spread_masses(scene, engine, spread.masses);
+  for (int i = 0; i + 1 < num_points; ++i) add_link(scene, i, i + 1, Spring{stiffness(engine, spread)});
+  for (int i = 0; i + 2 < num_points; ++i)
+    add_angle(scene, {i, i + 1, i + 2}, BendingSpring{stiffness(engine, spread)});
+  return scene;
+}
+
+/// Points of a random plane around its middle, in turn by 1.1 to 1.9 rad, no three in succession near a line:
+/// every pair joined, torsion springs on four in succession.
+inline Scene sheet(std::uint64_t seed, int num_points, const Spread& spread) {
+  Engine engine(seed);
+  Scene scene;
+  const Eigen::Vector3d start = random_vector(engine), normal = random_vector(engine).normalized();
+  const Eigen::Vector3d first = normal.unitOrthogonal(), second = normal.cross(first);
+  double angle = 0.0;
+  for (int i = 0; i < num_points; ++i, angle += uniform(engine, 1.1, 1.9)) {
+    const double radius = uniform(engine, 0.8, 1.2);
+    add_point(scene, 1.0, start + radius * (std::cos(angle) * first + std::sin(angle) * second));
+  }
+  spread_masses(scene, engine, spread.masses);
+  for (int i = 0; i < num_points; ++i)
+    for (int j = 0; j < i; ++j) add_link(scene, i, j, Spring{stiffness(engine, spread)});
+  for (int i = 0; i + 3 < num_points; ++i)
+    add_angle(scene, {i, i + 1, i + 2, i + 3}, TorsionSpring{stiffness(engine, spread)});
+  return scene;
+}
+
+/// Points in general position, every pair joined.
+inline Scene cloud(std::uint64_t seed, int num_points, const Spread& spread) {
+  Engine engine(seed);
+  Scene scene;
+  for (int i = 0; i < num_points; ++i) add_point(scene, 1.0, random_vector(engine));
+  spread_masses(scene, engine, spread.masses);
+  for (int i = 0; i < num_points; ++i)
+    for (int j = 0; j < i; ++j) add_link(scene, i, j, Spring{stiffness(engine, spread)});
+  return scene;
+}
+
+/// Corners of a unit cube in lexicographic order, every pair joined.
+inline Scene cube(std::uint64_t seed, const Spread& spread) {
+  Engine engine(seed);
+  Scene scene;
+  for (int i = 0; i < 8; ++i) add_point(scene, 1.0, {(i / 4) * 1.0, (i / 2 % 2) * 1.0, (i % 2) * 1.0});
+  spread_masses(scene, engine, spread.masses);
+  for (int i = 0; i < 8; ++i)
+    for (int j = 0; j < i; ++j) add_link(scene, i, j, Spring{stiffness(engine, spread)});
+  return scene;
+}
+
+/// square_truss with masses and stiffnesses of its own.
+inline Scene truss(std::uint64_t seed, int sections, const Spread& spread) {
+  Engine engine(seed);
+  Scene scene = square_truss(sections);
+  spread_masses(scene, engine, spread.masses);
+  for (Link& link : scene.links) link.kind = Spring{stiffness(engine, spread)};
+  return scene;
+}
+
+/// Hydrogen peroxide: two bonds O-H and one O-O, two angles, one dihedral of 112 degrees. SI units of order
+/// one in place of those of molecules.
+inline Scene peroxide(std::uint64_t seed, const Spread& spread) {
+  Engine engine(seed);
+  Scene scene;
+  const double bend = 1.65, twist = 1.95;  // [rad]
+  const Eigen::Vector3d arm(std::cos(bend) * 0.97, std::sin(bend) * 0.97, 0.0);
+  add_point(scene, 1.0, arm);
+  add_point(scene, 16.0, {0.0, 0.0, 0.0});
+  add_point(scene, 16.0, {1.45, 0.0, 0.0});
+  add_point(scene, 1.0, {1.45 - arm.x(), std::cos(twist) * arm.y(), std::sin(twist) * arm.y()});
+  if (spread.masses > 2.0) spread_masses(scene, engine, spread.masses);
+  for (int i = 0; i < 3; ++i) add_link(scene, i, i + 1, Spring{stiffness(engine, spread)});
+  for (int i = 0; i < 2; ++i)
+    add_angle(scene, {i, i + 1, i + 2}, BendingSpring{stiffness(engine, spread)});
+  add_angle(scene, {0, 1, 2, 3}, TorsionSpring{stiffness(engine, spread)});
+  return scene;
+}
+
+/// A cloud with a rigid link between points 0 and 1 and a rigid body of points 2 to 4.
+inline Scene partly_rigid(std::uint64_t seed, int num_points, const Spread& spread) {
+  Scene scene = cloud(seed, num_points, spread);
+  std::vector<Link> elastic;
+  for (const Link& link : scene.links) {
+    const int i = std::min(link.points[0], link.points[1]), j = std::max(link.points[0], link.points[1]);
+    if (!((i == 0 && j == 1) || (i >= 2 && j <= 4))) elastic.push_back(link);
+  }
+  scene.links = elastic;
+  add_link(scene, 0, 1, Rigid{});
+  add_angle(scene, {2, 3, 4}, Rigid{});
+  return scene;
+}
+
+/// Free space frame of beams along the edges of a tetrahedron, one shear-flexible and released at one end.
+inline Scene frame(std::uint64_t seed, const Spread& spread) {
+  Engine engine(seed);
+  Scene scene;
+  add_point(scene, 1.0, {0.0, 0.0, 0.0});
+  add_point(scene, 1.0, {1.0, 0.1, 0.0});
+  add_point(scene, 1.0, {0.2, 0.9, 0.1});
+  add_point(scene, 1.0, {0.3, 0.2, 1.1});
+  spread_masses(scene, engine, spread.masses);
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < i; ++j) {
+      Beam beam{stiffness(engine, spread), stiffness(engine, spread), stiffness(engine, spread),
+                stiffness(engine, spread)};
+      if (i == 3 && j == 0) beam.GA_y = stiffness(engine, spread);
+      if (i == 3 && j == 1) beam.released[0] = {false, true, true};
+      add_link(scene, i, j, beam);
+    }
+  return scene;
+}
+
+struct NamedScene {
+  std::string name;
+  Scene scene;
+};
+
+/// One of each class for a seed.
+inline std::vector<NamedScene> every_class(std::uint64_t seed, const Spread& spread) {
+  return {{"pair", chain(seed, 2, spread)},
+          {"chain of 3", chain(seed, 3, spread)},
+          {"chain of 9", chain(seed, 9, spread)},
+          {"triangle", sheet(seed, 3, spread)},
+          {"sheet of 8", sheet(seed, 8, spread)},
+          {"cloud of 4", cloud(seed, 4, spread)},
+          {"cloud of 10", cloud(seed, 10, spread)},
+          {"cube", cube(seed, spread)},
+          {"truss of 6 sections", truss(seed, 6, spread)},
+          {"peroxide", peroxide(seed, spread)},
+          {"partly rigid", partly_rigid(seed, 8, spread)},
+          {"frame", frame(seed, spread)}};
+}
+
+}  // namespace freeflex::testing

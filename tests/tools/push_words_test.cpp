@@ -1,0 +1,96 @@
+// A rejection reads in the words of whoever typed the command, whichever rule it broke.
+#include "tools/push_words.hpp"
+
+#include <gtest/gtest.h>
+
+#include <memory>
+
+#include "freeflex_msgs/control_t.hpp"
+#include "service/io/codec.hpp"
+#include "service/publisher.hpp"
+#include "tests/tools/shell.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using io::Reason;
+
+/// The daemon's words for a loop's rejection, in push's.
+std::string loop_text(const service::AckEntry& entry) {
+  Plan plan;
+  plan.num_elastic = 6;
+  return tools::in_push_words(service::make_ack(entry, plan, 1, 0).text, {}, {});
+}
+
+/// Point 19 is the second of a command, group 2 its first; names as a scene may have them.
+const std::vector<std::string> kPoints{"hub", "RUN.20"};
+const std::vector<std::string> kGroups{"start_tick"};
+
+/// What check_command says of a command, in push's words. The table has 20 points and 3 groups.
+std::string command_text(Reason reason, const std::function<void(ForceCommand&, io::NameTable&)>& change) {
+  auto command = std::make_unique<ForceCommand>();
+  auto table = std::make_unique<io::NameTable>();
+  table->num_points = 20;
+  table->num_groups = 3;
+  table->is_pushable.fill(1);
+  for (auto& group : table->groups) group.torque_rank = 3, group.is_pushable = 1;
+  table->force_limit = 10.0;
+  table->torque_limit = 1.0;
+  command->duration_ticks = 1;
+  command->start_tick = -1;
+  command->num_points = 2;
+  command->points[1].point = 19;
+  command->num_wrenches = 1;
+  command->wrenches[0].group = 2;
+  change(*command, *table);
+  std::array<char, 160> text{};
+  EXPECT_EQ(io::check_command(*command, *table, text), reason) << text.data();
+  return tools::in_push_words(text.data(), kPoints, kGroups);
+}
+
+TEST(PushWords, IndicesBecomeNames) {
+  EXPECT_EQ(command_text(Reason::kOverLimit, [](auto& command, auto&) { command.points[1].force[2] = 20.0; }),
+            "point 'RUN.20': |force| 20 N, the scene allows at most 10 N");
+  EXPECT_EQ(
+      command_text(Reason::kOverLimit, [](auto& command, auto&) { command.wrenches[0].torque[2] = 2.0; }),
+      "group 'start_tick': |torque| 2 N m, the scene allows at most 1 N m");
+  EXPECT_TRUE(command_text(Reason::kNotPushable, [](auto&, auto& table) {
+                table.is_pushable[19] = 0;
+              }).starts_with("point 'RUN.20' may not be pushed"));
+  EXPECT_TRUE(command_text(Reason::kUnreachableTorque, [](auto& command, auto& table) {
+                table.groups[2].torque_rank = 0;
+                command.wrenches[0].torque[0] = 0.5;
+              }).starts_with("group 'start_tick' cannot take the torque"));
+  EXPECT_TRUE(command_text(Reason::kDuplicatePoint, [](auto& command, auto&) {
+                command.points[0].point = 19;
+              }).starts_with("point 'RUN.20' is named twice"));
+  EXPECT_EQ(command_text(Reason::kTooManyPoints, [](auto& command, auto&) { command.num_points = 257; }),
+            "257 points and 1 groups, must be at most 256 and 16");
+}
+
+TEST(PushWords, FieldsBecomeOptions) {
+  EXPECT_EQ(loop_text({.reason = Reason::kLate, .tick = 3001, .found = 1}),
+            "--at-tick 1 has passed, next is 3001: name a later one, none, or add --late-ok");
+  EXPECT_EQ(loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 200'000'000}),
+            "--at-tick 200000000 is more than 100000000 ticks ahead of 5");
+  EXPECT_EQ(loop_text({.reason = Reason::kBadControl, .found = 7}),
+            "--control shapes=7: must be a mode from 1 to 6");
+  using freeflex_msgs::control_t;
+  EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .found = control_t::RUN}),
+            "--control run does not apply in lockstep: send --control step=N");
+  EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .found = control_t::STEP}),
+            "--control step=N applies while holding: send --control hold first");
+  EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .mode = service::Mode::kFault}),
+            "the simulation is faulted: only --control reset and --control stop are taken");
+}
+
+TEST(PushWords, NoRejectionOfTheLoopKeepsAWordOfTheWire) {
+  for (int reason = 1; reason < io::kNumReasons; ++reason) {
+    const std::string text = loop_text({.reason = static_cast<Reason>(reason), .tick = 3, .found = 1});
+    for (const char* word : {"start_tick", "late_policy", "SHAPES", "STEP", "RUN", "HOLD", "RESET", "STOP"})
+      EXPECT_FALSE(contains(text, word)) << text;
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::testing

@@ -1,0 +1,173 @@
+// freeflex run: what it writes, over what it never writes, and how far it says the motion can be trusted.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <iomanip>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "tests/tools/shell.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Json = nlohmann::json;
+
+/// Two points of 1 kg, 1 m apart, 100 N/m: omega_1^2 = 200 rad^2/s^2, size 0.5 m.
+std::string pair(const std::string& more) {
+  return "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+         "links: [{spring: [a, b], stiffness: 100}]\n" +
+         more;
+}
+
+/// The motion starts with both ends displaced along the line and a spin across it.
+std::string stretched_and_spun(double displacement, double spin) {
+  const std::string d = std::to_string(displacement);
+  return pair("initial:\n  angular_velocity: [0, 0, " + std::to_string(spin) +
+              "]\n  points: {a: {displacement: [-" + d + ", 0, 0]}, b: {displacement: [" + d + ", 0, 0]}}\n");
+}
+
+class Run : public ::testing::Test {
+ protected:
+  Outcome run_scene(const std::string& scene, const std::string& arguments) {
+    write_text(folder_ / "scene.yaml", scene);
+    return run("cd " + folder_.path() + " && " + kFreeflex + " run scene.yaml " + arguments);
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(Run, NothingOfASceneIsWrittenOver) {
+  const std::string list = "rotor.yaml rotor_points.csv rotor_stiffness.mtx";
+  ASSERT_EQ(run("cd " + kScenes + " && cp " + list + " " + folder_.path()).exit_code, 0);
+  const std::string in_folder = "cd " + folder_.path() + " && " + kFreeflex + " ";
+  ASSERT_EQ(run(in_folder + "run rotor.yaml --until 0.01 --out flight.log").exit_code, 0);
+  ASSERT_EQ(
+      run("cd " + folder_.path() + " && ln -s rotor_stiffness.mtx link.log && cp rotor.yaml next.partial")
+          .exit_code,
+      0);
+  const auto whole = [&] {
+    std::string text;
+    for (const char* name :
+         {"rotor.yaml", "rotor_points.csv", "rotor_stiffness.mtx", "flight.log", "next.partial"})
+      text += read_text(folder_ / name);
+    return text;
+  };
+  const std::string before = whole();
+  for (const char* arguments :
+       {"compile rotor.yaml -o rotor_points.csv", "compile rotor.yaml -o ./rotor_stiffness.mtx",
+        "run rotor.yaml --until 0.01 --out rotor_points.csv",
+        "run rotor.yaml --until 0.01 --out rotor_stiffness.mtx", "run rotor.yaml --until 0.01 --out link.log",
+        "run next.partial --until 0.01 --out next", "run rotor.yaml --log flight.log --out flight.log"}) {
+    const Outcome outcome = run(in_folder + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "name another file to write")) << outcome.err;
+    EXPECT_TRUE(whole() == before) << arguments;
+  }
+}
+
+TEST_F(Run, ReportsTheRatiosOfAStretchedAndSpunPair) {
+  // the displacement is largest at the start; the spin of a collinear body across its line stays
+  const Outcome outcome = run_scene(stretched_and_spun(2e-4, 0.1), "--until 2 --json --out a.csv");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  const double spin_ratio = 0.1 * 0.1 / 200.0 * 0.5 / 2e-4;
+  EXPECT_NEAR(json["displacement_ratio"], 2e-4 / 0.5, 1e-16);  // a few roundings of 4e-4
+  EXPECT_NEAR(json["spin_ratio"], spin_ratio, 1e-13 * spin_ratio);
+  EXPECT_TRUE(
+      contains(outcome.err, "warning: spin ratio 0.12 is above 0.1: outside what the method can answer"))
+      << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "README, 'When not to trust it'")) << outcome.err;
+  EXPECT_FALSE(contains(outcome.err, "displacement ratio")) << outcome.err;
+  const Outcome text = run_scene(stretched_and_spun(2e-4, 0.01), "--until 2 --out a.csv");
+  EXPECT_TRUE(contains(text.out, "; displacement ratio 4.0e-04, spin ratio 1.2e-03\n")) << text.out;
+  EXPECT_TRUE(text.err.empty()) << text.err;
+}
+
+TEST_F(Run, WarnsOfDisplacementsThatAreNotSmall) {
+  const Outcome outcome = run_scene(stretched_and_spun(2e-2, 0.0), "--until 1 --out a.log");
+  EXPECT_EQ(outcome.exit_code, 0);
+  EXPECT_TRUE(
+      contains(outcome.err, "warning: displacement ratio 0.04 is above 0.001: outside what the method can"))
+      << outcome.err;
+  EXPECT_FALSE(contains(outcome.err, "spin ratio")) << outcome.err;
+}
+
+TEST_F(Run, AVibrationThroughZeroIsNoSpinRatio) {
+  // starts undeformed: 0.2 mm are reached a quarter period later, and looked at within 8 of 444 ticks of a
+  // peak
+  const double velocity = 2e-4 * std::sqrt(200.0);
+  std::ostringstream text;
+  text << std::setprecision(17) << velocity;
+  const std::string v = text.str();
+  const Outcome outcome =
+      run_scene(pair("initial:\n  angular_velocity: [0, 0, 0.01]\n  points: {a: {velocity: [-" + v +
+                     ", 0, 0]}, b: {velocity: [" + v + ", 0, 0]}}\n"),
+                "--until 5 --json --out a.csv");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const double spin_ratio = 0.01 * 0.01 / 200.0 * 0.5 / 2e-4;
+  EXPECT_NEAR(Json::parse(outcome.out)["spin_ratio"], spin_ratio, 0.01 * spin_ratio);
+  EXPECT_TRUE(outcome.err.empty()) << outcome.err;
+}
+
+TEST_F(Run, WithoutPublishedPointsTheRatiosAreUnknown) {
+  const std::string scene = stretched_and_spun(2e-2, 3.0) + "publish: {points: {of: []}, groups: []}\n";
+  const Outcome json = run_scene(scene, "--until 1 --json --out a.csv");
+  ASSERT_EQ(json.exit_code, 0) << json.err;
+  EXPECT_TRUE(Json::parse(json.out)["displacement_ratio"].is_null()) << json.out;
+  EXPECT_TRUE(Json::parse(json.out)["spin_ratio"].is_null()) << json.out;
+  EXPECT_TRUE(contains(run_scene(scene, "--until 1 --out a.csv").out, "the scene publishes no points"));
+}
+
+TEST_F(Run, AStateThatIsNotFiniteNamesCauseAndRemedy) {
+  const Outcome outcome = run_scene(pair("loads: [{forces: {b: [1e308, 0, 0]}}]\n"), "--until 1 --out a.log");
+  EXPECT_EQ(outcome.exit_code, 1);
+  for (const char* part : {"is not finite", "displacement ratio", "loads or spin are far too large",
+                           "smaller loads", "nothing was written"})
+    EXPECT_TRUE(contains(outcome.err, part)) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a.log"));
+}
+
+TEST_F(Run, NoTwoColumnsHaveOneName) {
+  const Outcome outcome = run_scene(
+      "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: a.x, mass: 1, at: [1, 0, 0]}\n"
+      "  - {name: x, mass: 1, at: [0, 1, 0]}\n  - {name: tick, mass: 1, at: [0, 0, 1]}\n"
+      "links:\n  - {name: a, beam: [a, a.x], EA: 1, GJ: 1, EIy: 1, EIz: 1}\n"
+      "  - {name: a.1, spring: [x, tick], stiffness: 1}\n  - {name: tick, spring: [a, x], stiffness: 1}\n"
+      "  - {name: a.x, spring: [a, tick], stiffness: 1}\n",
+      "--until 0 --out a.csv");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream table(read_text(folder_ / "a.csv"));
+  std::string header;
+  std::getline(table, header);
+  std::istringstream names(header);
+  std::set<std::string> seen;
+  for (std::string name; std::getline(names, name, ',');)
+    EXPECT_TRUE(seen.insert(name).second) << name << " twice in " << header;
+  for (const char* name : {"tick", "x", "point.a.x", "point.a.x.x", "point.tick.z", "link.a.1", "link.a.12",
+                           "link.a.1.axial", "link.tick.axial", "link.a.x.axial"})
+    EXPECT_TRUE(seen.contains(name)) << name << " not in " << header;
+}
+
+TEST_F(Run, ASceneWithoutStateIsNoTableAndALogWithAWarning) {
+  const std::string scene = pair("publish: {state: 0}\n");
+  const Outcome table = run_scene(scene, "--until 1 --out a.csv");
+  EXPECT_EQ(table.exit_code, 2);
+  EXPECT_TRUE(contains(table.err, "publishes no state") && contains(table.err, "a rate [Hz]")) << table.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a.csv"));
+  const Outcome log = run_scene(scene, "--until 1 --out a.log");
+  EXPECT_EQ(log.exit_code, 0);
+  EXPECT_TRUE(contains(log.err, "warning: the scene publishes no state")) << log.err;
+}
+
+TEST_F(Run, ALogOfAnotherPlanThatDoesNotFitIsSaidToBe) {
+  // the recording pushes point 3, and there are two
+  const Outcome outcome = run_scene(pair(""), "--log " + kGolden + "frame.log --out a.log");
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "the log belongs to another plan")) << outcome.err;
+  EXPECT_FALSE(contains(outcome.err, "incomplete")) << outcome.err;
+}
+
+}  // namespace
+}  // namespace freeflex::testing

@@ -1,0 +1,220 @@
+#include "tools/push_command.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <initializer_list>
+#include <string_view>
+#include <utility>
+
+#include "service/io/scene_text.hpp"
+#include "tools/console.hpp"
+#include "tools/usage.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+using freeflex_msgs::control_t;
+using freeflex_msgs::force_t;
+
+constexpr double kDefaultDuration = 1.0;           // [s]
+constexpr std::int64_t kMaxCount = 1'000'000'000;  // as the daemon takes it
+
+/// What --point says: NAME, pushed by --force, or NAME=X,Y,Z.
+struct PointArgument {
+  std::string name;
+  std::optional<std::array<double, 3>> force;  // [N]
+};
+
+/// nullopt when what stands behind = is not three numbers.
+std::optional<PointArgument> parse_point(const std::string& text) {
+  const std::size_t equals = text.find('=');
+  PointArgument point{text.substr(0, equals), std::nullopt};
+  if (equals == std::string::npos) return point;
+  std::array<double, 3>& force = point.force.emplace();
+  std::size_t begin = equals + 1;
+  for (std::size_t k = 0; k < 3; ++k) {
+    const std::size_t end = k < 2 ? text.find(',', begin) : text.size();
+    if (end == std::string::npos) return std::nullopt;
+    const std::optional<double> value = read_number(std::string_view(text).substr(begin, end - begin));
+    if (!value) return std::nullopt;
+    force[k] = *value;
+    begin = end + 1;
+  }
+  return point;
+}
+
+/// run, hold, reset, stop, step=N, shapes=MODE.
+std::optional<control_t> parse_control(const std::string& text) {
+  constexpr std::array<std::pair<std::string_view, std::int32_t>, 4> kPlain{{{"run", control_t::RUN},
+                                                                             {"hold", control_t::HOLD},
+                                                                             {"reset", control_t::RESET},
+                                                                             {"stop", control_t::STOP}}};
+  constexpr std::array<std::pair<std::string_view, std::int32_t>, 2> kCounted{
+      {{"step=", control_t::STEP}, {"shapes=", control_t::SHAPES}}};
+  control_t control{};
+  for (const auto& [name, command] : kPlain) {
+    control.command = command;
+    if (text == name) return control;
+  }
+  for (const auto& [name, command] : kCounted) {
+    if (!text.starts_with(name)) continue;
+    const auto count = io::reader::parse_integer(std::string_view(text).substr(name.size()), 1, kMaxCount);
+    if (!count) return std::nullopt;
+    control.command = command;
+    control.count = *count;
+    return control;
+  }
+  return std::nullopt;
+}
+
+std::int64_t to_ticks(double seconds, double rate) {
+  return std::max<std::int64_t>(1, std::llround(seconds * rate));
+}
+
+/// Three components, zero where they were not given.
+void copy_vector(const std::vector<double>& from, double (&to)[3]) {
+  if (!from.empty()) std::copy_n(from.begin(), 3, to);
+}
+
+/// Says which points, or groups, there are instead of one that there is not.
+void explain_unknown(const std::string& kind, const std::string& name, const SceneCatalogue& scene,
+                     const std::vector<std::string>& known) {
+  std::string text = "no " + kind + " '" + name + "' in scene '" + scene.head().name + "'" +
+                     io::reader::did_you_mean(name, {known.begin(), known.end()}) + "; ";
+  text += kind == "point" ? "points that can be pushed: " : "groups: ";
+  text += known.empty() ? "none" : listed(known, 12);
+  if (kind == "point" && scene.find_group(name)) text += "; there is a group of that name: --group " + name;
+  if (kind == "group" && scene.find_point(name)) text += "; there is a point of that name: --point " + name;
+  print_error(text);
+}
+
+/// The points' part of a command. False when a name is unknown.
+bool add_points(const PushOptions& options, const SceneCatalogue& scene, force_t& force) {
+  for (const std::string& text : options.points) {
+    const PointArgument argument = *parse_point(text);
+    const std::optional<std::int32_t> index = scene.find_point(argument.name);
+    if (!index) {
+      std::vector<std::string> known;
+      for (const auto& point : scene.points()) {
+        if (point.is_pushable != 0) known.push_back(point.name);
+      }
+      return explain_unknown("point", argument.name, scene, known), false;
+    }
+    freeflex_msgs::point_force_t item{};
+    item.point = *index;
+    copy_vector(options.force, item.force);
+    if (argument.force) std::copy_n(argument.force->begin(), 3, item.force);
+    force.forces.push_back(item);
+  }
+  force.num_forces = static_cast<std::int32_t>(force.forces.size());
+  return true;
+}
+
+/// The groups' part of a command. False when a name is unknown.
+bool add_groups(const PushOptions& options, const SceneCatalogue& scene, force_t& force) {
+  for (const std::string& name : options.groups) {
+    const std::optional<std::int32_t> index = scene.find_group(name);
+    if (!index) {
+      std::vector<std::string> known;
+      for (const auto& group : scene.groups()) known.push_back(group.name);
+      return explain_unknown("group", name, scene, known), false;
+    }
+    freeflex_msgs::wrench_t item{};
+    item.group = *index;
+    copy_vector(options.force, item.force);
+    copy_vector(options.torque, item.torque);
+    force.wrenches.push_back(item);
+  }
+  force.num_wrenches = static_cast<std::int32_t>(force.wrenches.size());
+  return true;
+}
+
+/// The first of a list that was given, or nothing.
+std::string first_given(const CLI::App& command, std::initializer_list<const char*> names) {
+  for (const char* name : names) {
+    if (command.count(name) > 0) return name;
+  }
+  return {};
+}
+
+/// Options that say two things at once, or nothing. Empty: none.
+std::string find_conflict(const CLI::App& command) {
+  std::string other;
+  if (command.count("--control") > 0) {
+    other = first_given(command, {"--point", "--group", "--force", "--torque", "--axes", "--duration",
+                                  "--lease", "--clear", "--slot", "--at-tick", "--late-ok"});
+    if (!other.empty()) return "--control goes without " + other;
+  }
+  if (command.count("--clear") > 0) {
+    other = first_given(command,
+                        {"--point", "--group", "--force", "--torque", "--axes", "--duration", "--lease"});
+    if (!other.empty()) return "--clear goes without " + other;
+  }
+  if (command.count("--lease") > 0 && command.count("--duration") > 0)
+    return "give --duration or --lease, not both";
+  if (command.count("--late-ok") > 0 && command.count("--at-tick") == 0)
+    return "--late-ok goes with --at-tick: without it a command takes effect at once";
+  return {};
+}
+
+/// What is wrong with points, groups and what acts on them. Empty: nothing.
+std::string find_force_fault(const PushOptions& options) {
+  if (!options.torque.empty() && options.groups.empty())
+    return "--torque acts on a --group, not on a --point";
+  bool takes_force = !options.groups.empty();
+  bool needs_force = !options.groups.empty() && options.torque.empty();
+  for (const std::string& text : options.points) {
+    const std::optional<PointArgument> point = parse_point(text);
+    if (!point) return "--point '" + text + "': must be NAME or NAME=X,Y,Z with three numbers [N]";
+    takes_force = takes_force || !point->force;
+    needs_force = needs_force || !point->force;
+  }
+  if (needs_force && options.force.empty())
+    return "give --force X,Y,Z [N], or for a group --torque X,Y,Z [N m]";
+  if (!takes_force && !options.force.empty())
+    return "--force acts on nothing: every --point has its own =X,Y,Z; leave one of the two out";
+  return {};
+}
+
+}  // namespace
+
+std::string find_push_fault(const CLI::App& command, const PushOptions& options) {
+  std::string conflict = find_conflict(command);
+  if (!conflict.empty()) return conflict;
+  const bool is_force = !options.points.empty() || !options.groups.empty() || options.clear;
+  if (!is_force && options.control.empty()) return "give --point, --group or --clear, or else --control";
+  if (!options.control.empty()) {
+    if (parse_control(options.control)) return {};
+    return "--control '" + options.control +
+           "': must be run, hold, reset, stop, step=N or shapes=MODE, N and MODE whole numbers from 1 to " +
+           std::to_string(kMaxCount);
+  }
+  return options.clear ? std::string() : find_force_fault(options);
+}
+
+control_t make_control(const PushOptions& options) { return *parse_control(options.control); }
+
+std::optional<force_t> make_force(const PushOptions& options, const SceneCatalogue& scene) {
+  force_t force{};
+  force.slot = options.slot;
+  force.axes = options.axes == "body" ? 1 : 0;
+  force.start_tick = options.at_tick.value_or(-1);
+  force.late_policy = options.late_ok ? 1 : 0;
+  const double rate = scene.head().rate;
+  if (options.lease) {
+    force.lease_ticks = to_ticks(*options.lease, rate);
+  } else if (!options.clear) {
+    force.duration_ticks = to_ticks(options.duration.value_or(kDefaultDuration), rate);
+  }
+  if (!add_points(options, scene, force) || !add_groups(options, scene, force)) return std::nullopt;
+  return force;
+}
+
+std::vector<std::string> point_names(const PushOptions& options) {
+  std::vector<std::string> names;
+  for (const std::string& text : options.points) names.push_back(text.substr(0, text.find('=')));
+  return names;
+}
+
+}  // namespace freeflex::tools

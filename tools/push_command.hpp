@@ -1,0 +1,49 @@
+// What freeflex push is asked for: its options, their rules, and the message that they make.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "freeflex_msgs/control_t.hpp"
+#include "freeflex_msgs/force_t.hpp"
+#include "tools/bus.hpp"
+
+namespace freeflex::tools {
+
+struct PushOptions {
+  BusOptions bus;
+  std::vector<std::string> points;
+  std::vector<std::string> groups;
+  std::vector<double> force;   // [N] (3), or not given
+  std::vector<double> torque;  // [N m] (3), or not given
+  std::string axes = "world";
+  std::optional<double> duration;  // [s]
+  std::optional<double> lease;     // [s]
+  bool clear = false;
+  int slot = 0;
+  std::optional<std::int64_t> at_tick;
+  bool late_ok = false;
+  std::string sender = "push";
+  std::string control;
+  double timeout = 3.0;  // [s]
+  bool json = false;
+};
+
+/// What is wrong with the options, as far as it needs no daemon: what contradicts, has no effect or is
+/// missing. Empty: nothing. \param command  that parsed them
+std::string find_push_fault(const CLI::App& command, const PushOptions& options);
+
+/// \pre find_push_fault found nothing, options.control is given
+freeflex_msgs::control_t make_control(const PushOptions& options);
+
+/// Names become indices, seconds become ticks. An unknown name is explained and gives nullopt.
+/// \pre find_push_fault found nothing
+std::optional<freeflex_msgs::force_t> make_force(const PushOptions& options, const SceneCatalogue& scene);
+
+/// Names of the points of the command, in the order of its forces.
+std::vector<std::string> point_names(const PushOptions& options);
+
+}  // namespace freeflex::tools

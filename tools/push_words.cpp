@@ -1,0 +1,46 @@
+#include "tools/push_words.hpp"
+
+#include <array>
+#include <charconv>
+#include <regex>
+#include <utility>
+
+namespace freeflex::tools {
+namespace {
+
+/// "forces[2]: point 19" becomes "point 'tip'".
+std::string with_names(const std::string& text, const std::string& list, const std::string& kind,
+                       std::span<const std::string> names) {
+  std::smatch found;
+  const std::regex entry(list + R"(\[(\d+)\]: )" + kind + R"( -?\d+)");
+  std::size_t index = names.size();
+  if (!std::regex_search(text, found, entry)) return text;
+  const std::string number = found[1].str();
+  std::from_chars(number.data(), number.data() + number.size(), index);
+  if (index >= names.size()) return text;
+  return found.prefix().str() + kind + " '" + names[index] + "'" + found.suffix().str();
+}
+
+}  // namespace
+
+std::string in_push_words(std::string text, std::span<const std::string> points,
+                          std::span<const std::string> groups) {
+  static const std::array<std::pair<std::regex, const char*>, 10> kWords{
+      {{std::regex("name a later one, -1, or late_policy 1"), "name a later one, none, or add --late-ok"},
+       {std::regex(R"(\bstart_tick\b)"), "--at-tick"},
+       {std::regex(R"((\d+) forces and (\d+) wrenches)"), "$1 points and $2 groups"},
+       {std::regex(R"(^slot\b)"), "--slot"},
+       {std::regex(R"(found (\d+): SHAPES takes an elastic mode from 1 to (\d+).*)"),
+        "--control shapes=$1: must be a mode from 1 to $2"},
+       {std::regex(R"(\bRUN\b)"), "--control run"},
+       {std::regex(R"(\bHOLD\b)"), "--control hold"},
+       {std::regex(R"(\bSTEP\b)"), "--control step=N"},
+       {std::regex(R"(\bRESET\b)"), "--control reset"},
+       {std::regex(R"(\bSTOP\b)"), "--control stop"}}};
+  for (const auto& [wire, ours] : kWords) text = std::regex_replace(text, wire, ours);
+  // names last: they may look like anything
+  const std::string named = with_names(text, "forces", "point", points);
+  return named != text ? named : with_names(text, "wrenches", "group", groups);
+}
+
+}  // namespace freeflex::tools
