@@ -113,12 +113,10 @@ void measure(const std::vector<PointMass>& points, const MassProperties& propert
       basis.moment_residual = std::max(basis.moment_residual, moment.norm() / moment_size);
   }
   // over the most that any displacement with sum m b.b = M can stretch the link
-  const Eigen::VectorXd reach =
-      std::sqrt(properties.mass) *
-      (constraints * mass.cwiseSqrt().cwiseInverse().asDiagonal()).rowwise().norm();
+  const Eigen::VectorXd reach = std::sqrt(properties.mass) *
+                                (constraints * mass.cwiseSqrt().cwiseInverse().asDiagonal()).rowwise().norm();
   if (constraints.rows() > 0)
-    basis.constraint_residual =
-        (reach.cwiseInverse().asDiagonal() * (constraints * b)).cwiseAbs().maxCoeff();
+    basis.constraint_residual = (reach.cwiseInverse().asDiagonal() * (constraints * b)).cwiseAbs().maxCoeff();
 }
 
 // by force groups; as numbered, then, where an explicit recipe falls short, in another order
@@ -129,9 +127,8 @@ Basis basis_of_groups(const Scene& scene, const Structure& structure, const Link
   std::vector<int> numbering(scene.points.size());
   std::iota(numbering.begin(), numbering.end(), 0);
   Eigen::MatrixXd groups = force_groups(recipe, scene.points, properties, numbering);
-  Choice choice = recipe == Recipe::kFormal
-                      ? independent_loads(scene.points, properties, factor.constraints)
-                      : independent_groups(factor.constraints, groups);
+  Choice choice = recipe == Recipe::kFormal ? independent_loads(scene.points, properties, factor.constraints)
+                                            : independent_groups(factor.constraints, groups);
   const auto rank_as_numbered = static_cast<int>(choice.kept.size());
   if (recipe != Recipe::kFormal && choice.kept.size() < num_expected) {
     const std::vector<int> other = find_numbering(recipe, properties);
@@ -207,13 +204,15 @@ Choice independent_loads(const std::vector<PointMass>& points, const MassPropert
     for (const int kept : choice.kept) share[kept] = 0.0;
   }
   for (int l = 0; l < share.size(); ++l)
-    if (std::find(choice.kept.begin(), choice.kept.end(), l) == choice.kept.end()) choice.skipped.push_back(l);
+    if (std::find(choice.kept.begin(), choice.kept.end(), l) == choice.kept.end())
+      choice.skipped.push_back(l);
   choice.most_skipped = share.maxCoeff();
   return choice;
 }
 
 Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties& properties,
-                     const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& groups, const Choice& choice) {
+                     const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& groups,
+                     const Choice& choice) {
   const Eigen::VectorXd root_mass = mass_of_freedoms(points).cwiseSqrt();
   const double root_total = std::sqrt(properties.mass);
   // what is no elastic motion goes first and is dropped in the end
@@ -257,8 +256,7 @@ Basis find_basis(const Scene& scene, const Structure& structure, const LinkFacto
     } else {
       basis = basis_of_groups(scene, structure, factor, recipe);
     }
-    if (basis.numbering.empty())
-      take_out_rigid_motion(scene.points, structure.mass_properties, basis.shapes);
+    if (basis.numbering.empty()) take_out_rigid_motion(scene.points, structure.mass_properties, basis.shapes);
     measure(scene.points, structure.mass_properties, factor.constraints, basis);
   }
   basis.recipe = recipe;

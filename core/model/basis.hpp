@@ -53,10 +53,9 @@ Choice independent_groups(const Eigen::MatrixXd& constraints, const Eigen::Matri
 Choice independent_loads(const std::vector<PointMass>& points, const MassProperties& properties,
                          const Eigen::MatrixXd& constraints);
 
-/// Unit elastic displacements of force groups: beta = (M / m) f (THEORY 3.2), Gram-Schmidt in the mass metric,
-/// at least twice, after the rigid motions and M^-1 C', C the constraints   (THEORY X86). Cost O(N n^2).
-/// \param groups  [N] (3N x num_groups)
-/// Fills shapes, choice and coefficients.
+/// Unit elastic displacements of force groups: beta = (M / m) f (THEORY 3.2), Gram-Schmidt in the mass
+/// metric, at least twice, after the rigid motions and M^-1 C', C the constraints   (THEORY X86). Cost O(N
+/// n^2). \param groups  [N] (3N x num_groups) Fills shapes, choice and coefficients.
 Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties& properties,
                      const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& groups, const Choice& choice);
 

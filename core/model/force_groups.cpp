@@ -80,31 +80,42 @@ void planar_groups(const MassProperties& properties, const std::vector<int>& at,
     const int a = at[i], b = at[i + 1], c = at[i + 2], d = at[i + 3];
     const Eigen::Vector4d weights =
         scaled(Eigen::Vector4d(area(b, c, d), -area(a, c, d), area(a, b, d), -area(a, b, c)));
-    for (std::size_t k = 0; k < 4; ++k)
-      groups.add(at[i + k], weights[static_cast<Eigen::Index>(k)] * normal);
+    for (std::size_t k = 0; k < 4; ++k) groups.add(at[i + k], weights[static_cast<Eigen::Index>(k)] * normal);
     groups.end();
   }
 }
 
-// X84: F = R - S for every unit load R, S the forces that accelerate the points as one body   (7.1-7.4)
+// X84: S, the forces that accelerate the points as one body under given forces [N] (3 x N)   (7.2, 7.3)
+Vectors rigid_part(const std::vector<PointMass>& points, const MassProperties& properties,
+                   const Vectors& forces) {
+  const Vectors& r = properties.r;
+  const Eigen::Vector3d resultant = forces.rowwise().sum();
+  Eigen::Vector3d moment = Eigen::Vector3d::Zero();
+  for (Eigen::Index i = 0; i < r.cols(); ++i) moment += r.col(i).cross(forces.col(i));
+  // about the line of a collinear shape, and for one point, there is no moment to balance
+  Eigen::Vector3d omega_dot = Eigen::Vector3d::Zero();
+  for (int k = 6 - properties.rigid_freedoms; k < 3; ++k) {
+    const Eigen::Vector3d axis = properties.principal_axes.col(k);
+    omega_dot += axis * (axis.dot(moment) / properties.principal[k]);
+  }
+  Vectors S(3, r.cols());
+  for (Eigen::Index i = 0; i < r.cols(); ++i)
+    S.col(i) =
+        points[static_cast<std::size_t>(i)].mass * (resultant / properties.mass + omega_dot.cross(r.col(i)));
+  return S;
+}
+
+// X84: F = R - S for every unit load R   (7.1, 7.4)
 void formal_groups(const std::vector<PointMass>& points, const MassProperties& properties,
                    const std::vector<int>& at, Groups& groups) {
-  const Vectors& r = properties.r;
   for (const int loaded : at) {
     for (int axis = 0; axis < 3; ++axis) {
-      const Eigen::Vector3d R = Eigen::Vector3d::Unit(axis);
-      const Eigen::Vector3d moment = r.col(loaded).cross(R);
-      // about the line of a collinear shape, and for one point, there is no moment to balance
-      Eigen::Vector3d omega_dot = Eigen::Vector3d::Zero();
-      for (int k = 6 - properties.rigid_freedoms; k < 3; ++k)
-        omega_dot += properties.principal_axes.col(k) *
-                     (properties.principal_axes.col(k).dot(moment) / properties.principal[k]);
-      groups.add(loaded, R);
-      for (std::size_t i = 0; i < points.size(); ++i) {
-        const Eigen::Vector3d S = points[i].mass / properties.mass * R +
-                                  points[i].mass * omega_dot.cross(r.col(static_cast<Eigen::Index>(i)));
-        groups.add(static_cast<int>(i), -S);
-      }
+      Vectors F = Vectors::Zero(3, properties.r.cols());
+      F(axis, loaded) = 1.0;
+      // what rounding leaves is split again: principal moments far apart amplify it
+      for (int pass = 0; pass < 2; ++pass) F -= rigid_part(points, properties, F);
+      for (std::size_t i = 0; i < points.size(); ++i)
+        groups.add(static_cast<int>(i), F.col(static_cast<Eigen::Index>(i)));
       groups.end();
     }
   }
@@ -125,32 +136,46 @@ ShapeClass shape_class(const std::vector<PointMass>& points, const MassPropertie
 
 const char* name_of(Recipe recipe) {
   switch (recipe) {
-    case Recipe::kCollinear: return "collinear";
-    case Recipe::kPlanar: return "planar";
-    case Recipe::kSpatial: return "spatial";
-    case Recipe::kFormal: return "formal";
-    case Recipe::kHouseholder: return "householder";
-    case Recipe::kModes: break;
+    case Recipe::kCollinear:
+      return "collinear";
+    case Recipe::kPlanar:
+      return "planar";
+    case Recipe::kSpatial:
+      return "spatial";
+    case Recipe::kFormal:
+      return "formal";
+    case Recipe::kHouseholder:
+      return "householder";
+    case Recipe::kModes:
+      break;
   }
   return "modes";
 }
 
 const char* name_of(ShapeClass shape) {
   switch (shape) {
-    case ShapeClass::kPoint: return "one point";
-    case ShapeClass::kCollinear: return "collinear";
-    case ShapeClass::kPlanar: return "planar";
-    case ShapeClass::kSpatial: break;
+    case ShapeClass::kPoint:
+      return "one point";
+    case ShapeClass::kCollinear:
+      return "collinear";
+    case ShapeClass::kPlanar:
+      return "planar";
+    case ShapeClass::kSpatial:
+      break;
   }
   return "spatial";
 }
 
 Recipe recipe_of(ShapeClass shape) {
   switch (shape) {
-    case ShapeClass::kCollinear: return Recipe::kCollinear;
-    case ShapeClass::kPlanar: return Recipe::kPlanar;
-    case ShapeClass::kSpatial: return Recipe::kSpatial;
-    case ShapeClass::kPoint: break;
+    case ShapeClass::kCollinear:
+      return Recipe::kCollinear;
+    case ShapeClass::kPlanar:
+      return Recipe::kPlanar;
+    case ShapeClass::kSpatial:
+      return Recipe::kSpatial;
+    case ShapeClass::kPoint:
+      break;
   }
   return Recipe::kFormal;
 }

@@ -37,8 +37,8 @@ Eigen::MatrixXd force_groups(Recipe recipe, const std::vector<PointMass>& points
 /// (collinear), three off one line (planar), four off one plane (spatial)   (THEORY X85).
 int window_size(Recipe recipe);
 
-/// How far points in succession are from one place, line or plane: volume of the box on the steps from each to
-/// the next over the product of their lengths [-] 0 to 1; 0 where two are in one place.
+/// How far points in succession are from one place, line or plane: volume of the box on the steps from each
+/// to the next over the product of their lengths [-] 0 to 1; 0 where two are in one place.
 double window_spread(const MassProperties& properties, const std::vector<int>& window);
 
 /// Below this spread [-] points count as on one line, in one plane.
@@ -49,8 +49,8 @@ std::vector<int> flattest_window(Recipe recipe, const MassProperties& properties
                                  const std::vector<int>& numbering);
 
 /// A numbering with few flat windows, none when one is found within a bounded number of tries: points sorted
-/// along axes, each inserted where its flattest window is least flat, then the same from seeded random orders.
-/// O(tries N^2).
+/// along axes, each inserted where its flattest window is least flat, then the same from seeded random
+/// orders. O(tries N^2).
 std::vector<int> find_numbering(Recipe recipe, const MassProperties& properties);
 
 }  // namespace freeflex

@@ -26,6 +26,31 @@ Eigen::MatrixXd weighted_rows(const LinkFactor& factor) {
   return rows;
 }
 
+// the solution of balance t = loads with least t.t, by the force method: stiff links, as far as they are
+// independent, carry the loads, then self-stresses take what costs less energy in them
+Eigen::MatrixXd least_energy(const Eigen::MatrixXd& balance, const Eigen::MatrixXd& loads,
+                             Eigen::Index rank) {
+  Eigen::MatrixXd t = Eigen::MatrixXd::Zero(balance.cols(), loads.cols());
+  if (balance.cols() == 0) return t;
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(balance);
+  const auto R11 = qr.matrixR().topLeftCorner(rank, rank).triangularView<Eigen::Upper>();
+  Eigen::MatrixXd turned = loads;
+  turned.applyOnTheLeft(qr.householderQ().adjoint());
+  t.topRows(rank) = R11.solve(turned.topRows(rank));
+  const Eigen::Index num_redundant = balance.cols() - rank;
+  if (num_redundant > 0) {
+    // self-stresses balance no load: [-R11^-1 R12; 1]; the least t.t is orthogonal to them all
+    Eigen::MatrixXd self_stress(balance.cols(), num_redundant);
+    self_stress.topRows(rank) = -R11.solve(qr.matrixR().topRightCorner(rank, num_redundant));
+    self_stress.bottomRows(num_redundant).setIdentity();
+    const Eigen::HouseholderQR<Eigen::MatrixXd> stress(self_stress);
+    t.applyOnTheLeft(stress.householderQ().adjoint());
+    t.topRows(num_redundant).setZero();
+    t.applyOnTheLeft(stress.householderQ());
+  }
+  return qr.colsPermutation() * t;
+}
+
 // names of the rigid links whose constraints b does not keep
 std::string stretched_links(const Scene& scene, const LinkFactor& factor, const Eigen::MatrixXd& shapes) {
   std::set<int> links;
@@ -67,39 +92,21 @@ LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen
     balance.applyOnTheLeft(front.householderQ().adjoint());
     right.applyOnTheLeft(front.householderQ().adjoint());
   }
-  const Eigen::Index num_left = factor.num_freedoms - num_constraints;
-
-  // stiff links first, as far as they are independent, carry the state that balances the loads; the number of
-  // independent ones is known: what condensation left is one row fewer for each rotation that links hold
-  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(balance.bottomRows(num_left));
+  // the number of independent links is known: condensation left one row fewer for each rotation that they
+  // hold
   const Eigen::Index num_held = num_natural - factor.rows.rows();
   const Eigen::Index rank =
       std::min(num_displacements - rigid_freedoms - num_constraints + num_held, num_natural);
-  const auto R11 = qr.matrixR().topLeftCorner(rank, rank).triangularView<Eigen::Upper>();
-  Eigen::MatrixXd turned = right.bottomRows(num_left);
-  turned.applyOnTheLeft(qr.householderQ().adjoint());
+  const Eigen::Index num_left = factor.num_freedoms - num_constraints;
+  const Eigen::MatrixXd t = least_energy(balance.bottomRows(num_left), right.bottomRows(num_left), rank);
   LinkStates states;
   states.num_redundant = static_cast<int>(num_natural - rank);
-  Eigen::MatrixXd t = Eigen::MatrixXd::Zero(num_natural, loads.cols());
-  t.topRows(rank) = R11.solve(turned.topRows(rank));
-  if (states.num_redundant > 0) {
-    // self-stresses balance no load: [-R11^-1 R12; 1]; the least t.t is orthogonal to them all
-    Eigen::MatrixXd self_stress(num_natural, states.num_redundant);
-    self_stress.topRows(rank) = -R11.solve(qr.matrixR().topRightCorner(rank, states.num_redundant));
-    self_stress.bottomRows(states.num_redundant).setIdentity();
-    const Eigen::HouseholderQR<Eigen::MatrixXd> stress_qr(self_stress);
-    t.applyOnTheLeft(stress_qr.householderQ().adjoint());
-    t.topRows(states.num_redundant).setZero();
-    t.applyOnTheLeft(stress_qr.householderQ());
-  }
-  t = (qr.colsPermutation() * t).eval();
   states.multipliers.resize(num_constraints, loads.cols());
   if (num_constraints > 0) {
     const Eigen::MatrixXd left = right.topRows(num_constraints) - balance.topRows(num_constraints) * t;
-    states.multipliers =
-        front.matrixQR().topRows(num_constraints).triangularView<Eigen::Upper>().solve(left);
+    states.multipliers = front.matrixQR().topRows(num_constraints).triangularView<Eigen::Upper>().solve(left);
   }
-  states.natural = std::move(t);
+  states.natural = t;
   for (Eigen::Index k = 0; k < num_natural; ++k)
     states.natural.row(k) *= factor.natural[static_cast<std::size_t>(k)].root_stiffness;
   return states;
@@ -109,16 +116,16 @@ Maxwell find_maxwell(const Scene& scene, const Structure& structure, const LinkF
                      const Eigen::MatrixXd& shapes) {
   Maxwell maxwell;
   if (!structure.mechanisms.empty()) {
-    maxwell.delta_absence = join_text(
-        "no link resists the motion of ",
-        point_names(scene, structure.mechanisms.front().moved_points, kNamesInReason),
-        structure.mechanisms.size() == 1
-            ? ""
-            : join_text(" and ", structure.mechanisms.size() - 1, " more mechanisms"),
-        ": forces that work on it find no equilibrium");
+    maxwell.delta_absence =
+        join_text("no link resists the motion of ",
+                  point_names(scene, structure.mechanisms.front().moved_points, kNamesInReason),
+                  structure.mechanisms.size() == 1
+                      ? ""
+                      : join_text(" and ", structure.mechanisms.size() - 1, " more mechanisms"),
+                  ": forces that work on it find no equilibrium");
   } else {
-    LinkStates states = link_states(factor, structure.mass_properties.rigid_freedoms,
-                                    unit_forces(scene.points, shapes));
+    LinkStates states =
+        link_states(factor, structure.mass_properties.rigid_freedoms, unit_forces(scene.points, shapes));
     for (std::size_t k = 0; k < factor.natural.size(); ++k)
       states.natural.row(static_cast<Eigen::Index>(k)) /= factor.natural[k].root_stiffness;
     maxwell.delta = states.natural.transpose() * states.natural;
@@ -129,8 +136,8 @@ Maxwell find_maxwell(const Scene& scene, const Structure& structure, const LinkF
     const Eigen::MatrixXd deformations = factor.rows * shapes;
     maxwell.c = deformations.transpose() * deformations;
   } else {
-    maxwell.c_absence = join_text("no force stretches rigid ", stretched,
-                                  ": its influence coefficients are infinite");
+    maxwell.c_absence =
+        join_text("no force stretches rigid ", stretched, ": its influence coefficients are infinite");
   }
   return maxwell;
 }

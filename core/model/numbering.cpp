@@ -47,7 +47,8 @@ Quality quality_of(const MassProperties& properties, const std::vector<int>& num
 }
 
 // puts each point where the windows that it comes into are least flat, the last such place for equals
-std::vector<int> insert_one_by_one(const MassProperties& properties, const std::vector<int>& order, int size) {
+std::vector<int> insert_one_by_one(const MassProperties& properties, const std::vector<int>& order,
+                                   int size) {
   std::vector<int> numbering;
   for (const int point : order) {
     const int count = static_cast<int>(numbering.size());

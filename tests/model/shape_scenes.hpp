@@ -53,14 +53,15 @@ inline double stiffness(Engine& engine, const Spread& spread) {
   return draw(engine, 1e4, spread.stiffnesses);
 }
 
-/// A chain on a random line: springs between neighbours, bending springs, points in random places at least 0.2
-/// m apart.
+/// A chain on a random line: springs between neighbours, bending springs, points in random places at least
+/// 0.2 m apart.
 inline Scene chain(std::uint64_t seed, int num_points, const Spread& spread) {
   Engine engine(seed);
   Scene scene;
   const Eigen::Vector3d start = random_vector(engine), along = random_vector(engine).normalized();
   double s = 0.0;
-  for (int i = 0; i < num_points; ++i, s += uniform(engine, 0.2, 1.0)) add_point(scene, 1.0, start + s * along);
+  for (int i = 0; i < num_points; ++i, s += uniform(engine, 0.2, 1.0))
+    add_point(scene, 1.0, start + s * along);
   spread_masses(scene, engine, spread.masses);
   for (int i = 0; i + 1 < num_points; ++i) add_link(scene, i, i + 1, Spring{stiffness(engine, spread)});
   for (int i = 0; i + 2 < num_points; ++i)
@@ -132,8 +133,7 @@ inline Scene peroxide(std::uint64_t seed, const Spread& spread) {
   add_point(scene, 1.0, {1.45 - arm.x(), std::cos(twist) * arm.y(), std::sin(twist) * arm.y()});
   if (spread.masses > 2.0) spread_masses(scene, engine, spread.masses);
   for (int i = 0; i < 3; ++i) add_link(scene, i, i + 1, Spring{stiffness(engine, spread)});
-  for (int i = 0; i < 2; ++i)
-    add_angle(scene, {i, i + 1, i + 2}, BendingSpring{stiffness(engine, spread)});
+  for (int i = 0; i < 2; ++i) add_angle(scene, {i, i + 1, i + 2}, BendingSpring{stiffness(engine, spread)});
   add_angle(scene, {0, 1, 2, 3}, TorsionSpring{stiffness(engine, spread)});
   return scene;
 }
@@ -174,23 +174,25 @@ inline Scene frame(std::uint64_t seed, const Spread& spread) {
 
 struct NamedScene {
   std::string name;
+  int num_elastic;  // n, counted by hand
   Scene scene;
 };
 
-/// One of each class for a seed.
+/// One of each class for a seed. The body of three points and the rigid link of the partly rigid one remove 3
+/// and 1 freedoms.
 inline std::vector<NamedScene> every_class(std::uint64_t seed, const Spread& spread) {
-  return {{"pair", chain(seed, 2, spread)},
-          {"chain of 3", chain(seed, 3, spread)},
-          {"chain of 9", chain(seed, 9, spread)},
-          {"triangle", sheet(seed, 3, spread)},
-          {"sheet of 8", sheet(seed, 8, spread)},
-          {"cloud of 4", cloud(seed, 4, spread)},
-          {"cloud of 10", cloud(seed, 10, spread)},
-          {"cube", cube(seed, spread)},
-          {"truss of 6 sections", truss(seed, 6, spread)},
-          {"peroxide", peroxide(seed, spread)},
-          {"partly rigid", partly_rigid(seed, 8, spread)},
-          {"frame", frame(seed, spread)}};
+  return {{"pair", 6 - 5, chain(seed, 2, spread)},
+          {"chain of 3", 9 - 5, chain(seed, 3, spread)},
+          {"chain of 9", 27 - 5, chain(seed, 9, spread)},
+          {"triangle", 9 - 6, sheet(seed, 3, spread)},
+          {"sheet of 8", 24 - 6, sheet(seed, 8, spread)},
+          {"cloud of 4", 12 - 6, cloud(seed, 4, spread)},
+          {"cloud of 10", 30 - 6, cloud(seed, 10, spread)},
+          {"cube", 24 - 6, cube(seed, spread)},
+          {"truss of 6 sections", 72 - 6, truss(seed, 6, spread)},
+          {"peroxide", 12 - 6, peroxide(seed, spread)},
+          {"partly rigid", 24 - 6 - 4, partly_rigid(seed, 8, spread)},
+          {"frame", 12 - 6, frame(seed, spread)}};
 }
 
 }  // namespace freeflex::testing

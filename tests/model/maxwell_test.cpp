@@ -1,0 +1,280 @@
+// Maxwell and influence coefficients (Alekseev 1970, sections 5 and 6).
+#include "core/model/maxwell.hpp"
+
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/SVD>
+#include <cstdio>
+#include <limits>
+
+#include "core/model/mass_properties.hpp"
+#include "tests/model/all_bases.hpp"
+#include "tests/model/shape_scenes.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+LinkFactor factor_of(const Scene& scene) {
+  Faults faults;
+  return factor_links(scene, false, faults);
+}
+
+// relative, by the largest entry
+double difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) {
+  return (a - b).cwiseAbs().maxCoeff() / b.cwiseAbs().maxCoeff();
+}
+
+double condition_of(const Eigen::MatrixXd& matrix) {
+  const Eigen::VectorXd values = matrix.jacobiSvd().singularValues();
+  return values[0] / values[values.size() - 1];
+}
+
+Scene square_without_diagonals() {
+  Scene scene;
+  add_point(scene, 1.0, {0.0, 0.0, 0.0});
+  add_point(scene, 1.0, {1.0, 0.0, 0.0});
+  add_point(scene, 1.0, {1.0, 1.0, 0.0});
+  add_point(scene, 1.0, {0.0, 1.0, 0.0});
+  for (int i = 0; i < 4; ++i) add_link(scene, i, (i + 1) % 4, Spring{1e3});
+  return scene;
+}
+
+// one spring k between m1 and m2: its elongation is q M / sqrt(m1 m2), so c = k M^2 / (m1 m2)
+TEST(Maxwell, TwoPointsHaveTheirClosedForm) {
+  Scene scene;
+  add_point(scene, 1.0, {0.0, 0.0, 0.0});
+  add_point(scene, 3.0, {0.0, 2.0, 0.0});
+  add_link(scene, 0, 1, Spring{500.0});
+  const Bases bases = bases_of(scene);
+  for (const Basis& basis : bases.all) {
+    const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, basis.shapes);
+    ASSERT_TRUE(maxwell.c && maxwell.delta);
+    EXPECT_NEAR((*maxwell.c)(0, 0), 500.0 * 16.0 / 3.0, 4e-15 * 500.0 * 16.0 / 3.0);
+    EXPECT_NEAR((*maxwell.delta)(0, 0), 3.0 / (500.0 * 16.0), 4e-15 * 3.0 / (500.0 * 16.0));
+  }
+}
+
+// Mohr's sum T T L / EA with member forces by hand from the equilibrium of the joints of a right triangle of
+// bars; a pair of forces along one side loads that bar alone
+TEST(Maxwell, ATriangleOfBarsCarriesAPairOfForcesInOneBarOnly) {
+  Scene scene;
+  add_point(scene, 1.0, {0.0, 0.0, 0.0});
+  add_point(scene, 2.0, {3.0, 0.0, 0.0});
+  add_point(scene, 5.0, {0.0, 4.0, 0.0});
+  add_link(scene, 0, 1, Bar{600.0});
+  add_link(scene, 1, 2, Bar{700.0});
+  add_link(scene, 2, 0, Bar{800.0});
+  Eigen::MatrixXd loads = Eigen::MatrixXd::Zero(9, 1);
+  loads(0, 0) = -1.0;
+  loads(3, 0) = 1.0;
+  const LinkStates states = link_states(factor_of(scene), 6, loads);
+  EXPECT_EQ(states.num_redundant, 0);
+  EXPECT_NEAR(states.natural(0, 0), 1.0, 1e-15);
+  EXPECT_NEAR(states.natural(1, 0), 0.0, 1e-15);
+  EXPECT_NEAR(states.natural(2, 0), 0.0, 1e-15);
+  const Eigen::Vector3d flexibility(3.0 / 600.0, 5.0 / 700.0, 4.0 / 800.0);
+  const Bases bases = bases_of(scene);
+  for (const Basis& basis : bases.all) {
+    // tensions by hand: each joint's force resolved along its two bars
+    const Eigen::MatrixXd p = unit_forces(scene.points, basis.shapes);
+    Eigen::Matrix3d tension;
+    for (Eigen::Index l = 0; l < 3; ++l) {
+      const double diagonal = -p(4, l) * 5.0 / 4.0;
+      tension(1, l) = diagonal;                        // p_y of joint 1 against bar 1-2
+      tension(0, l) = p(3, l) - diagonal * 3.0 / 5.0;  // the rest of p_x of joint 1
+      tension(2, l) = -p(1, l);                        // p_y of joint 0
+    }
+    const Eigen::MatrixXd by_hand = tension.transpose() * flexibility.asDiagonal() * tension;
+    const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, basis.shapes);
+    EXPECT_LT(difference(*maxwell.delta, by_hand), 1e-13) << name_of(basis.recipe);
+  }
+}
+
+TEST(Maxwell, StatesBalanceTheirLoadsAndRedundancyIsLinksLessFreedoms) {
+  const std::vector<std::pair<std::string, int>> redundant{
+      {"pair", 0},       {"chain of 9", 0},          {"triangle", 0},
+      {"cloud of 4", 0}, {"cloud of 10", 45 - 24},   {"cube", 28 - 18},
+      {"peroxide", 0},   {"sheet of 8", 28 + 5 - 18}};
+  for (const auto& [name, num_elastic, scene] : every_class(8, {2.0, 2.0})) {
+    SCOPED_TRACE(name);
+    const Bases bases = bases_of(scene);
+    const LinkFactor& factor = bases.factor;
+    const Eigen::MatrixXd loads = unit_forces(scene.points, bases.all.front().shapes);
+    const LinkStates states = link_states(factor, bases.structure.mass_properties.rigid_freedoms, loads);
+    for (const auto& [other, count] : redundant)
+      if (other == name) {
+        EXPECT_EQ(states.num_redundant, count);
+      }
+    Eigen::MatrixXd balance = Eigen::MatrixXd::Zero(factor.num_freedoms, loads.cols());
+    for (std::size_t k = 0; k < factor.natural.size(); ++k)
+      for (const auto& [freedom, coefficient] : factor.natural[k].coefficients)
+        balance.row(freedom) += coefficient * states.natural.row(static_cast<Eigen::Index>(k));
+    balance.topRows(loads.rows()) += factor.constraints.transpose() * states.multipliers - loads;
+    // a few roundings of the largest natural force, moments per length of 0.1 m included
+    const double largest = std::max(states.natural.cwiseAbs().maxCoeff(), loads.cwiseAbs().maxCoeff());
+    EXPECT_LT(balance.cwiseAbs().maxCoeff(), 1e-12 * largest);
+  }
+}
+
+TEST(Maxwell, MohrsDeltaIsTheInverseOfBTransposedKBWithinConditioning) {
+  double worst = 0.0;
+  for (const double decades : {1.0, 4.0, 8.0})
+    for (std::uint64_t seed = 1; seed <= 5; ++seed)
+      for (const auto& [name, num_elastic, scene] : every_class(seed, {1.0, decades})) {
+        const Bases bases = bases_of(scene);
+        for (const Basis& basis : bases.all) {
+          SCOPED_TRACE(name + ", " + name_of(basis.recipe) + ", " + std::to_string(decades) +
+                       " decades, seed " + std::to_string(seed));
+          const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, basis.shapes);
+          ASSERT_TRUE(maxwell.c && maxwell.delta);
+          EXPECT_EQ(maxwell.delta->rows(), num_elastic);
+          // forming b' K b and inverting it cost the condition of c, sums of n terms n roundings
+          const double allowed = 10.0 * static_cast<double>(num_elastic + 10) * kEpsilon *
+                                 std::pow(bases.structure.conditioning, 2);
+          const double error = difference(influence_of(*maxwell.c), *maxwell.delta);
+          EXPECT_LT(error, allowed);
+          EXPECT_LT(difference(influence_of(*maxwell.delta), *maxwell.c), allowed);
+          worst = std::max(worst, error / allowed);
+        }
+      }
+  std::printf("worst difference: %.2g of what conditioning allows\n", worst);
+}
+
+// in the basis of the modes c is M omega^2, and Mohr's delta its inverse, entry by entry
+TEST(Maxwell, DeltaOfTheModesIsDiagonalWithTheFrequencies) {
+  for (const auto& [name, num_elastic, scene] : every_class(9, {1.0, 1.0})) {
+    const Bases bases = bases_of(scene);
+    const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, bases.structure.shapes);
+    const Eigen::VectorXd exact =
+        (bases.structure.mass_properties.mass * bases.structure.omega.array().square()).inverse();
+    for (Eigen::Index l = 0; l < exact.size(); ++l)
+      EXPECT_NEAR((*maxwell.delta)(l, l), exact[l], 1e-11 * exact[l]) << name << ' ' << l;
+    const Eigen::MatrixXd diagonal = exact.asDiagonal();
+    EXPECT_LT((*maxwell.delta - diagonal).cwiseAbs().maxCoeff(), 1e-11 * exact.maxCoeff()) << name;
+  }
+}
+
+// Castigliano: delta_lu = d2 Pi / ds_l ds_u of the energy stored under the loads sum s_l p_l, displacements
+// by Cholesky from an assembled K held by springs on the rigid motions alone
+TEST(Maxwell, DeltaIsTheSecondDifferenceOfTheEnergy) {
+  for (const auto& [name, num_elastic, scene] : every_class(10, {1.0, 1.0})) {
+    if (name == "partly rigid") continue;  // K is infinite
+    SCOPED_TRACE(name);
+    const Bases bases = bases_of(scene);
+    const Eigen::MatrixXd rigid = rigid_motions(bases.structure.mass_properties);
+    const Eigen::MatrixXd K = bases.factor.rows.transpose() * bases.factor.rows;
+    const Eigen::LLT<Eigen::MatrixXd> held(K + K.trace() * (rigid * rigid.transpose()));
+    const Basis& basis = bases.all.front();
+    const Eigen::MatrixXd p = unit_forces(scene.points, basis.shapes);
+    const auto energy = [&](const Eigen::VectorXd& load) { return 0.5 * load.dot(held.solve(load)); };
+    const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, basis.shapes);
+    const double scale = maxwell.delta->cwiseAbs().maxCoeff();
+    for (Eigen::Index l = 0; l < p.cols(); l += 3)
+      for (Eigen::Index u = 0; u < p.cols(); u += 2) {
+        // exact for a quadratic but for rounding
+        const double second = 0.25 * (energy(p.col(l) + p.col(u)) - energy(p.col(l) - p.col(u)) -
+                                      energy(-p.col(l) + p.col(u)) + energy(-p.col(l) - p.col(u)));
+        EXPECT_NEAR(second, (*maxwell.delta)(l, u),
+                    100.0 * kEpsilon * std::pow(bases.structure.conditioning, 2) * scale);
+      }
+  }
+}
+
+// (6.3), (6.4)
+TEST(Maxwell, CoefficientsTurnWithTheBasis) {
+  for (const auto& [name, num_elastic, scene] : every_class(12, {2.0, 2.0})) {
+    const Bases bases = bases_of(scene);
+    const Basis& from = bases.all.front();
+    const Maxwell own = find_maxwell(scene, bases.structure, bases.factor, from.shapes);
+    for (const Basis& to : bases.all) {
+      SCOPED_TRACE(name + ", " + name_of(from.recipe) + " to " + name_of(to.recipe));
+      const Maxwell other = find_maxwell(scene, bases.structure, bases.factor, to.shapes);
+      const Eigen::MatrixXd a = change_of_basis(scene.points, from, to);
+      EXPECT_LT(difference(a * *own.c * a.transpose(), *other.c), 1e-12);
+      // least energy among self-stresses loses what stiffnesses differ by, not its square
+      EXPECT_LT(difference(a * *own.delta * a.transpose(), *other.delta), 1e-12);
+    }
+  }
+}
+
+TEST(Maxwell, AMechanismLeavesNoDeltaAndIsNamed) {
+  const Scene scene = square_without_diagonals();
+  const Bases bases = bases_of(scene);
+  ASSERT_FALSE(bases.structure.mechanisms.empty());
+  const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, bases.all.front().shapes);
+  EXPECT_FALSE(maxwell.delta);
+  EXPECT_NE(maxwell.delta_absence.find("p"), std::string::npos) << maxwell.delta_absence;
+  EXPECT_NE(maxwell.delta_absence.find("no equilibrium"), std::string::npos) << maxwell.delta_absence;
+  ASSERT_TRUE(maxwell.c);
+  // four springs, six elastic freedoms: c has rank four
+  const Eigen::VectorXd values = maxwell.c->jacobiSvd().singularValues();
+  EXPECT_GT(values[3], 1e-3 * values[0]);
+  EXPECT_LT(values[4], 1e-14 * values[0]);
+}
+
+// over all 3N - 6 displacements a rigid link leaves delta with one zero and no c; over the n that it allows
+// both exist
+TEST(Maxwell, ARigidLinkLeavesNoCOverAllDisplacementsAndIsNamed) {
+  const Scene elastic = cloud(5, 6, {1.0, 1.0});
+  Scene scene = elastic;
+  scene.links[3].kind = Rigid{};
+  scene.links[3].name = "strut";
+  const Basis all = bases_of(elastic).all.front();
+  const Bases bases = bases_of(scene);
+  const Maxwell over_all = find_maxwell(scene, bases.structure, bases.factor, all.shapes);
+  EXPECT_FALSE(over_all.c);
+  EXPECT_NE(over_all.c_absence.find("'strut'"), std::string::npos) << over_all.c_absence;
+  ASSERT_TRUE(over_all.delta);
+  const Eigen::VectorXd values = over_all.delta->jacobiSvd().singularValues();
+  ASSERT_EQ(values.size(), 12);
+  EXPECT_GT(values[10], 1e-6 * values[0]);
+  EXPECT_LT(values[11], 1e-14 * values[0]);
+
+  const Maxwell allowed = find_maxwell(scene, bases.structure, bases.factor, bases.all.front().shapes);
+  ASSERT_TRUE(allowed.c && allowed.delta);
+  EXPECT_EQ(allowed.c->rows(), 11);
+  EXPECT_LT(difference(influence_of(*allowed.c), *allowed.delta), 1e-15 * condition_of(*allowed.c));
+}
+
+// delta of stiff links nears that of rigid ones as 1 / stiffness
+TEST(Maxwell, DeltaWithARigidLinkIsTheLimitOfStiffSprings) {
+  const Scene elastic = cloud(5, 6, {1.0, 1.0});
+  const Basis all = bases_of(elastic).all.front();
+  Scene scene = elastic;
+  const auto delta_of = [&]() {
+    return *find_maxwell(scene, build(scene), factor_of(scene), all.shapes).delta;
+  };
+  scene.links[3].kind = Rigid{};
+  const Eigen::MatrixXd limit = delta_of();
+  double last = 0.0;
+  for (double k = 1e6; k < 1e12; k *= 10.0) {
+    scene.links[3].kind = Spring{k};
+    const double gap = difference(delta_of(), limit);
+    // the next order is the mean stiffness over k; rounding is some 1e-15 over the gap
+    if (last > 0.0) {
+      EXPECT_NEAR(last / gap, 10.0, 10.0 * (3e4 / k * 10.0 + 1e-14 / gap)) << k;
+    }
+    last = gap;
+  }
+  EXPECT_LT(last, 1e-6);
+}
+
+TEST(Maxwell, ABodyThatIsRigidThroughoutHasNoCoefficients) {
+  Scene scene = cloud(3, 5, {1.0, 1.0});
+  scene.links.clear();
+  add_angle(scene, {0, 1, 2, 3, 4}, Rigid{});
+  const Bases bases = bases_of(scene);
+  for (const Basis& basis : bases.all) {
+    EXPECT_EQ(basis.rank(), 0);
+    EXPECT_TRUE(basis.is_complete());
+    const Maxwell maxwell = find_maxwell(scene, bases.structure, bases.factor, basis.shapes);
+    EXPECT_EQ(maxwell.delta->size(), 0);
+    EXPECT_EQ(maxwell.c->size(), 0);
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::testing
