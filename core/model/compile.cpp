@@ -273,6 +273,22 @@ void compile_elastic_state(const Scene& scene, const Structure& structure, Plan&
   plan.initial.q_dot = padded(plan, q_dot);
 }
 
+// the separated equations take the spin as slow beside every vibration
+void warn_of_fast_spin(const Structure& structure, const Eigen::Vector3d& spin, const Origin& origin, Faults& faults) {
+  constexpr double kSlow = 0.01;  // [-] (spin / omega_1)^2: centrifugal softening of one per cent
+  for (const double omega : structure.omega) {
+    if (omega == 0.0) continue;
+    const double ratio = spin.squaredNorm() / (omega * omega);
+    if (ratio > kSlow)
+      add_warning(faults, origin,
+                  join_text("the initial spin of ", spin.norm(), " rad/s is not slow beside the lowest frequency, ",
+                            omega, " rad/s: (spin / omega_1)^2 is ", ratio, ", and the equations hold far below 1; ",
+                            ratio > 1.0 ? "this motion is outside the method: the answer means nothing"
+                                        : "the deformation will be wrong, the pose less so"));
+    return;
+  }
+}
+
 void compile_initial(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   const Initial& initial = scene.initial;
   const MassProperties& body = structure.mass_properties;
@@ -295,6 +311,7 @@ void compile_initial(const Scene& scene, const Structure& structure, Plan& plan,
                           "; it was taken out"));
   spin -= idle;
   plan.initial.w_WB_B = to_array(spin);
+  warn_of_fast_spin(structure, spin, initial.origin, faults);
   compile_elastic_state(scene, structure, plan, faults);
 }
 

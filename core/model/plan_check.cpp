@@ -209,7 +209,7 @@ void PlanCheck::check_pattern(const LoadPattern& pattern, const std::string& who
   }
   require_rows(pattern.table, pattern.uses_table ? 9 : 0, who + ": the table");
   if (pattern.has_body)
-    require_modal(pattern.Q_B, who + ": Q_B");
+    require_rows(pattern.Q_B, 1, who + ": Q_B");
   else
     require(pattern.Q_B.empty(), who + ": Q_B without a load in body axes");
 }

@@ -1,0 +1,70 @@
+#include "core/model/quasi_static.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/model/faults.hpp"
+#include "core/step/field.hpp"
+#include "core/step/frame.hpp"
+#include "core/step/loads.hpp"
+#include "core/step/readout.hpp"
+
+namespace freeflex {
+namespace {
+
+// [-] of the largest generalized force: what drives a mechanism less is rounding
+constexpr double kDriven = 1e-9;
+
+constexpr Mat3 kNoTurn{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};
+
+std::string explain_mechanism(const Plan& plan, std::size_t mode) {
+  constexpr std::size_t kNames = 8;
+  std::string names;
+  const std::vector<std::int32_t>& points = plan.mechanisms[mode];
+  for (std::size_t k = 0; k < std::min(points.size(), kNames); ++k)
+    names += (k > 0 ? ", " : "") + plan.points[static_cast<std::size_t>(points[k])].name;
+  if (points.size() > kNames) names += ", ...";
+  return join_text("the load drives mechanism ", mode + 1, ", which moves ", names,
+                   " and which nothing resists: there is no steady state; add links, or a load that leaves it alone");
+}
+
+}  // namespace
+
+std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std::string& error) {
+  const bool spins = !is_zero(load.spin);
+  if (spins && !plan.has_spin_load) {
+    error = "the scene leaves out the load of the spin; give it fidelity: spin-loaded";
+    return std::nullopt;
+  }
+  State state = make_state(plan);
+  state.p_WB = state.v_WB = {};
+  state.q_WB = {1.0, 0.0, 0.0, 0.0};
+  state.H_W = multiply(plan.inertia, load.spin);
+  std::fill(state.q.begin(), state.q.end(), 0.0);
+  std::fill(state.q_dot.begin(), state.q_dot.end(), 0.0);
+  const LoadPattern pattern = build_pattern(plan, 1, load.forces, load.wrenches);
+  if (!project(plan, pattern, kNoTurn, 1.0, false, state.Q.data())) std::fill(state.Q.begin(), state.Q.end(), 0.0);
+  if (spins) {
+    Plan steady = plan;
+    steady.attractor_mu = 0.0;
+    add_field(steady, kNoTurn, state.H_W, {}, state.Q.data());
+  }
+  state.force_W = pattern.force_B;
+  state.moment_B = pattern.torque_B;
+
+  double largest = 0.0;
+  for (std::size_t mode = 0; mode < static_cast<std::size_t>(plan.num_elastic); ++mode)
+    largest = std::max(largest, std::abs(state.Q[mode]));
+  for (std::size_t mode = 0; mode < static_cast<std::size_t>(plan.num_elastic); ++mode) {
+    const double stiffness = plan.mass * plan.omega[mode] * plan.omega[mode];
+    if (stiffness > 0.0) {
+      state.q[mode] = state.Q[mode] / stiffness;
+    } else if (std::abs(state.Q[mode]) > kDriven * largest) {
+      error = explain_mechanism(plan, mode);
+      return std::nullopt;
+    }
+  }
+  return state;
+}
+
+}  // namespace freeflex

@@ -1,0 +1,247 @@
+// Forces of links of every kind balance what moves the points; rigid links stay rigid; mechanisms drift.
+#include <gtest/gtest.h>
+
+#include <Eigen/Cholesky>
+#include <Eigen/Geometry>
+#include <cstdio>
+#include <random>
+
+#include "core/model/link_factor.hpp"
+#include "tests/support/simulation.hpp"
+#include "tests/support/structures.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+int add(Scene& scene, std::vector<int> points, const decltype(Link::kind)& kind) {
+  Link link;
+  link.name = "l" + std::to_string(scene.links.size());
+  link.points = std::move(points);
+  link.kind = kind;
+  scene.links.push_back(link);
+  return static_cast<int>(scene.links.size()) - 1;
+}
+
+void add_point(Scene& scene, double mass, const Eigen::Vector3d& at) {
+  PointMass point;
+  point.name = "p" + std::to_string(scene.points.size());
+  point.mass = mass;
+  point.position = at;
+  scene.points.push_back(point);
+}
+
+// every kind of link but plates, whose resultants are not forces on points
+Scene every_kind() {
+  Scene scene;
+  std::mt19937_64 engine(17);
+  std::uniform_real_distribution<double> jitter(-0.2, 0.2), mass(0.5, 4.0);
+  for (int i = 0; i < 12; ++i)
+    add_point(
+        scene, mass(engine),
+        {1.5 * (i % 3) + jitter(engine), 1.5 * (i / 3 % 2) + jitter(engine), 1.5 * (i / 6) + jitter(engine)});
+  for (int i = 0; i < 12; ++i)
+    for (int j = 0; j < i; ++j)
+      if ((i + 2 * j) % 3 != 0 && !(i == 1 && j == 0)) add(scene, {i, j}, Spring{2e4});
+  add(scene, {2, 8}, Bar{3e4});
+  add(scene, {3, 4}, Beam{2e5, 400.0, 300.0, 500.0, {}});
+  add(scene, {4, 10}, Beam{2e5, 400.0, 300.0, 500.0, {}, 4e3, 5e3});
+  add(scene, {0, 5, 9}, BendingSpring{120.0});
+  add(scene, {1, 2, 6, 7}, TorsionSpring{90.0});
+  add(scene, {0, 1}, Rigid{});
+  add(scene, {6, 9, 11}, Rigid{});
+  const int viscous = add(scene, {5, 11}, Spring{4e4});
+  scene.links[static_cast<std::size_t>(viscous)].viscous = 3e-3;
+  add(scene, {0, 7}, Dashpot{40.0});
+  Eigen::MatrixXd K(6, 6);
+  const Eigen::Vector3d u = (scene.points[10].position - scene.points[2].position).normalized();
+  K << u * u.transpose(), -u * u.transpose(), -u * u.transpose(), u * u.transpose();
+  add(scene, {2, 10}, MatrixLink{(7e3 * K).sparseView()});
+  for (std::size_t i = 0; i < scene.links.size(); ++i) scene.publication.links.push_back(static_cast<int>(i));
+  publish_everything(scene);
+  scene.publication.links.clear();
+  for (std::size_t i = 0; i < scene.links.size(); ++i) scene.publication.links.push_back(static_cast<int>(i));
+  return scene;
+}
+
+/// Forces of all links on the points, body axes, from what is published.
+Eigen::Matrix3Xd forces_on_points(const Scene& scene, const Simulation& simulation) {
+  Eigen::Matrix3Xd force = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(scene.points.size()));
+  const auto at = [&](int i) { return Eigen::Vector3d(scene.points[static_cast<std::size_t>(i)].position); };
+  for (std::size_t k = 0; k < simulation.plan.link_outputs.size(); ++k) {
+    const PlanLinkOutput& output = simulation.plan.link_outputs[k];
+    const Link& link = scene.links[static_cast<std::size_t>(output.link)];
+    std::vector<double> values(static_cast<std::size_t>(output.num_rows));
+    read_link(simulation.plan, simulation.state, static_cast<int>(k), values);
+    const Eigen::Map<const Eigen::VectorXd> v(values.data(), output.num_rows);
+    const auto apply = [&](const DeformationRow& row, double s) {
+      for (const auto& [freedom, coefficient] : row.coefficients)
+        force(freedom % 3, freedom / 3) -= coefficient * s;
+    };
+    if (std::holds_alternative<Beam>(link.kind)) {
+      const Eigen::Matrix3d axes =
+          beam_axes(at(link.points[1]) - at(link.points[0]), std::get<Beam>(link.kind).y_axis);
+      force.col(link.points[0]) -= axes * v.segment<3>(0);
+      force.col(link.points[1]) -= axes * v.segment<3>(6);
+    } else if (std::holds_alternative<BendingSpring>(link.kind)) {
+      const DeformationRows rows = bending_rows(scene, link);
+      for (std::size_t r = 0; r < rows.size(); ++r) apply(rows[r], values[r]);
+    } else if (std::holds_alternative<TorsionSpring>(link.kind)) {
+      const DeformationRows rows = torsion_rows(scene, link);
+      apply(rows[0], values[0]);
+    } else if (v.size() == 1) {
+      const Eigen::Vector3d pull = v[0] * (at(link.points[1]) - at(link.points[0])).normalized();
+      force.col(link.points[0]) += pull;
+      force.col(link.points[1]) -= pull;
+    } else {
+      for (std::size_t p = 0; p < link.points.size(); ++p)
+        force.col(link.points[p]) += v.segment<3>(3 * static_cast<Eigen::Index>(p));
+    }
+  }
+  return force;
+}
+
+// m V'' = F - S + link forces at every point, S the part of the load that moves the structure as a rigid body
+TEST(LinkForces, BalanceTheLoadsAndTheAccelerationsOfEveryPoint) {
+  Scene scene = every_kind();
+  scene.initial.points.push_back({3, {1e-5, -2e-5, 1e-5}, {1e-3, 0.0, -1e-3}});
+  Load load;
+  load.name = "push";
+  load.axes = Axes::kBody;
+  load.forces = {{8, {3.0, -2.0, 5.0}}, {0, {-1.0, 4.0, 2.0}}};
+  scene.loads.push_back(load);
+  Simulation simulation(scene);
+  const auto num_points = static_cast<Eigen::Index>(scene.points.size());
+  for (const int ticks : {1, 50, 500}) {
+    simulation.run(ticks);
+    Eigen::Matrix3Xd expected(3, num_points);
+    Eigen::Matrix3Xd r(3, num_points);
+    Eigen::VectorXd mass(num_points);
+    for (Eigen::Index i = 0; i < num_points; ++i) {
+      mass[i] = simulation.plan.points[static_cast<std::size_t>(i)].mass;
+      r.col(i) =
+          Eigen::Map<const Eigen::Vector3d>(simulation.plan.points[static_cast<std::size_t>(i)].r.data());
+    }
+    Eigen::Matrix3Xd F = Eigen::Matrix3Xd::Zero(3, num_points);
+    for (const PointLoad& each : load.forces) F.col(each.point) += each.force;
+    const Eigen::Vector3d R = F.rowwise().sum();
+    Eigen::Vector3d L = Eigen::Vector3d::Zero();
+    for (Eigen::Index i = 0; i < num_points; ++i) L += r.col(i).cross(F.col(i));
+    const Eigen::Matrix3d inertia =
+        Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(simulation.plan.inertia.data());
+    const Eigen::Vector3d alpha = inertia.ldlt().solve(L);
+    const Eigen::Matrix3Xd links = forces_on_points(scene, simulation);
+    double worst = 0.0, largest = 0.0;
+    for (Eigen::Index i = 0; i < num_points; ++i) {
+      // V'' of the point: what the read-out says less the rigid part
+      const std::size_t n = static_cast<std::size_t>(simulation.plan.num_padded);
+      Eigen::Vector3d V_ddot = Eigen::Vector3d::Zero();
+      for (int l = 0; l < simulation.plan.num_elastic; ++l) {
+        const auto mode = static_cast<std::size_t>(l);
+        const double q_ddot = simulation.state.Q[mode] / simulation.plan.mass -
+                              2.0 * simulation.plan.decay[mode] * simulation.state.q_dot[mode] -
+                              std::pow(simulation.plan.omega[mode], 2) * simulation.state.q[mode];
+        const double* rows =
+            simulation.plan.rows.data() +
+            3 * static_cast<std::size_t>(simulation.plan.points[static_cast<std::size_t>(i)].row) * n;
+        for (Eigen::Index a = 0; a < 3; ++a)
+          V_ddot[a] += rows[static_cast<std::size_t>(a) * n + mode] * q_ddot;
+      }
+      const Eigen::Vector3d S = mass[i] * (R / mass.sum() + alpha.cross(r.col(i)));
+      const Eigen::Vector3d left = F.col(i) - S - mass[i] * V_ddot + links.col(i);
+      worst = std::max(worst, left.norm());
+      largest = std::max({largest, F.col(i).norm(), links.col(i).norm()});
+    }
+    std::printf("tick %lld: link forces balance to %.1e N of %.1e N\n",
+                static_cast<long long>(simulation.state.tick), worst, largest);
+    // 10 eps k_max |V|_max and 1e-10 F_max, the smaller part of which is some 1e-10 N
+    EXPECT_LT(worst, 1e-10 * largest);
+  }
+}
+
+TEST(RigidLinks, KeepTheirLengthInMotion) {
+  Scene scene = every_kind();
+  Load load;
+  load.name = "push";
+  load.forces = {{8, {30.0, -20.0, 50.0}}};
+  scene.loads.push_back(load);
+  Simulation simulation(scene);
+  double worst = 0.0, moved = 0.0;
+  for (int k = 0; k < 20; ++k) {
+    simulation.run(100);
+    const Eigen::Matrix3Xd V = simulation.displacements_B();
+    for (const auto& [i, j] : {std::pair{0, 1}, {6, 9}, {9, 11}, {6, 11}}) {
+      const Eigen::Vector3d span = scene.points[static_cast<std::size_t>(j)].position -
+                                   scene.points[static_cast<std::size_t>(i)].position;
+      worst = std::max(worst, std::abs(span.normalized().dot(V.col(j) - V.col(i))) / span.norm());
+      moved = std::max(moved, (V.col(j) - V.col(i)).norm() / span.norm());
+    }
+  }
+  std::printf("rigid pairs: elongation %.1e of their length while they move by %.1e of it\n", worst, moved);
+  EXPECT_GT(moved, 1e-6);
+  EXPECT_LT(worst, 1e-14);
+}
+
+TEST(RigidLinks, FullyRigidStructureMovesAsARigidBody) {
+  Scene scene;
+  for (const Eigen::Vector3d& at : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0),
+                                    Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, 3)})
+    add_point(scene, 1.0 + at.sum(), at);
+  add(scene, {0, 1, 2, 3}, Rigid{});
+  publish_everything(scene);
+  scene.publication.links = {0};
+  scene.initial.angular_velocity = {0.3, -0.2, 0.4};
+  Simulation simulation(scene);
+  ASSERT_EQ(simulation.plan.num_elastic, 0);
+  ASSERT_EQ(simulation.plan.link_outputs.size(), 1u);
+  simulation.run(1000);
+  const Eigen::Matrix3Xd p = simulation.positions_W();
+  EXPECT_NEAR((p.col(3) - p.col(2)).norm(), std::sqrt(13.0), 1e-14);
+  EXPECT_EQ(simulation.link_forces().size(), 12);
+}
+
+// a force of 7 N pulls a rigid pair apart: half accelerates each end, so the link carries half
+TEST(RigidLinks, CarryTheForceThatAccelerationNeeds) {
+  Scene scene;
+  add_point(scene, 2.0, {0.0, 0.0, 0.0});
+  add_point(scene, 2.0, {1.0, 0.0, 0.0});
+  add(scene, {0, 1}, Rigid{});
+  publish_everything(scene);
+  scene.publication.links = {0};
+  Load load;
+  load.name = "pull";
+  load.axes = Axes::kBody;
+  load.forces = {{1, {7.0, 0.0, 0.0}}};
+  scene.loads.push_back(load);
+  Simulation simulation(scene);
+  simulation.run(10);
+  EXPECT_NEAR(simulation.link_forces()[0], 3.5, 1e-14);
+}
+
+// three bars on a line bend freely; a square without diagonals shears freely: both drift as they were set
+// going
+TEST(Mechanisms, DriftExactly) {
+  Scene chain;
+  for (int i = 0; i < 4; ++i) add_point(chain, 1.0 + i, {1.0 * i, 0.0, 0.0});
+  for (int i = 0; i < 3; ++i) add(chain, {i, i + 1}, Bar{1e5});
+  Scene square;
+  for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}})
+    add_point(square, 1.0, {x, y, 0.0});
+  for (int i = 0; i < 4; ++i) add(square, {i, (i + 1) % 4}, Bar{1e5});
+  for (auto& [scene, count] : {std::pair<Scene&, int>{chain, 4}, {square, 2}}) {
+    publish_everything(scene);
+    scene.initial.modes.push_back({1, 1e-3, 2e-4});
+    scene.initial.modes.push_back({2, -3e-3, 1e-4});
+    Simulation simulation(scene);
+    EXPECT_EQ(simulation.plan.mechanisms.size(), static_cast<std::size_t>(count));
+    simulation.run(100000);
+    const double t = 100000 * simulation.plan.period;
+    EXPECT_EQ(simulation.state.q_dot[0], 2e-4);
+    EXPECT_EQ(simulation.state.q_dot[1], 1e-4);
+    // one rounding of the value after 100,000 ticks
+    EXPECT_NEAR(simulation.state.q[0], 1e-3 + 2e-4 * t, 2.3e-16 * 0.03);
+    EXPECT_NEAR(simulation.state.q[1], -3e-3 + 1e-4 * t, 2.3e-16 * 0.03);
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::testing
