@@ -1,0 +1,88 @@
+// freeflex inspect: the paper's quantities of a scene, its basis, Maxwell and influence coefficients.
+#include <CLI/App.hpp>
+#include <array>
+#include <memory>
+#include <optional>
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "tools/commands.hpp"
+#include "tools/inspection.hpp"
+#include "tools/usage.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+struct Options {
+  std::string scene;
+  std::string basis = "auto";
+  bool json = false;
+};
+
+constexpr std::array kRecipes{Recipe::kCollinear, Recipe::kPlanar,      Recipe::kSpatial,
+                              Recipe::kFormal,    Recipe::kHouseholder, Recipe::kModes};
+
+std::vector<std::string> basis_names() {
+  std::vector<std::string> names;
+  for (const Recipe recipe : kRecipes) names.push_back(name_of(recipe));
+  names.push_back("auto");
+  return names;
+}
+
+/// None for auto.
+std::optional<Recipe> recipe_named(const std::string& name) {
+  for (const Recipe recipe : kRecipes)
+    if (name == name_of(recipe)) return recipe;
+  return std::nullopt;
+}
+
+int inspect(const Options& options) {
+  if (io::is_plan_file(options.scene)) {
+    print_error(options.scene + " is a plan, which holds no links: name the scene that it was made from");
+    return kExitUsage;
+  }
+  io::SceneResult read = io::read_scene(options.scene);
+  std::optional<Structure> structure;
+  if (read.scene) structure = build_structure(*read.scene, read.faults);
+  print_faults(read.faults, read.sources);
+  if (!structure || has_error(read.faults)) return kExitUsage;
+
+  std::string why_not;
+  const std::optional<Inspection> inspection =
+      inspect_scene(std::move(*read.scene), std::move(*structure), recipe_named(options.basis), why_not);
+  if (!inspection) {
+    print_error(why_not);
+    return kExitUsage;
+  }
+  if (options.json)
+    print_json(to_json(*inspection));
+  else
+    print_text(*inspection);
+  return inspection->basis.is_complete() ? kExitOk : kExitDiffers;
+}
+
+}  // namespace
+
+void add_inspect(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "inspect", "mass, freedoms, unit elastic displacements, Maxwell and influence coefficients");
+  command->add_option("SCENE", options->scene, "scene file")->required();
+  command
+      ->add_option(
+          "--basis", options->basis,
+          "recipe of the unit elastic displacements; auto: the explicit one of the shape where it is "
+          "complete, else formal")
+      ->capture_default_str()
+      ->check(CLI::IsMember(basis_names()));
+  command->add_flag("--json", options->json,
+                    "one JSON object on standard output, with full matrices up to 200 elastic freedoms");
+  command->footer(
+      "Example:\n  freeflex inspect service/scenes/boom.yaml --basis formal\n"
+      "Exit codes: 0 done, 1 the basis is not complete, 2 the scene has errors or another shape than the "
+      "recipe needs.");
+  command->callback([options, &exit_code] { exit_code = inspect(*options); });
+}
+
+}  // namespace freeflex::tools
