@@ -28,19 +28,10 @@ struct PointArgument {
 
 /// nullopt when what stands behind = is not three numbers.
 std::optional<PointArgument> parse_point(const std::string& text) {
-  const std::size_t equals = text.find('=');
-  PointArgument point{text.substr(0, equals), std::nullopt};
-  if (equals == std::string::npos) return point;
-  std::array<double, 3>& force = point.force.emplace();
-  std::size_t begin = equals + 1;
-  for (std::size_t k = 0; k < 3; ++k) {
-    const std::size_t end = k < 2 ? text.find(',', begin) : text.size();
-    if (end == std::string::npos) return std::nullopt;
-    const std::optional<double> value = read_number(std::string_view(text).substr(begin, end - begin));
-    if (!value) return std::nullopt;
-    force[k] = *value;
-    begin = end + 1;
-  }
+  const auto named = parse_named_numbers(text, 3);
+  if (!named) return std::nullopt;
+  PointArgument point{named->name, std::nullopt};
+  if (!named->numbers.empty()) point.force = {named->numbers[0], named->numbers[1], named->numbers[2]};
   return point;
 }
 

@@ -110,9 +110,10 @@ class CsvOutput : public RunOutput {
         names.push_back("point." + plan.points[static_cast<std::size_t>(point)].name + axis);
     }
     for (const PlanLinkOutput& output : plan.link_outputs) {
-      const std::string link = "link." + plan.links[static_cast<std::size_t>(output.link)].name;
+      const PlanLink& of = plan.links[static_cast<std::size_t>(output.link)];
+      const std::string single = of.kind == "bending" || of.kind == "torsion" ? ".moment" : ".axial";
       for (int k = 1; k <= output.num_rows; ++k)
-        names.push_back(link + (output.num_rows == 1 ? ".axial" : "." + std::to_string(k)));
+        names.push_back("link." + of.name + (output.num_rows == 1 ? single : "." + std::to_string(k)));
     }
     for (std::string& name : names) std::replace(name.begin(), name.end(), ',', '_');
     writer_.header(names);
@@ -135,10 +136,10 @@ class CsvOutput : public RunOutput {
     for (const std::int32_t point : plan_.published_points)
       append(read_point(plan_, state, point).p_W.data(), 3);
     for (std::size_t i = 0; i < plan_.link_outputs.size(); ++i) {
-      std::array<double, 12> force{};
-      const auto rows = static_cast<std::size_t>(plan_.link_outputs[i].num_rows);
-      read_link(plan_, state, static_cast<int>(i), std::span(force).first(rows));
-      append(force.data(), rows);
+      const std::size_t before = values_.size(),
+                        rows = static_cast<std::size_t>(plan_.link_outputs[i].num_rows);
+      values_.resize(before + rows);
+      read_link(plan_, state, static_cast<int>(i), std::span(values_).last(rows));
     }
     writer_.row(state.tick, values_);
   }

@@ -40,6 +40,22 @@ std::optional<double> read_number(std::string_view text) {
   return io::reader::parse_number(text, {"-"}).value;
 }
 
+std::optional<NamedNumbers> parse_named_numbers(const std::string& text, std::size_t count) {
+  const std::size_t equals = text.find('=');
+  NamedNumbers named{text.substr(0, equals), {}};
+  if (equals == std::string::npos) return named;
+  std::size_t begin = equals + 1;
+  for (std::size_t k = 0; k < count; ++k) {
+    const std::size_t end = k + 1 < count ? text.find(',', begin) : text.size();
+    if (end == std::string::npos) return std::nullopt;
+    const std::optional<double> value = read_number(std::string_view(text).substr(begin, end - begin));
+    if (!value) return std::nullopt;
+    named.numbers.push_back(*value);
+    begin = end + 1;
+  }
+  return named;
+}
+
 CLI::Validator must_be(const char* allowed, bool (*is_right)(double)) {
   return {[allowed, is_right](std::string& text) {
             const std::optional<double> value = read_number(text);

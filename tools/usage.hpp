@@ -8,11 +8,20 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 namespace freeflex::tools {
 
 /// A decimal number as scenes take it: finite, not hexadecimal, no blanks, no leading zeros.
 std::optional<double> read_number(std::string_view text);
+
+/// NAME=1,2,3 taken apart; no numbers when there is no =.
+struct NamedNumbers {
+  std::string name;
+  std::vector<double> numbers;
+};
+/// nullopt when what stands behind = is not `count` numbers.
+std::optional<NamedNumbers> parse_named_numbers(const std::string& text, std::size_t count);
 
 /// Takes what reads as a number and is right. \param allowed  continues "must be "
 CLI::Validator must_be(const char* allowed, bool (*is_right)(double));

@@ -1,0 +1,184 @@
+// freeflex loads: what a steady load does to the structure, by inertia relief.
+#include <CLI/App.hpp>
+#include <cmath>
+#include <cstdio>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/model/quasi_static.hpp"
+#include "core/step/kernels.hpp"
+#include "core/step/readout.hpp"
+#include "tools/commands.hpp"
+#include "tools/console.hpp"
+#include "tools/usage.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+struct Options {
+  std::string input;
+  std::vector<std::string> forces;
+  std::vector<std::string> wrenches;
+  std::vector<double> spin;  // [rad/s] (3), or not given
+  bool json = false;
+};
+
+/// Index of a name among items, or -1.
+template <class Items>
+std::int32_t find_name(const Items& items, const std::string& name) {
+  for (std::size_t i = 0; i < items.size(); ++i)
+    if (items[i].name == name) return static_cast<std::int32_t>(i);
+  return -1;
+}
+
+template <class Items>
+std::string names_of(const Items& items) {
+  std::vector<std::string> names;
+  for (const auto& item : items) names.push_back(item.name);
+  return names.empty() ? "none" : listed(names, 12);
+}
+
+/// Loads of the command line; false after explaining.
+bool read_forces(const Options& options, const Plan& plan, std::vector<PointForce>& forces) {
+  for (const std::string& text : options.forces) {
+    const auto named = parse_named_numbers(text, 3);
+    if (!named || named->numbers.empty()) {
+      print_error("--force " + text + " must be POINT=FX,FY,FZ in newtons");
+      return false;
+    }
+    const std::int32_t point = find_name(plan.points, named->name);
+    if (point < 0 || plan.points[static_cast<std::size_t>(point)].row < 0) {
+      print_error(
+          "--force: " + std::string(point < 0 ? "there is no point '" : "the plan has no rows for point '") +
+          named->name +
+          (point < 0 ? "'; points are " + names_of(plan.points)
+                     : "'; add it to commands: points of the scene"));
+      return false;
+    }
+    forces.push_back({point, 0, {named->numbers[0], named->numbers[1], named->numbers[2]}});
+  }
+  return true;
+}
+
+bool read_wrenches(const Options& options, const Plan& plan, std::vector<Wrench>& wrenches) {
+  for (const std::string& text : options.wrenches) {
+    const auto named = parse_named_numbers(text, 6);
+    if (!named || named->numbers.empty()) {
+      print_error("--wrench " + text + " must be GROUP=FX,FY,FZ,TX,TY,TZ in newtons and newton metres");
+      return false;
+    }
+    const std::int32_t group = find_name(plan.groups, named->name);
+    if (group < 0) {
+      print_error("--wrench: there is no group '" + named->name + "'; groups are " + names_of(plan.groups));
+      return false;
+    }
+    const std::vector<double>& x = named->numbers;
+    wrenches.push_back({group, 0, {x[0], x[1], x[2]}, {x[3], x[4], x[5]}});
+  }
+  return true;
+}
+
+struct LinkForce {
+  std::string name, kind;
+  std::vector<double> values;
+};
+
+std::vector<LinkForce> link_forces(const Plan& plan, const State& state) {
+  std::vector<LinkForce> all;
+  for (std::size_t i = 0; i < plan.link_outputs.size(); ++i) {
+    const PlanLink& link = plan.links[static_cast<std::size_t>(plan.link_outputs[i].link)];
+    LinkForce force{link.name, link.kind,
+                    std::vector<double>(static_cast<std::size_t>(plan.link_outputs[i].num_rows))};
+    read_link(plan, state, static_cast<int>(i), force.values);
+    all.push_back(std::move(force));
+  }
+  return all;
+}
+
+void print_loads_json(const Plan& plan, const State& state) {
+  Json out;
+  out["name"] = plan.name;
+  out["force"] = state.force_W;
+  out["torque"] = state.moment_B;
+  Json points = Json::array();
+  for (const std::int32_t i : plan.published_points)
+    points.push_back({{"name", plan.points[static_cast<std::size_t>(i)].name},
+                      {"displacement", read_point(plan, state, i).V_B}});
+  out["points"] = points;
+  Json links = Json::array();
+  for (const LinkForce& force : link_forces(plan, state))
+    links.push_back({{"name", force.name}, {"kind", force.kind}, {"values", force.values}});
+  out["links"] = links;
+  print_json(out);
+}
+
+void print_loads(const Plan& plan, const State& state) {
+  std::printf("resultant          %.10g %.10g %.10g N, %.10g %.10g %.10g N m about the centre of mass\n",
+              state.force_W[0], state.force_W[1], state.force_W[2], state.moment_B[0], state.moment_B[1],
+              state.moment_B[2]);
+  std::printf("elastic displacements [m], body axes, in the frame of mean axes\n");
+  for (const std::int32_t i : plan.published_points) {
+    const Vec3 V = read_point(plan, state, i).V_B;
+    std::printf("  %-16s % .9e % .9e % .9e\n", plan.points[static_cast<std::size_t>(i)].name.c_str(), V[0],
+                V[1], V[2]);
+  }
+  std::printf("forces of links (values by kind: messages/README.md, section 7)\n");
+  for (const LinkForce& force : link_forces(plan, state)) {
+    std::printf("  %-16s %-8s", force.name.c_str(), force.kind.c_str());
+    for (std::size_t k = 0; k < force.values.size(); ++k)
+      std::printf("%s% .9e", k > 0 && k % 6 == 0 ? "\n                           " : " ", force.values[k]);
+    std::printf("\n");
+  }
+}
+
+int loads(const Options& options) {
+  if (options.forces.empty() && options.wrenches.empty() && options.spin.empty()) {
+    print_error("no load is given; give --force, --wrench or --spin");
+    return kExitUsage;
+  }
+  const std::optional<Plan> plan = load_or_explain(options.input, 0.0);
+  if (!plan) return kExitUsage;
+  std::vector<PointForce> forces;
+  std::vector<Wrench> wrenches;
+  if (!read_forces(options, *plan, forces) || !read_wrenches(options, *plan, wrenches)) return kExitUsage;
+  SteadyLoad load{forces, wrenches, {}};
+  if (!options.spin.empty()) load.spin = {options.spin[0], options.spin[1], options.spin[2]};
+  std::string error;
+  const std::optional<State> state = quasi_static(*plan, load, error);
+  if (!state) {
+    print_error(error);
+    return kExitUsage;
+  }
+  if (!plan->feedbacks.empty()) print_warning("feedback takes no part in the steady answer");
+  options.json ? print_loads_json(*plan, *state) : print_loads(*plan, *state);
+  return kExitOk;
+}
+
+}  // namespace
+
+void add_loads(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "loads", "displacements and link forces under a steady load (inertia relief) and a steady spin");
+  command->add_option("SCENE", options->input, "scene or plan file")->required();
+  command->add_option("--force", options->forces, "force on a point, body axes [N]; may be repeated")
+      ->type_name("POINT=FX,FY,FZ");
+  command
+      ->add_option("--wrench", options->wrenches, "force and torque on a group, body axes; may be repeated")
+      ->type_name("GROUP=FX,FY,FZ,TX,TY,TZ");
+  command
+      ->add_option("--spin", options->spin, "steady spin, body axes [rad/s]; the scene must be spin-loaded")
+      ->delimiter(',')
+      ->expected(3)
+      ->check(finite_number())
+      ->type_name("WX,WY,WZ");
+  command->add_flag("--json", options->json, "one JSON object on standard output");
+  command->footer(
+      "Shows published points and links.\n"
+      "Example:\n  freeflex loads service/scenes/boom.yaml --force tip=0,5,0\n"
+      "Exit codes: 0 done, 2 the scene, plan or load has errors.");
+  command->callback([options, &exit_code] { exit_code = loads(*options); });
+}
+
+}  // namespace freeflex::tools
