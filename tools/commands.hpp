@@ -15,6 +15,7 @@ inline constexpr int kExitInterrupted = 130;  // Ctrl-C
 
 void add_check(CLI::App& app, int& exit_code);
 void add_modes(CLI::App& app, int& exit_code);
+void add_loads(CLI::App& app, int& exit_code);
 void add_inspect(CLI::App& app, int& exit_code);
 void add_compile(CLI::App& app, int& exit_code);
 void add_run(CLI::App& app, int& exit_code);

@@ -36,6 +36,7 @@ int run_command_line(int argc, char** argv) {
   int exit_code = kExitOk;
   add_check(app, exit_code);
   add_modes(app, exit_code);
+  add_loads(app, exit_code);
   add_inspect(app, exit_code);
   add_compile(app, exit_code);
   add_run(app, exit_code);
