@@ -25,6 +25,7 @@ constexpr std::array kRecipes{Recipe::kCollinear, Recipe::kPlanar,      Recipe::
 
 std::vector<std::string> basis_names() {
   std::vector<std::string> names;
+  names.reserve(kRecipes.size() + 1);
   for (const Recipe recipe : kRecipes) names.push_back(name_of(recipe));
   names.push_back("auto");
   return names;

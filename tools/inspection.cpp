@@ -11,6 +11,7 @@ namespace {
 
 std::vector<std::string> names_of(const Scene& scene, const std::vector<int>& points) {
   std::vector<std::string> names;
+  names.reserve(points.size());
   for (const int point : points) names.push_back(scene.points[static_cast<std::size_t>(point)].name);
   return names;
 }
