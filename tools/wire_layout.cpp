@@ -94,7 +94,7 @@ std::string_view layout_of(const freeflex_msgs::points_t&) {
   return "8888 44## [0:4 888 888 888 888][1:4 888 8888 888 888]";
 }
 std::string_view layout_of(const freeflex_msgs::scene_t&) {
-  return "8888 ss 88 888 888 888 444 4444 4# 4# 4# 4# [0:s8 888 11][1:ss 44 1][2:s# [0:4]][3:8]";
+  return "8888 ss 88 888 888 888 444 4444 4# 4# 4# 4# [0:s8 888 11][1:ss# [0:4] 1][2:s# [0:4]][3:8]";
 }
 std::string_view layout_of(const freeflex_msgs::shapes_t&) { return "888 48 44# [0:4][0:888]"; }
 std::string_view layout_of(const freeflex_msgs::state_t&) {

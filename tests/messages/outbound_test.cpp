@@ -27,7 +27,7 @@ Plan make_plan() {
   plan.inertia = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0};
   plan.inverse_inertia = {1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.25};
   plan.num_elastic = kElastic;
-  plan.num_padded = 8;
+  plan.num_moving = plan.num_padded = 8;
   plan.omega.assign(8, 0.0);
   plan.decay.assign(8, 0.0);
   for (int l = 0; l < kElastic; ++l)
@@ -47,7 +47,7 @@ Plan make_plan() {
       plan.rows[(3 * at + k / kElastic) * 8 + k % kElastic] = i + 0.001 * static_cast<double>(k);
     if (i + 1 == kPoints) break;
     plan.links[at] = {"l" + std::to_string(i), "spring", {i, i + 1}};
-    plan.link_outputs[at] = {i, i, 1};
+    plan.link_outputs[at] = {i, 1, i};
     for (std::size_t l = 0; l < kElastic; ++l) plan.link_rows[at * 8 + l] = i * 0.5 + static_cast<double>(l);
   }
   for (int g = 0; g < 300; ++g) {

@@ -107,7 +107,7 @@ TEST(Releases, PinEndedFrameIsTheTrussOfItsBars) {
   Scene frame = truss;
   for (std::size_t i = 0; i < truss.links.size(); ++i) {
     truss.links[i].kind = Bar{2e5};
-    Beam beam{2e5, 1e4, 3e4, 5e4, {}};
+    Beam beam{2e5, 1e4, 3e4, 5e4, Eigen::Vector3d::Zero()};
     beam.released = {{{true, true, true}, {true, true, true}}};
     frame.links[i].kind = beam;
   }

@@ -43,8 +43,8 @@ Scene every_kind() {
     for (int j = 0; j < i; ++j)
       if ((i + 2 * j) % 3 != 0 && !(i == 1 && j == 0)) add(scene, {i, j}, Spring{2e4});
   add(scene, {2, 8}, Bar{3e4});
-  add(scene, {3, 4}, Beam{2e5, 400.0, 300.0, 500.0, {}});
-  add(scene, {4, 10}, Beam{2e5, 400.0, 300.0, 500.0, {}, 4e3, 5e3});
+  add(scene, {3, 4}, Beam{2e5, 400.0, 300.0, 500.0, Eigen::Vector3d::Zero()});
+  add(scene, {4, 10}, Beam{2e5, 400.0, 300.0, 500.0, Eigen::Vector3d::Zero(), 4e3, 5e3});
   add(scene, {0, 5, 9}, BendingSpring{120.0});
   add(scene, {1, 2, 6, 7}, TorsionSpring{90.0});
   add(scene, {0, 1}, Rigid{});

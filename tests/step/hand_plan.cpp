@@ -29,7 +29,7 @@ Plan hand_plan(double period, std::span<const Mode> modes, int num_points) {
   plan.inverse_inertia = {1.0 / 2.0, 0, 0, 0, 1.0 / 3.0, 0, 0, 0, 1.0 / 4.0};
   const std::size_t n = (modes.size() + kLanes - 1) / kLanes * kLanes;
   plan.num_elastic = static_cast<std::int32_t>(modes.size());
-  plan.num_padded = static_cast<std::int32_t>(n);
+  plan.num_moving = plan.num_padded = static_cast<std::int32_t>(n);
   Propagator& p = plan.propagator;
   p.lanes.resize(n / kLanes);
   for (auto* v : {&plan.omega, &plan.decay, &plan.initial.q, &plan.initial.q_dot}) v->assign(n, 0.0);

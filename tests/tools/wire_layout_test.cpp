@@ -95,6 +95,8 @@ scene_t some() {
   m.num_links = 1;
   m.links.resize(1);
   m.links[0].kind = "beam";
+  m.links[0].num_points = 2;
+  m.links[0].points = {0, 1};
   m.num_groups = 1;
   m.groups.resize(1);
   m.groups[0].num_points = 2;
