@@ -85,9 +85,11 @@ void warn_beyond_limits(const Extremes& extremes) {
   }
   if (extremes.spin_ratio() > service::kMaxSpinRatio) {
     print_warning(format_text(
-        "spin ratio %.2g is above %g: %s; the deformation lacks that of centrifugal forces, which "
-        "is %.2g times as large, while the pose stays good for longer; a slower spin",
-        extremes.spin_ratio(), service::kMaxSpinRatio, reference, extremes.spin_ratio()));
+        "spin ratio %.2g is above %g: %s; %s; the pose stays good for longer; a slower spin%s", extremes.spin_ratio(),
+        service::kMaxSpinRatio, reference,
+        plan.has_spin_load ? "Coriolis forces and what the deformation does to the spin are left out"
+                           : "the deformation lacks that of centrifugal forces",
+        plan.has_spin_load ? "" : ", or fidelity: spin-loaded"));
   }
 }
 
