@@ -31,17 +31,17 @@ Eigen::MatrixXd weighted_rows(const LinkFactor& factor) {
 Eigen::MatrixXd least_energy(const Eigen::MatrixXd& balance, const Eigen::MatrixXd& loads,
                              Eigen::Index rank) {
   Eigen::MatrixXd t = Eigen::MatrixXd::Zero(balance.cols(), loads.cols());
-  if (balance.cols() == 0) return t;
+  if (t.size() == 0) return t;
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(balance);
   const auto R11 = qr.matrixR().topLeftCorner(rank, rank).triangularView<Eigen::Upper>();
   Eigen::MatrixXd turned = loads;
   turned.applyOnTheLeft(qr.householderQ().adjoint());
-  t.topRows(rank) = R11.solve(turned.topRows(rank));
+  if (rank > 0) t.topRows(rank) = R11.solve(turned.topRows(rank));
   const Eigen::Index num_redundant = balance.cols() - rank;
   if (num_redundant > 0) {
     // self-stresses balance no load: [-R11^-1 R12; 1]; the least t.t is orthogonal to them all
     Eigen::MatrixXd self_stress(balance.cols(), num_redundant);
-    self_stress.topRows(rank) = -R11.solve(qr.matrixR().topRightCorner(rank, num_redundant));
+    if (rank > 0) self_stress.topRows(rank) = -R11.solve(qr.matrixR().topRightCorner(rank, num_redundant));
     self_stress.bottomRows(num_redundant).setIdentity();
     const Eigen::HouseholderQR<Eigen::MatrixXd> stress(self_stress);
     t.applyOnTheLeft(stress.householderQ().adjoint());
@@ -102,7 +102,7 @@ LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen
   LinkStates states;
   states.num_redundant = static_cast<int>(num_natural - rank);
   states.multipliers.resize(num_constraints, loads.cols());
-  if (num_constraints > 0) {
+  if (states.multipliers.size() > 0) {
     const Eigen::MatrixXd left = right.topRows(num_constraints) - balance.topRows(num_constraints) * t;
     states.multipliers = front.matrixQR().topRows(num_constraints).triangularView<Eigen::Upper>().solve(left);
   }

@@ -239,6 +239,22 @@ TEST(Maxwell, ARigidLinkLeavesNoCOverAllDisplacementsAndIsNamed) {
   EXPECT_LT(difference(influence_of(*allowed.c), *allowed.delta), 1e-15 * condition_of(*allowed.c));
 }
 
+// a spring inside a rigid body carries nothing, whatever the loads
+TEST(Maxwell, ASpringInsideARigidBodyAddsNothing) {
+  const Scene elastic = cloud(3, 5, {1.0, 1.0});
+  Scene scene = elastic;
+  scene.links.resize(1);
+  add_angle(scene, {0, 1, 2, 3, 4}, Rigid{});
+  const Basis all = bases_of(elastic).all.front();
+  const Maxwell maxwell = find_maxwell(scene, build(scene), factor_of(scene), all.shapes);
+  ASSERT_TRUE(maxwell.delta);
+  EXPECT_EQ(maxwell.num_redundant, 1);
+  const double beside_a_spring =
+      find_maxwell(elastic, build(elastic), factor_of(elastic), all.shapes).delta->norm();
+  EXPECT_LT(maxwell.delta->norm(), 1e-25 * beside_a_spring);
+  EXPECT_FALSE(maxwell.c);
+}
+
 // delta of stiff links nears that of rigid ones as 1 / stiffness
 TEST(Maxwell, DeltaWithARigidLinkIsTheLimitOfStiffSprings) {
   const Scene elastic = cloud(5, 6, {1.0, 1.0});
