@@ -75,7 +75,7 @@ std::string ratios_text(const Extremes& extremes) {
 }
 
 /// Says so when a run went beyond the method.
-void warn_beyond_limits(const Extremes& extremes) {
+void warn_beyond_limits(const Plan& plan, const Extremes& extremes) {
   if (!extremes.is_known()) return;
   const char* reference = "outside what the method can answer (README, 'When not to trust it')";
   if (extremes.displacement_ratio() > service::kMaxDisplacementRatio) {
@@ -85,8 +85,8 @@ void warn_beyond_limits(const Extremes& extremes) {
   }
   if (extremes.spin_ratio() > service::kMaxSpinRatio) {
     print_warning(format_text(
-        "spin ratio %.2g is above %g: %s; %s; the pose stays good for longer; a slower spin%s", extremes.spin_ratio(),
-        service::kMaxSpinRatio, reference,
+        "spin ratio %.2g is above %g: %s; %s; the pose stays good for longer; a slower spin%s",
+        extremes.spin_ratio(), service::kMaxSpinRatio, reference,
         plan.has_spin_load ? "Coriolis forces and what the deformation does to the spin are left out"
                            : "the deformation lacks that of centrifugal forces",
         plan.has_spin_load ? "" : ", or fidelity: spin-loaded"));
@@ -232,7 +232,7 @@ void report(const Options& options, const std::string& file, const Result& resul
     std::fprintf(stderr, "freeflex: interrupted: %s holds %" PRId64 " of %" PRId64 " ticks; %s\n",
                  file.c_str(), result.ticks, last, ratios_text(extremes).c_str());
   }
-  warn_beyond_limits(extremes);
+  warn_beyond_limits(plan, extremes);
 }
 
 int run(const CLI::App& command, const Options& options) {
