@@ -81,6 +81,26 @@ std::vector<std::vector<std::string>> mechanism_names(const Plan& plan) {
   return out;
 }
 
+/// What keeps modes from being independent, in words; empty when nothing does.
+std::string coupling_text(const Plan& plan) {
+  const PlanCoupling& coupling = plan.coupling;
+  if (coupling.path == PlanCoupling::Path::kExact)
+    return counted(static_cast<std::int64_t>(coupling.modes.size()), "mode") + " of " +
+           std::to_string(plan.num_elastic) + ", advanced together by their exponential";
+  if (coupling.path == PlanCoupling::Path::kSplit)
+    return "more modes than one exponential is kept for, advanced by splitting: second order in the step";
+  return {};
+}
+
+/// What of the load follows the elastic motion, so that the body's motion is no longer apart from it.
+std::vector<std::string> dependent_loads(const Plan& plan) {
+  std::vector<std::string> names;
+  for (const PlanFeedback& feedback : plan.feedbacks) names.push_back("feedback " + feedback.name);
+  for (const PlanHistory& history : plan.histories)
+    if (!history.followers.empty()) names.push_back("load " + history.name);
+  return names;
+}
+
 void print_modes_json(const Plan& plan, const Principal& principal) {
   Json out;
   out["name"] = plan.name;
@@ -108,6 +128,8 @@ void print_modes_json(const Plan& plan, const Principal& principal) {
   }
   out["modes"] = modes;
   out["mechanisms"] = mechanism_names(plan);
+  out["coupling"] = coupling_text(plan);
+  out["dependent_loads"] = dependent_loads(plan);
   print_json(out);
 }
 
@@ -158,6 +180,11 @@ int modes(const Options& options) {
   }
   std::printf("rigid freedoms     %d%s\n", plan->rigid_freedoms, kind);
   std::printf("elastic freedoms   %d\n", plan->num_elastic);
+  if (const std::string text = coupling_text(*plan); !text.empty())
+    std::printf("coupled            %s: dashpots or feedback\n", text.c_str());
+  if (const auto names = dependent_loads(*plan); !names.empty())
+    std::printf("not separated      %s: the body's motion follows the elastic one\n",
+                listed(names, 8).c_str());
   const auto mechanisms = mechanism_names(*plan);
   if (!mechanisms.empty()) {
     std::printf("mechanisms         %zu: motions that strain no link, frequency 0\n", mechanisms.size());
