@@ -297,7 +297,7 @@ Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link) {
   const Eigen::Index num_displacements = factor.rows.cols();
   Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(range.count, num_displacements);
   for (int k = 0; k < range.count; ++k) {
-    const DeformationRow& row = factor.natural[static_cast<std::size_t>(range.first + k)];
+    const DeformationRow& row = natural_row(factor, range, k);
     for (const auto& [freedom, coefficient] : row.coefficients) {
       if (freedom < num_displacements)
         forces(k, freedom) += coefficient;

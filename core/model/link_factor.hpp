@@ -35,9 +35,9 @@ class Freedoms {
   int rotation(int point) const;
   /// The rotation of a beam's end about its local axis where the joint does not hold it; -1 where it does.
   int released(int link, int end, int axis) const {
-    return released_.empty()
-               ? -1
-               : released_[static_cast<std::size_t>(link)][static_cast<std::size_t>(3 * end + axis)];
+    return released_.empty() ? -1
+                             : released_[static_cast<std::size_t>(link)]
+                                        [3 * static_cast<std::size_t>(end) + static_cast<std::size_t>(axis)];
   }
 
  private:
@@ -125,6 +125,11 @@ struct LinkFactor {
   Eigen::MatrixXd
       damping_rows;  // [sqrt(N s/m)] (num x 3N) dashpots and viscous links, force = rows' rows Vdot
 };
+
+/// Natural deformation k of a link.  \pre 0 <= k < count of its range
+inline const DeformationRow& natural_row(const LinkFactor& factor, RowRange range, int k) {
+  return factor.natural[static_cast<std::size_t>(range.first) + static_cast<std::size_t>(k)];
+}
 
 /// Relative error of the directions in unit rows: one rounding of a coordinate over the shortest link.
 double direction_rounding(const Scene& scene);

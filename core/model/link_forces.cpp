@@ -32,8 +32,7 @@ Eigen::MatrixXd point_forces(const LinkFactor& factor, const Link& link, RowRang
   Eigen::MatrixXd on_points =
       Eigen::MatrixXd::Zero(3 * static_cast<Eigen::Index>(link.points.size()), forces.cols());
   for (int k = 0; k < range.count; ++k)
-    for (const auto& [freedom, coefficient] :
-         factor.natural[static_cast<std::size_t>(range.first + k)].coefficients) {
+    for (const auto& [freedom, coefficient] : natural_row(factor, range, k).coefficients) {
       const auto place = std::find(link.points.begin(), link.points.end(), freedom / 3) - link.points.begin();
       on_points.row(3 * place + freedom % 3) -= coefficient * forces.row(k);
     }
@@ -43,7 +42,7 @@ Eigen::MatrixXd point_forces(const LinkFactor& factor, const Link& link, RowRang
 // published forces of an elastic link per displacement V   (THEORY X48, X49, X62)
 Eigen::MatrixXd elastic_forces(const Scene& scene, const LinkFactor& factor, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
-  const Eigen::MatrixXd natural = natural_forces(factor, index);
+  Eigen::MatrixXd natural = natural_forces(factor, index);
   if (std::holds_alternative<Beam>(link.kind)) return end_forces(span_of(scene, link).stableNorm()) * natural;
   if (std::holds_alternative<Plate>(link.kind)) return plate_resultants(scene, link) * natural;
   if (std::holds_alternative<MatrixLink>(link.kind))

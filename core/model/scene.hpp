@@ -104,11 +104,11 @@ struct Link {
   std::string name;
   std::vector<int> points;  // indices into Scene::points: two, three, four or, matrix and rigid, two or more
   std::variant<Spring, Bar, Beam, MatrixLink, BendingSpring, TorsionSpring, Plate, Rigid, Dashpot> kind;
+  Origin origin;
   // dissipation within the link; not for rigid links and dashpots
   double viscous =
       0.0;  // [s] force = stiffness (deformation + viscous * its rate); springs without rotations
   double loss_factor = 0.0;  // [-] structural: equivalent modal damping at each frequency   (THEORY X66)
-  Origin origin;
 };
 
 /// A named set of points that takes wrenches and has a pose.

@@ -106,7 +106,7 @@ Eigen::VectorXd structural_ratio(const Scene& scene, const LinkFactor& factor, c
     const RowRange range = factor.natural_of[i];
     const Eigen::MatrixXd forces = natural_forces(factor, static_cast<int>(i)) * structure.shapes;
     for (int k = 0; k < range.count; ++k) {
-      const double root = factor.natural[static_cast<std::size_t>(range.first + k)].root_stiffness;
+      const double root = natural_row(factor, range, k).root_stiffness;
       ratio +=
           0.5 * scene.links[i].loss_factor * (forces.row(k) / root).array().square().matrix().transpose();
     }
