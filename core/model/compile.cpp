@@ -111,7 +111,8 @@ void compile_modes(const Scene& scene, const Structure& structure, Plan& plan) {
 // X70, X72: sum m r_a b_b, symmetric by (2.6)
 void compile_field(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
                    Plan& plan) {
-  plan.has_spin_load = scene.has_spin_load;
+  plan.fidelity = scene.fidelity;
+  plan.has_spin_load = scene.fidelity == Fidelity::kSpinLoaded;
   if (!plan.has_spin_load && plan.attractor_mu == 0.0) return;
   const Eigen::Matrix3Xd& r = structure.mass_properties.r;
   static constexpr std::array<std::array<int, 2>, 6> kPairs{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};

@@ -11,6 +11,8 @@
 #include <variant>
 #include <vector>
 
+#include "core/step/plan.hpp"
+
 namespace freeflex {
 
 /// Where a person wrote an item; source indexes Scene::sources, line and column count from 1 (0: unknown).
@@ -230,7 +232,7 @@ struct Scene {
   Damping damping;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2] uniform, world axes
   Attractor attractor;
-  bool has_spin_load = false;  // centrifugal load of the spin on the elastic coordinates   (THEORY X70)
+  Fidelity fidelity = Fidelity::kSeparated;
   std::vector<Feedback> feedbacks;
   Initial initial;
   Publication publication;

@@ -10,6 +10,15 @@
 
 namespace freeflex {
 
+/// The rungs of the fidelity ladder, cheapest first   (THEORY section 12). A rung is the sum of those before it.
+enum class Fidelity : std::int32_t {
+  kRigid = 0,       // no elastic coordinate
+  kSeparated = 1,   // the rigid body, and elastic coordinates beside it (Alekseev 1970)
+  kSpinLoaded = 2,  // and the centrifugal load of the spin   (X70)
+  kCoupled = 3,     // every term in the elastic displacements, linear elasticity   (X92)
+  kExactBars = 4,   // and springs and bars at true length and direction   (X94)
+};
+
 /// Modes are padded to a multiple of this with zeros; reductions run in this many fixed lanes.
 inline constexpr int kLanes = 8;
 
@@ -171,7 +180,8 @@ struct Plan {
   double conditioning = 0.0;        // [-]
   Propagator propagator;
   PlanCoupling coupling;
-  bool has_spin_load = false;  // centrifugal load   (THEORY X70)
+  Fidelity fidelity = Fidelity::kSeparated;
+  bool has_spin_load = false;  // centrifugal load, on the rung of that name   (THEORY X70)
   // [kg m] (6 x num_padded) sum m r_a b_b for ab = xx, yy, zz, xy, xz, yz; empty without spin load and
   // attractor
   Array field_rows;

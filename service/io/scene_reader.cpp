@@ -79,8 +79,8 @@ void SceneReader::read_sections(const Node& root) {
     if (const auto text = read_name(report_, *name, "scene: name")) scene_.name = *text;
   fields.read("rate", kRate, scene_.rate);
   if (const Node* fidelity = fields.find("fidelity"))
-    scene_.has_spin_load =
-        read_word(report_, *fidelity, "scene: fidelity", {"separated", "spin-loaded"}) == std::size_t{1};
+    if (const auto rung = read_word(report_, *fidelity, "scene: fidelity", {"separated", "spin-loaded"}))
+      scene_.fidelity = *rung == 1 ? Fidelity::kSpinLoaded : Fidelity::kSeparated;
   // in the order of reference: points, what joins them, what names them
   const Node* points = fields.require("points", "must be a list of {name, mass, at} or {csv: FILE}");
   if (points)

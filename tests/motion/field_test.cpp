@@ -21,7 +21,7 @@ TEST(SpinLoad, LeavesTheExpectedElasticErrorOnTheShortTruss) {
     options.tolerance = 1e-9;
     const FullSystem full = full_system(scene, options, false);
     const double plain = error_at(scene, full);
-    scene.has_spin_load = true;
+    scene.fidelity = Fidelity::kSpinLoaded;
     const double loaded = error_at(scene, full);
     std::printf(
         "spin %.2f rad/s: elastic error separated %.3e (expected %.1e), spin-loaded %.3e (expected %.1e)\n",
@@ -36,7 +36,7 @@ TEST(SpinLoad, LeavesTheExpectedElasticErrorOnTheShortTruss) {
 TEST(SpinLoad, StretchesADumbBellAsStaticsSays) {
   Scene scene = spring_pair(2.0, 2.0, 1.0, 5e4);
   publish_everything(scene);
-  scene.has_spin_load = true;
+  scene.fidelity = Fidelity::kSpinLoaded;
   scene.damping.modal_ratio = 0.2;
   scene.initial.angular_velocity = {0.0, 0.0, 2.0};
   Simulation simulation(scene);
@@ -60,7 +60,7 @@ TEST(Attractor, PullsTurnsAndStrainsAsTheFullSystemSays) {
     scene.initial.velocity = {-1.5, 2.0, 0.7};
     scene.initial.attitude = Eigen::Vector4d(0.8, 0.2, -0.4, 0.3).normalized();
     scene.initial.angular_velocity = {0.002, -0.003, 0.001};
-    scene.has_spin_load = true;
+    scene.fidelity = Fidelity::kSpinLoaded;
     ReferenceOptions options;
     options.tolerance = 1e-9;
     std::string error;

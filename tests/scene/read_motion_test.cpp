@@ -10,14 +10,14 @@ const std::string kTwoPoints =
 
 TEST(ReadMotion, SceneIsSeparatedInAUniformFieldUnlessWritten) {
   const Scene scene = read_good(kTwoPoints);
-  EXPECT_FALSE(scene.has_spin_load);
+  EXPECT_EQ(scene.fidelity, Fidelity::kSeparated);
   EXPECT_EQ(scene.attractor.mu, 0.0) << "no attractor";
   EXPECT_TRUE(scene.feedbacks.empty());
 }
 
 TEST(ReadMotion, FidelityGivesTheLoadOfTheSpin) {
-  EXPECT_FALSE(read_good(kTwoPoints + "fidelity: separated\n").has_spin_load);
-  EXPECT_TRUE(read_good(kTwoPoints + "fidelity: spin-loaded\n").has_spin_load);
+  EXPECT_EQ(read_good(kTwoPoints + "fidelity: separated\n").fidelity, Fidelity::kSeparated);
+  EXPECT_EQ(read_good(kTwoPoints + "fidelity: spin-loaded\n").fidelity, Fidelity::kSpinLoaded);
 }
 
 TEST(ReadMotion, AttractorStandsAtTheOriginUnlessPlaced) {
