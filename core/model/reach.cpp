@@ -1,0 +1,230 @@
+#include "core/model/reach.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+namespace freeflex {
+namespace {
+
+// [-] frequencies this close are one: the rounding that splits a pair, as far as that is stated, and no more than
+// a run of a thousand million radians can tell
+constexpr double kEqual = 1e-12, kMostEqual = 1e-9;
+
+// [-] of the largest damping coefficient: what couples less is rounding
+constexpr double kUncoupled = 1e-13;
+
+std::size_t index(int i) { return static_cast<std::size_t>(i); }
+
+// in-plane pair, or all three
+std::vector<Eigen::Vector3d> command_axes(const MotionScope& scope) {
+  if (!scope.binds_plane) return {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()};
+  const Eigen::Vector3d first = scope.normal.unitOrthogonal();
+  return {first, scope.normal.cross(first)};
+}
+
+// matrices that span what takes a load's vectors into body axes
+std::vector<Eigen::Matrix3d> load_turns(const Load& load, const MotionScope& scope) {
+  if (load.axes == Axes::kBody) return {Eigen::Matrix3d::Identity()};
+  const Eigen::Matrix3d start = scope.R_WB.transpose();
+  if (!scope.turns) return {start};
+  const Eigen::Vector3d& n = scope.normal;
+  if (scope.is_planar) {
+    Eigen::Matrix3d cross;
+    cross << 0.0, -n.z(), n.y(), n.z(), 0.0, -n.x(), -n.y(), n.x(), 0.0;
+    return {(Eigen::Matrix3d::Identity() - n * n.transpose()) * start, cross * start};
+  }
+  std::vector<Eigen::Matrix3d> turns;
+  for (int a = 0; a < 3; ++a)
+    for (int b = 0; b < 3; ++b) {
+      Eigen::Matrix3d unit = Eigen::Matrix3d::Zero();
+      unit(a, b) = 1.0;
+      turns.push_back(unit);
+    }
+  return turns;
+}
+
+class Directions {
+ public:
+  Directions(const Scene& scene, const Structure& structure) : scene_(scene), structure_(structure) {}
+
+  void add_point(int point, const Eigen::Vector3d& axis) {
+    Eigen::VectorXd forces = zero();
+    forces.segment<3>(3 * Eigen::Index{point}) = axis;
+    columns_.push_back(std::move(forces));
+  }
+  void add_group(const Group& group, const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
+    Eigen::VectorXd forces = zero();
+    add_wrench_forces(scene_, structure_, group, force, torque, forces);
+    columns_.push_back(std::move(forces));
+  }
+  void add(Eigen::VectorXd forces) { columns_.push_back(std::move(forces)); }
+
+  Eigen::MatrixXd take() const {
+    Eigen::MatrixXd all(zero().size(), static_cast<Eigen::Index>(columns_.size()));
+    for (std::size_t k = 0; k < columns_.size(); ++k) all.col(static_cast<Eigen::Index>(k)) = columns_[k];
+    return all;
+  }
+
+ private:
+  Eigen::VectorXd zero() const {
+    return Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(scene_.points.size()));
+  }
+  const Scene& scene_;
+  const Structure& structure_;
+  std::vector<Eigen::VectorXd> columns_;
+};
+
+// X70, X72: m_i S r_i for the six S of a field, or the one of a spin about the normal
+void add_fields(const Scene& scene, const Structure& structure, const MotionScope& scope, Directions& directions) {
+  const bool spins = scene.fidelity == Fidelity::kSpinLoaded && scope.turns;
+  if (!spins && scene.attractor.mu == 0.0) return;
+  std::vector<Eigen::Matrix3d> fields;
+  if (scope.is_planar) {
+    fields.push_back(Eigen::Matrix3d::Identity() - scope.normal * scope.normal.transpose());
+  } else {
+    for (int a = 0; a < 3; ++a)
+      for (int b = a; b < 3; ++b) {
+        Eigen::Matrix3d field = Eigen::Matrix3d::Zero();
+        field(a, b) = field(b, a) = 1.0;
+        fields.push_back(field);
+      }
+  }
+  const Eigen::Matrix3Xd& r = structure.mass_properties.r;
+  for (const Eigen::Matrix3d& field : fields) {
+    Eigen::VectorXd forces(r.size());
+    for (Eigen::Index i = 0; i < r.cols(); ++i)
+      forces.segment<3>(3 * i) = scene.points[static_cast<std::size_t>(i)].mass * field * r.col(i);
+    directions.add(std::move(forces));
+  }
+}
+
+void turn_columns(const Eigen::MatrixXd& turn, Eigen::Index first, Eigen::MatrixXd& rows) {
+  if (rows.rows() == 0) return;
+  rows.middleCols(first, turn.rows()) = (rows.middleCols(first, turn.rows()) * turn).eval();
+}
+
+bool may_turn(const Scene& scene, const Structure& structure, const FrequencyCluster& cluster) {
+  if (cluster.count < 2 || structure.omega[cluster.first] == 0.0) return false;
+  const auto is_named = [&](int mode) { return mode > cluster.first && mode <= cluster.first + cluster.count; };
+  for (const auto& [mode, ratio] : scene.damping.mode_ratios)
+    if (is_named(mode)) return false;
+  for (const auto& each : scene.initial.modes)
+    if (is_named(each.mode)) return false;
+  const auto ratio = structure.structural_ratio.segment(cluster.first, cluster.count);
+  return ratio.maxCoeff() - ratio.minCoeff() <= kEqual * ratio.maxCoeff();
+}
+
+}  // namespace
+
+Eigen::MatrixXd load_directions(const Scene& scene, const Structure& structure, const MotionScope& scope) {
+  Directions directions(scene, structure);
+  const std::vector<Eigen::Vector3d> axes = command_axes(scope);
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  for (const int point : scene.pushable)
+    for (const Eigen::Vector3d& axis : axes) directions.add_point(point, axis);
+  for (const Group& group : scene.groups) {
+    for (const Eigen::Vector3d& axis : axes) directions.add_group(group, axis, none);
+    if (scope.binds_plane) {
+      directions.add_group(group, none, scope.normal);
+    } else {
+      for (const Eigen::Vector3d& axis : axes) directions.add_group(group, none, axis);
+    }
+  }
+  for (const Load& load : scene.loads) {
+    if (load.axes == Axes::kLocal) {
+      for (const PointLoad& each : load.forces)
+        for (int axis = 0; axis < 3; ++axis) directions.add_point(each.point, Eigen::Vector3d::Unit(axis));
+      continue;
+    }
+    for (const Eigen::Matrix3d& turn : load_turns(load, scope))
+      directions.add(load_forces(scene, structure, load, turn));
+  }
+  for (const Feedback& feedback : scene.feedbacks)
+    for (int axis = 0; axis < 3; ++axis) directions.add_point(feedback.point, Eigen::Vector3d::Unit(axis));
+  add_fields(scene, structure, scope, directions);
+  return directions.take();
+}
+
+Eigen::MatrixXd reach_rows(const Scene& scene, const Structure& structure, const MotionScope& scope,
+                           const InitialModes& initial) {
+  const Eigen::MatrixXd forces = load_directions(scene, structure, scope);
+  Eigen::MatrixXd rows(forces.cols() + 2, structure.omega.size());
+  // a complete set, rigid motions among them, takes sum M f.f / m of a load, squared   (3.3)
+  Eigen::VectorXd inverse_mass(forces.rows());
+  for (Eigen::Index i = 0; i < inverse_mass.size(); ++i)
+    inverse_mass[i] = 1.0 / scene.points[static_cast<std::size_t>(i / 3)].mass;
+  rows.topRows(forces.cols()) = forces.transpose() * structure.shapes;
+  for (Eigen::Index k = 0; k < forces.cols(); ++k) {
+    const double whole = std::sqrt(structure.mass_properties.mass * forces.col(k).cwiseAbs2().dot(inverse_mass));
+    if (whole > 0.0) rows.row(k) /= whole;
+  }
+  const auto share = [](const Eigen::VectorXd& values) -> Eigen::RowVectorXd {
+    const double whole = values.norm();
+    return (whole > 0.0 ? values / whole : values).transpose();
+  };
+  rows.row(forces.cols()) = share(initial.q);
+  rows.row(forces.cols() + 1) = share(initial.q_dot);
+  return rows;
+}
+
+void align_modes(const Scene& scene, const Eigen::MatrixXd& reach, Structure& structure, InitialModes& initial) {
+  const double gap = std::max(kEqual, std::min(kMostEqual, structure.frequency_accuracy));
+  for (const FrequencyCluster& cluster : frequency_clusters(structure.omega, gap)) {
+    if (!may_turn(scene, structure, cluster)) continue;
+    const Eigen::Index first = cluster.first, count = cluster.count;
+    const Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::ColPivHouseholderQRPreconditioner> svd(
+        reach.middleCols(first, count), Eigen::ComputeThinU | Eigen::ComputeThinV);
+    if (svd.matrixV().cols() == count && svd.singularValues()[count - 1] > kUnreached) continue;
+    // the part of the space that no row reaches stands last
+    Eigen::MatrixXd turn = svd.matrixV();
+    if (turn.cols() < count) {
+      const Eigen::HouseholderQR<Eigen::MatrixXd> complete(turn);
+      const Eigen::Index known = turn.cols();
+      const Eigen::MatrixXd basis = complete.householderQ() * Eigen::MatrixXd::Identity(count, count);
+      turn.conservativeResize(count, count);
+      turn.rightCols(count - known) = basis.rightCols(count - known);
+    }
+    turn_columns(turn, first, structure.shapes);
+    turn_columns(turn, first, structure.damping_rows);
+    turn_columns(turn, first, structure.local_rotations);
+    for (LinkForceRows& force : structure.link_forces) {
+      turn_columns(turn, first, force.rows);
+      turn_columns(turn, first, force.rate_rows);
+    }
+    const Eigen::VectorXd squares =
+        turn.cwiseAbs2().transpose() * structure.omega.segment(first, count).cwiseAbs2();
+    structure.omega.segment(first, count) = squares.cwiseSqrt();
+    for (Eigen::VectorXd* values : {&initial.q, &initial.q_dot})
+      values->segment(first, count) = (turn.transpose() * values->segment(first, count)).eval();
+  }
+}
+
+std::vector<int> reached_modes(const Eigen::MatrixXd& reach, const Structure& structure) {
+  const Eigen::Index n = structure.omega.size();
+  std::vector<char> is_reached(index(static_cast<int>(n)), 0);
+  for (Eigen::Index mode = 0; mode < n; ++mode)
+    is_reached[index(static_cast<int>(mode))] = reach.rows() > 0 && reach.col(mode).cwiseAbs().maxCoeff() > kUnreached;
+  if (structure.damping_rows.rows() > 0) {
+    const Eigen::MatrixXd D = structure.damping_rows.transpose() * structure.damping_rows;
+    const double least = kUncoupled * D.diagonal().maxCoeff();
+    for (bool has_more = true; has_more;) {
+      has_more = false;
+      for (Eigen::Index mode = 0; mode < n; ++mode) {
+        if (is_reached[index(static_cast<int>(mode))]) continue;
+        for (Eigen::Index other = 0; other < n; ++other)
+          if (is_reached[index(static_cast<int>(other))] && std::abs(D(mode, other)) > least) {
+            is_reached[index(static_cast<int>(mode))] = has_more = true;
+            break;
+          }
+      }
+    }
+  }
+  std::vector<int> modes;
+  for (Eigen::Index mode = 0; mode < n; ++mode)
+    if (is_reached[index(static_cast<int>(mode))]) modes.push_back(static_cast<int>(mode));
+  return modes;
+}
+
+}  // namespace freeflex

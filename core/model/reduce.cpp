@@ -1,0 +1,85 @@
+#include "core/model/reduce.hpp"
+
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+
+namespace freeflex {
+namespace {
+
+// [-] of the largest static response: loads that add less are combinations of the others
+constexpr double kDependent = 1e-12;
+
+Eigen::MatrixXd columns(const Eigen::MatrixXd& rows, const std::vector<int>& kept) {
+  if (rows.rows() == 0) return Eigen::MatrixXd(0, static_cast<Eigen::Index>(kept.size()));
+  return rows(Eigen::all, kept);
+}
+
+// number from 1 among the kept, 0 for one left out
+int new_number(const std::vector<int>& kept, int number) {
+  const auto found = std::lower_bound(kept.begin(), kept.end(), number - 1);
+  return found != kept.end() && *found == number - 1 ? static_cast<int>(found - kept.begin()) + 1 : 0;
+}
+
+}  // namespace
+
+Reduced reduce(const Scene& scene, const Structure& structure, const InitialModes& initial,
+               const std::vector<int>& kept) {
+  Reduced reduced{scene, structure};
+  Structure& few = reduced.structure;
+  few.omega = structure.omega(kept);
+  few.structural_ratio = structure.structural_ratio(kept);
+  few.shapes = columns(structure.shapes, kept);
+  few.damping_rows = columns(structure.damping_rows, kept);
+  few.local_rotations = columns(structure.local_rotations, kept);
+  for (LinkForceRows& force : few.link_forces) {
+    force.rows = columns(force.rows, kept);
+    force.rate_rows = columns(force.rate_rows, kept);
+  }
+  few.mechanisms.clear();
+  for (std::size_t k = 0; k < structure.mechanisms.size(); ++k)
+    if (new_number(kept, static_cast<int>(k) + 1) > 0) few.mechanisms.push_back(structure.mechanisms[k]);
+
+  Damping& damping = reduced.scene.damping;
+  damping.mode_ratios.clear();
+  for (const auto& [mode, ratio] : scene.damping.mode_ratios)
+    if (const int number = new_number(kept, mode); number > 0) damping.mode_ratios.emplace_back(number, ratio);
+  reduced.scene.initial.points.clear();
+  reduced.scene.initial.modes.clear();
+  for (std::size_t k = 0; k < kept.size(); ++k) {
+    const double q = initial.q[kept[k]], q_dot = initial.q_dot[kept[k]];
+    if (q != 0.0 || q_dot != 0.0) reduced.scene.initial.modes.push_back({static_cast<int>(k) + 1, q, q_dot});
+  }
+  return reduced;
+}
+
+void keep_static_link_forces(const Structure& whole, const std::vector<int>& left_out, const Eigen::MatrixXd& loads,
+                             Structure& structure) {
+  if (structure.link_forces.empty() || left_out.empty() || loads.cols() == 0) return;
+  // static response of mode l to F: b_l . F / (M omega_l^2), split evenly between the two sides
+  Eigen::VectorXd root_flexibility = whole.omega(left_out).cwiseInverse();
+  root_flexibility /= std::sqrt(whole.mass_properties.mass);
+  const Eigen::MatrixXd shapes = whole.shapes(Eigen::all, left_out) * root_flexibility.asDiagonal();
+  Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(shapes.cols(), shapes.cols());
+  if (loads.cols() < shapes.cols()) {
+    const Eigen::BDCSVD<Eigen::MatrixXd> svd(shapes.transpose() * loads, Eigen::ComputeThinU);
+    const Eigen::VectorXd& values = svd.singularValues();
+    const Eigen::Index rank = (values.array() > kDependent * values[0]).count();
+    turn = svd.matrixU().leftCols(rank);
+  }
+  const Eigen::Index known = structure.constraint_shapes.cols();
+  Eigen::MatrixXd all(shapes.rows(), known + turn.cols());
+  all << structure.constraint_shapes, shapes * turn;
+  structure.constraint_shapes = std::move(all);
+  for (std::size_t k = 0; k < structure.link_forces.size(); ++k) {
+    LinkForceRows& force = structure.link_forces[k];
+    if (force.rows.rows() == 0) continue;
+    Eigen::MatrixXd load_rows = Eigen::MatrixXd::Zero(force.rows.rows(), known + turn.cols());
+    if (force.load_rows.rows() > 0) load_rows.leftCols(known) = force.load_rows;
+    load_rows.rightCols(turn.cols()) =
+        whole.link_forces[k].rows(Eigen::all, left_out) * root_flexibility.asDiagonal() * turn;
+    force.load_rows = std::move(load_rows);
+  }
+}
+
+}  // namespace freeflex
