@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/model/compile_coupled.hpp"
 #include "core/model/coupling.hpp"
 #include "core/model/faults.hpp"
 #include "core/model/histories.hpp"
@@ -112,7 +113,7 @@ void compile_modes(const Scene& scene, const Structure& structure, Plan& plan) {
 void compile_field(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
                    Plan& plan) {
   plan.fidelity = scene.fidelity;
-  plan.has_spin_load = scene.fidelity == Fidelity::kSpinLoaded;
+  plan.has_spin_load = scene.fidelity == Fidelity::kSpinLoaded && plan.turns;
   if (!plan.has_spin_load && plan.attractor_mu == 0.0) return;
   const Eigen::Matrix3Xd& r = structure.mass_properties.r;
   static constexpr std::array<std::array<int, 2>, 6> kPairs{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
@@ -137,12 +138,15 @@ std::vector<bool> points_with_rows(const Scene& scene) {
   for (const Load& load : scene.loads)
     for (const PointLoad& each : load.forces) use(each.point);
   for (const Feedback& feedback : scene.feedbacks) use(feedback.point);
+  // on coupled rungs every point moves the body
+  if (scene.fidelity >= Fidelity::kCoupled) used.assign(used.size(), true);
   return used;
 }
 
 void compile_points(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
                     Plan& plan) {
-  const std::vector<bool> used = points_with_rows(scene);
+  std::vector<bool> used = points_with_rows(scene);
+  if (scene.leave_out.keeps[static_cast<std::size_t>(Part::kPointRows)]) used.assign(used.size(), true);
   std::int32_t num_blocks = 0;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
@@ -335,8 +339,13 @@ void compile_publication(const Publication& publication, Plan& plan) {
 
 }  // namespace
 
-std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure, Faults& faults) {
+std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure, Faults& faults,
+                                 const CodeLeftOut& left_out) {
   Plan plan;
+  plan.damps = left_out.damps;
+  plan.falls = left_out.falls;
+  plan.turns = left_out.turns;
+  plan.scope = left_out.scope;
   compile_body(scene, structure.mass_properties, plan);
   compile_modes(scene, structure, plan);
   const Eigen::MatrixXd shapes = all_shapes(structure);
@@ -351,6 +360,7 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   compile_publication(scene.publication, plan);
   compile_histories(scene, structure, plan, faults);
   compile_coupling(scene, structure, plan, faults);
+  if (is_coupled(plan)) compile_coupled(scene, structure, plan, faults);
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, scene.rate);
   warn_of_growth(scene, plan, faults);
@@ -367,13 +377,17 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
 
 void set_rate(Plan& plan, double rate) {
   plan.period = 1.0 / rate;
+  plan.propagator.undamped.clear();
   plan.propagator.lanes.assign(static_cast<std::size_t>(plan.num_moving) / kLanes, {});
   for (int mode = 0; mode < plan.num_elastic; ++mode) {
     const auto l = static_cast<std::size_t>(mode);
     set_mode(plan.propagator, mode, plan.omega[l], plan.decay[l], plan.period, plan.mass);
   }
   set_coupling_period(plan);
+  set_coupled_period(plan);
+  if (!plan.damps) drop_damping(plan.propagator);
   for (PlanHistory& history : plan.histories) set_history_ticks(history, plan.period);
+  for (Plan& wide : plan.wide) set_rate(wide, rate);
 }
 
 }  // namespace freeflex

@@ -13,7 +13,7 @@ namespace {
 // "FFPLAN" and the two bytes that text-mode transfers damage
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 2;
+constexpr std::uint32_t kVersion = 3;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -31,9 +31,25 @@ void fields(Archive& archive, T& p) {
          p.w_v1);
 }
 
+template <typename Archive, Is<Propagator::UndampedLanes> T>
+void fields(Archive& archive, T& p) {
+  all_of(archive, p.c_qq, p.c_qv, p.l_qq, p.l_qv, p.w_q0, p.w_q1, p.c_vq, p.l_vq, p.w_v0, p.w_v1);
+}
+
 template <typename Archive, Is<Propagator> T>
 void fields(Archive& archive, T& p) {
-  archive(p.lanes);
+  all_of(archive, p.lanes, p.undamped);
+}
+
+template <typename Archive, Is<PlanPart> T>
+void fields(Archive& archive, T& p) {
+  all_of(archive, p.part, p.is_left_out, p.count, p.why, p.error, p.share, p.link_error, p.error_per_force,
+         p.share_per_force, p.link_error_per_force);
+}
+
+template <typename Archive, Is<CommandScope> T>
+void fields(Archive& archive, T& s) {
+  all_of(archive, s.lacks_rotation, s.lacks_out_of_plane, s.normal_B, s.R_WB);
 }
 
 template <typename Archive, Is<PlanPoint> T>
@@ -54,7 +70,7 @@ void fields(Archive& archive, T& g) {
 template <typename Archive, Is<LoadPattern> T>
 void fields(Archive& archive, T& p) {
   all_of(archive, p.force_W, p.moment_W, p.has_world, p.num_direct, p.direct_row, p.direct_force_W,
-         p.uses_table, p.table, p.force_B, p.torque_B, p.has_body, p.Q_B);
+         p.uses_table, p.table, p.force_B, p.torque_B, p.has_body, p.Q_B, p.sums);
 }
 
 template <typename Archive, Is<PlanFollower> T>
@@ -71,6 +87,21 @@ template <typename Archive, Is<PlanCoupling> T>
 void fields(Archive& archive, T& c) {
   all_of(archive, c.path, c.damping_rows, c.num_damping, c.modes, c.columns, c.num_kicks, c.kick_q_rows,
          c.kick_q_dot_rows, c.kick_out);
+}
+
+template <typename Archive, Is<PlanBar> T>
+void fields(Archive& archive, T& b) {
+  all_of(archive, b.link, b.first, b.second, b.stiffness, b.length, b.direction);
+}
+
+template <typename Archive, Is<PlanCoupled> T>
+void fields(Archive& archive, T& c) {
+  all_of(archive, c.functions, c.bars);
+}
+
+template <typename Archive, Is<LoadSums> T>
+void fields(Archive& archive, T& s) {
+  all_of(archive, s.force_W, s.force_B, s.group_force_W, s.group_torque_W, s.group_force_B, s.group_torque_B);
 }
 
 template <typename Archive, Is<PlanHistory> T>
@@ -95,10 +126,13 @@ void fields(Archive& archive, T& p) {
   all_of(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia,
          p.inverse_inertia, p.line, p.gravity_W, p.attractor_mu, p.attractor_W, p.num_elastic, p.num_moving,
          p.num_padded, p.omega, p.decay, p.frequency_accuracy, p.conditioning);
-  all_of(archive, p.propagator, p.coupling, p.fidelity, p.has_spin_load, p.field_rows, p.points, p.links, p.groups,
+  all_of(archive, p.propagator, p.coupling, p.coupled, p.fidelity, p.has_spin_load, p.field_rows, p.points, p.links, p.groups,
          p.rows, p.eckart_rows, p.link_rows, p.link_outputs, p.mechanisms, p.histories, p.feedbacks,
          p.force_limit, p.torque_limit, p.initial, p.state_rate, p.points_rate, p.loads_rate, p.status_rate,
          p.published_points, p.published_groups);
+  all_of(archive, p.damps, p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers, p.scope,
+         p.wide_modes);
+  archive.nested(p.wide);
 }
 
 template <typename T>
@@ -130,6 +164,7 @@ class Writer {
   void operator()(const std::array<T, N>& values) {
     for (const T& each : values) (*this)(each);
   }
+  void nested(const std::vector<Plan>& plans) { sequence(plans); }
   std::vector<std::byte> take() { return std::move(bytes_); }
 
  private:
@@ -162,6 +197,18 @@ class Reader {
   template <typename T, std::size_t N>
   void operator()(std::array<T, N>& values) {
     for (T& each : values) (*this)(each);
+  }
+  /// A plan within a plan holds no other.
+  void nested(std::vector<Plan>& plans) {
+    if (is_nested_) {
+      std::uint64_t count = 0;
+      scalar(count);
+      if (count != 0) fail("a plan within a plan holds another");
+      return;
+    }
+    is_nested_ = true;
+    sequence(plans);
+    is_nested_ = false;
   }
   bool is_good() const { return error_.empty(); }
   std::size_t num_left() const { return bytes_.size(); }
@@ -205,6 +252,7 @@ class Reader {
 
   std::span<const std::byte> bytes_;
   std::string error_;
+  bool is_nested_ = false;
 };
 
 std::vector<std::byte> content_of(const Plan& plan) {

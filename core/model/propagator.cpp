@@ -105,7 +105,72 @@ void split(const Real& P, double& leading, double& rest) {
   rest = (P - Real(leading)).convert_to<double>();
 }
 
+/// (x^2 / 2 - x + 1 - e^-x) / x^3
+Real mean_square(const Real& x) {
+  if (x >= 1) return (x * x / 2 - x + 1 - exp(-x)) / (x * x * x);
+  Real sum = 0, term = 1;
+  for (int j = 1; abs(term) > smallest_term(); ++j) {
+    sum += term / (j * (j + 1) * (j + 2));
+    term *= -x / j;
+  }
+  return sum;
+}
+
+/// The divided difference of phi_3 over the roots: what R is of phi_2 and S of phi_1.
+Real third_difference(const UnitStep& unit, const Real& W, const Real& a) {
+  if (W >= 1) return (Real(0.5) - unit.S - 2 * a * unit.R) / (W * W);
+  if (a >= 1) {
+    const Real D = sqrt((a - W) * (a + W)), fast = a + D, slow = W * W / fast;
+    return (mean_square(slow) - mean_square(fast)) / (2 * D);
+  }
+  Real sum = 0, h = 1, h_before = 0, factorial = 1;
+  for (int j = 0; j < 300; ++j) {
+    sum += h / (factorial * (j + 2) * (j + 3) * (j + 4));
+    if ((abs(h) + abs(h_before)) / factorial < smallest_term()) break;
+    const Real next = -2 * a * h - W * W * h_before;
+    h_before = h;
+    h = next;
+    factorial *= j + 2;
+  }
+  return sum;
+}
+
+/// alpha + beta A over a step h, A the mode's own motion: the entries of PlanCoupled.
+void put(const Real& alpha, const Real& beta, const Real& W, const Real& a, const Real& h, const Real& scale,
+         double* entries) {
+  entries[PlanCoupled::kQq] = Real(scale * alpha).convert_to<double>();
+  entries[PlanCoupled::kQv] = Real(scale * beta * h).convert_to<double>();
+  entries[PlanCoupled::kVq] = Real(-scale * beta * W * W / h).convert_to<double>();
+  entries[PlanCoupled::kVv] = Real(scale * (alpha - 2 * a * beta)).convert_to<double>();
+}
+
 }  // namespace
+
+ModeFunctions mode_functions(double omega, double decay, double period) {
+  ModeFunctions all{};
+  const auto entries = [&](PlanCoupled::Function function) {
+    return all.data() + PlanCoupled::kNumEntries * std::size_t{function};
+  };
+  const Real h(period), half = h / 2;
+  for (const Real& t : {half, h}) {
+    const Real W = Real(omega) * t, a = Real(decay) * t;
+    const UnitStep unit = unit_step(W, a);
+    const bool is_half = t < h;
+    // phi_k = alpha_k + beta_k A with beta of g, S, R and the next, alpha_k = beta_(k-1) + 2 a beta_k
+    put(-(W * W * unit.S), unit.g, W, a, t, 1, entries(is_half ? PlanCoupled::kHalfStep : PlanCoupled::kStep));
+    const Real alpha_1 = unit.g + 2 * a * unit.S, alpha_2 = unit.S + 2 * a * unit.R;
+    if (is_half) {
+      put(alpha_1, unit.S, W, a, t, t, entries(PlanCoupled::kHalf1));
+      put(alpha_2, unit.R, W, a, t, h, entries(PlanCoupled::kHalf2));
+      continue;
+    }
+    const Real T = third_difference(unit, W, a);
+    put(alpha_1, unit.S, W, a, t, t, entries(PlanCoupled::kWhole1));
+    put(alpha_2, unit.R, W, a, t, t, entries(PlanCoupled::kWhole2));
+    put(unit.R + 2 * a * T, T, W, a, t, t, entries(PlanCoupled::kWhole3));
+  }
+  return all;
+}
 
 void set_mode(Propagator& propagator, int index, double omega, double decay, double period, double mass) {
   const Real h(period), W = Real(omega) * h, a = Real(decay) * h, M(mass);
@@ -120,6 +185,13 @@ void set_mode(Propagator& propagator, int index, double omega, double decay, dou
   lanes.w_q1[l] = Real(h * h * unit.R / M).convert_to<double>();
   lanes.w_v0[l] = Real(h * unit.g / M).convert_to<double>();
   lanes.w_v1[l] = Real(h * unit.S / M).convert_to<double>();
+}
+
+void drop_damping(Propagator& propagator) {
+  for (const Propagator::Lanes& p : propagator.lanes)
+    propagator.undamped.push_back(
+        {p.c_qq, p.c_qv, p.l_qq, p.l_qv, p.w_q0, p.w_q1, p.c_vq, p.l_vq, p.w_v0, p.w_v1});
+  propagator.lanes.clear();
 }
 
 }  // namespace freeflex

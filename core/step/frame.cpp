@@ -5,15 +5,6 @@
 namespace freeflex {
 namespace {
 
-/// Rotation matrix of the Gibbs vector g, turned axes to start axes (X7).
-Mat3 rotation_of_gibbs(const Vec3& g) noexcept {
-  const double k = 2.0 / (1.0 + dot(g, g));
-  const double xx = k * g[0] * g[0], yy = k * g[1] * g[1], zz = k * g[2] * g[2];
-  const double xy = k * g[0] * g[1], xz = k * g[0] * g[2], yz = k * g[1] * g[2];
-  const double x = k * g[0], y = k * g[1], z = k * g[2];
-  return {1.0 - (yy + zz), xy - z, xz + y, xy + z, 1.0 - (xx + zz), yz - x, xz - y, yz + x, 1.0 - (xx + yy)};
-}
-
 /// Moment about the centre of mass as a table over the rotation within the step: moment_c = torque_c +
 /// sum_ak G_ka table[9c+3a+k], with G the rotation matrix of the Gibbs vector.
 struct StepMoment {
@@ -193,6 +184,16 @@ Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads
   return turn_loaded(turning, start, third, middle, interpolate(end, middle, start), end, needs_middle);
 }
 
+}  // namespace
+
+Mat3 rotation_of_gibbs(const Vec3& g) noexcept {
+  const double k = 2.0 / (1.0 + dot(g, g));
+  const double xx = k * g[0] * g[0], yy = k * g[1] * g[1], zz = k * g[2] * g[2];
+  const double xy = k * g[0] * g[1], xz = k * g[0] * g[2], yz = k * g[1] * g[2];
+  const double x = k * g[0], y = k * g[1], z = k * g[2];
+  return {1.0 - (yy + zz), xy - z, xz + y, xy + z, 1.0 - (xx + zz), yz - x, xz - y, yz + x, 1.0 - (xx + yy)};
+}
+
 /// q_WB o (1, g) / sqrt(1 + g.g) as an increment, so that rounding stays behind in the low part (X9).
 void turn_attitude(const Vec3& g, Frame& frame) noexcept {
   const double s = dot(g, g);
@@ -209,6 +210,14 @@ void turn_attitude(const Vec3& g, Frame& frame) noexcept {
 /// Translation under gravity and the resultant, exact for forces quadratic in time (X6).
 void translate(const Plan& plan, const Vec3& mean_force, const Vec3& weighted_force, Frame& frame) noexcept {
   const double h = plan.period;
+  if (!plan.falls) {
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double p_gain = h * frame.v_WB_low[i] + 0.5 * h * h * (weighted_force[i] / plan.mass);
+      add_compensated(frame.p_WB[i], frame.p_WB_low[i], h * frame.v_WB[i] + p_gain);
+      add_compensated(frame.v_WB[i], frame.v_WB_low[i], h * (mean_force[i] / plan.mass));
+    }
+    return;
+  }
   Vec3 mean_gravity = plan.gravity_W, weighted_gravity = plan.gravity_W;
   if (plan.attractor_mu > 0.0) {
     // Simpson's rule along the path that the acceleration at the start makes (X72)
@@ -229,7 +238,10 @@ void translate(const Plan& plan, const Vec3& mean_force, const Vec3& weighted_fo
   }
 }
 
-}  // namespace
+void translate(const Plan& plan, const Vec3& start, const Vec3& middle, const Vec3& end, Frame& frame) noexcept {
+  const Vec3 mean = scale(1.0 / 6.0, add_scaled(add(start, end), 4.0, middle));
+  translate(plan, mean, scale(1.0 / 3.0, add_scaled(start, 2.0, middle)), frame);
+}
 
 void add_pattern(const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept {
   if (pattern.has_world) {
@@ -260,7 +272,23 @@ Vec3 moment_B(const RigidLoad& load, const Mat3& R_WB) noexcept {
   return moment;
 }
 
+namespace {
+
+/// The frame of a body that keeps its attitude   (X121).
+Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
+  Frame to = from;
+  const Vec3 start = resultant_W(loads.start, R_WB);
+  if (loads.later)
+    translate(plan, start, resultant_W(loads.middle(), R_WB), resultant_W(loads.end(), R_WB), to);
+  else
+    translate(plan, start, start, to);
+  return to;
+}
+
+}  // namespace
+
 Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
+  if (!plan.turns) return slide(plan, from, R_WB, loads);
   Frame to = from;
   const Turn turned = turn(plan, from, R_WB, loads);
   turn_attitude(turned.g_end, to);
@@ -274,11 +302,7 @@ Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const
   const auto force_W = [&](const RigidLoad& load, const Vec3& g) {
     return add(load.force_W, multiply(R_WB, multiply(rotation_of_gibbs(g), load.force_B)));
   };
-  const Vec3 F0 = force_W(start, {}), Fm = force_W(middle, turned.g_middle), F1 = force_W(end, turned.g_end);
-  // the mean, and 2 int (1 - s) F(s) ds, both by Simpson's rule
-  const Vec3 mean = scale(1.0 / 6.0, add_scaled(add(F0, F1), 4.0, Fm));
-  const Vec3 weighted = scale(1.0 / 3.0, add_scaled(F0, 2.0, Fm));
-  translate(plan, mean, weighted, to);
+  translate(plan, force_W(start, {}), force_W(middle, turned.g_middle), force_W(end, turned.g_end), to);
   return to;
 }
 

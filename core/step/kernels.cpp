@@ -1,6 +1,7 @@
 #include "core/step/kernels.hpp"
 
 #include <cstdint>
+#include <type_traits>
 #include <vector>
 
 namespace freeflex {
@@ -162,14 +163,15 @@ FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const
 
 /// (X10) for all modes, as many side by side as V holds. Of a value that is not finite, the low part is
 /// not finite either, and their sum tells.
-template <class V, class Bits>
-FREEFLEX_KERNEL void advance(const Propagator::Lanes* all, std::size_t n, ModalState from,
+/// Lanes without c_vv and l_vv are those of modes without decay.
+template <class V, class Bits, class Lanes>
+FREEFLEX_KERNEL void advance(const Lanes* all, std::size_t n, ModalState from,
                              const double* load_start, const double* load_end, ModalResult to,
                              bool* is_finite) noexcept {
   V q_lows{}, v_lows{};
   for (std::size_t l = 0; l < n; l += sizeof(V) / sizeof(double)) {
     Coordinate<V> q, v;
-    const Propagator::Lanes& p = all[l / kLanes];
+    const Lanes& p = all[l / kLanes];
     const std::size_t lane = l % kLanes;
     V low, Q0, dQ, c_q, c_v, l_q, l_v, w0, w1;
     load_to(q.value, from.q, l);
@@ -191,9 +193,14 @@ FREEFLEX_KERNEL void advance(const Propagator::Lanes* all, std::size_t n, ModalS
     load_to(w1, p.w_q1.data(), lane);
     advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q + l, to.q_low + l, q_lows);
     load_to(c_q, p.c_vq.data(), lane);
-    load_to(c_v, p.c_vv.data(), lane);
     load_to(l_q, p.l_vq.data(), lane);
-    load_to(l_v, p.l_vv.data(), lane);
+    if constexpr (std::is_same_v<Lanes, Propagator::Lanes>) {
+      load_to(c_v, p.c_vv.data(), lane);
+      load_to(l_v, p.l_vv.data(), lane);
+    } else {
+      load_to(c_v, p.c_qq.data(), lane);
+      load_to(l_v, p.l_qq.data(), lane);
+    }
     load_to(w0, p.w_v0.data(), lane);
     load_to(w1, p.w_v1.data(), lane);
     advance_row<V>(c_q, c_v, l_q, l_v, q, v, w0 * Q0 + w1 * dQ, to.q_dot + l, to.q_dot_low + l, v_lows);
@@ -245,6 +252,65 @@ FREEFLEX_KERNEL void contract_motion_to(const double* rows, const Plan* plan, co
     }
 }
 
+/// Two products with three rows each: the sums over modes of sum_in_lanes.
+template <class V>
+FREEFLEX_KERNEL void contract_points_to(const Plan* plan, const double* a, const double* b, Vec3* a_out,
+                                        Vec3* b_out, std::size_t num_points) noexcept {
+  const std::size_t n = static_cast<std::size_t>(plan->num_moving),
+                    stride = static_cast<std::size_t>(plan->num_padded);
+  constexpr std::size_t kLanesOfV = sizeof(V) / sizeof(double);
+  const double* rows = plan->rows.data();
+  for (std::size_t i = 0; i < num_points; ++i, rows += 3 * stride) {
+    double sums[2][3][kLanes];
+    for (std::size_t chunk = 0; chunk < kLanes; chunk += kLanesOfV) {
+      V sum[2][3]{};
+      for (std::size_t l = chunk; l < n; l += kLanes) {
+        V x, y;
+        load_to(x, a, l);
+        load_to(y, b, l);
+        for (std::size_t axis = 0; axis < 3; ++axis) {
+          V row;
+          load_to(row, rows + axis * stride, l);
+          sum[0][axis] += row * x;
+          sum[1][axis] += row * y;
+        }
+      }
+      for (std::size_t k = 0; k < 2; ++k)
+        for (std::size_t axis = 0; axis < 3; ++axis)
+          __builtin_memcpy(sums[k][axis] + chunk, &sum[k][axis], sizeof(V));
+    }
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      const auto total = [](const double* s) {
+        return ((s[0] + s[1]) + (s[2] + s[3])) + ((s[4] + s[5]) + (s[6] + s[7]));
+      };
+      a_out[i][axis] = total(sums[0][axis]);
+      b_out[i][axis] = total(sums[1][axis]);
+    }
+  }
+}
+
+/// Eight modes at a time, over all rows.
+template <class V>
+FREEFLEX_KERNEL void project_points_to(const Plan* plan, const double* f, const double* g,
+                                       std::size_t num_rows, double* x, double* y) noexcept {
+  const std::size_t n = static_cast<std::size_t>(plan->num_moving),
+                    stride = static_cast<std::size_t>(plan->num_padded);
+  constexpr std::size_t kLanesOfV = sizeof(V) / sizeof(double), kChunks = kLanes / kLanesOfV;
+  for (std::size_t l = 0; l < n; l += kLanes) {
+    V sum_x[kChunks]{}, sum_y[kChunks]{};
+    const double* row = plan->rows.data() + l;
+    for (std::size_t k = 0; k < num_rows; ++k, row += stride)
+      for (std::size_t c = 0; c < kChunks; ++c) {
+        V b;
+        load_to(b, row, c * kLanesOfV);
+        sum_x[c] += b * f[k];
+        sum_y[c] += b * g[k];
+      }
+    __builtin_memcpy(x + l, sum_x, sizeof(sum_x));
+    __builtin_memcpy(y + l, sum_y, sizeof(sum_y));
+  }
+}
+
 #undef FREEFLEX_KERNEL
 
 }  // namespace
@@ -287,11 +353,26 @@ PointMotion contract_motion(const double* rows, const Plan& plan, const double* 
   return motion;
 }
 
+void contract_points(const Plan& plan, const double* a, const double* b, std::span<Vec3> V,
+                     std::span<Vec3> W) noexcept {
+  run_widest<contract_points_to<Pair>, contract_points_to<Quad>, contract_points_to<Oct>>(
+      &plan, a, b, V.data(), W.data(), V.size());
+}
+
+void project_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
+                    double* y) noexcept {
+  run_widest<project_points_to<Pair>, project_points_to<Quad>, project_points_to<Oct>>(
+      &plan, f.data()->data(), g.data()->data(), 3 * f.size(), x, y);
+}
+
 bool advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
                    const double* Q1, const ModalResult& to) noexcept {
-  bool is_finite = false;
-  run_widest<advance<Pair, PairBits>, advance<Quad, QuadBits>, advance<Oct, OctBits>>(
-      propagator.lanes.data(), n, from, Q0, Q1, to, &is_finite);
+  bool is_finite = true;
+  const auto run_over = [&]<class Lanes>(const std::vector<Lanes>& lanes) {
+    run_widest<advance<Pair, PairBits, Lanes>, advance<Quad, QuadBits, Lanes>, advance<Oct, OctBits, Lanes>>(
+        lanes.data(), n, from, Q0, Q1, to, &is_finite);
+  };
+  propagator.undamped.empty() ? run_over(propagator.lanes) : run_over(propagator.undamped);
   return is_finite;
 }
 

@@ -124,6 +124,17 @@ void set_body(const Plan& plan, std::span<const double> group_rows, const LoadSu
   }
 }
 
+/// World forces on a body that keeps its attitude stand still in body axes: one row of modes   (X121).
+void fold_world(const Plan& plan, LoadPattern& pattern) noexcept {
+  if (!pattern.uses_table && pattern.num_direct == 0) return;
+  const bool has_body = pattern.has_body;
+  pattern.has_body = false;
+  project(plan, pattern, plan.scope.R_WB, 1.0, has_body, pattern.Q_B.data());
+  pattern.has_body = true;
+  pattern.uses_table = false;
+  pattern.num_direct = 0;
+}
+
 }  // namespace
 
 LoadSums make_load_sums(const Plan& plan) {
@@ -181,6 +192,7 @@ LoadPattern make_pattern(const Plan& plan) {
   LoadPattern pattern;
   pattern.table.resize(9 * index(plan.num_padded));
   pattern.Q_B.resize(index(plan.num_padded));
+  if (is_coupled(plan)) pattern.sums = make_load_sums(plan);
   return pattern;
 }
 
@@ -188,8 +200,15 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Loa
                  LoadPattern& pattern) noexcept {
   clear(pattern);
   set_world_rigid(plan, sums, pattern);
+  if (is_coupled(plan)) {
+    pattern.sums = sums;  // of the same sizes: nothing allocates
+    for (const auto* v : {&sums.force_B, &sums.group_force_B, &sums.group_torque_B})
+      for (const Vec3& each : *v) pattern.has_body |= !is_zero(each);
+    return;
+  }
   if (!try_direct(plan, sums, pattern)) set_table(plan, group_rows, sums, pattern);
   set_body(plan, group_rows, sums, pattern);
+  if (!plan.turns) fold_world(plan, pattern);
 }
 
 LoadPattern build_pattern(const Plan& plan, std::int32_t axes, std::span<const PointForce> forces,
@@ -199,7 +218,7 @@ LoadPattern build_pattern(const Plan& plan, std::int32_t axes, std::span<const P
   LoadPattern pattern = make_pattern(plan);
   set_pattern(plan, make_group_rows(plan), sums, pattern);
   if (!pattern.uses_table) pattern.table = {};
-  if (!pattern.has_body) pattern.Q_B = {};
+  if (!pattern.has_body || is_coupled(plan)) pattern.Q_B = {};
   return pattern;
 }
 
@@ -222,6 +241,30 @@ bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, dou
     combine_one(pattern.Q_B.data(), amplitude, accumulate, n, Q);
   }
   return pattern.has_world || pattern.has_body;
+}
+
+void add_point_forces(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
+                      std::span<Vec3> forces) noexcept {
+  if (!pattern.has_world && !pattern.has_body) return;
+  const LoadSums& sums = pattern.sums;
+  const auto in_body_axes = [&](const Vec3& W, const Vec3& B) {
+    return scale(amplitude, add(multiply_transposed(R_WB, W), B));
+  };
+  for (std::size_t i = 0; i < forces.size(); ++i)
+    if (!is_zero(sums.force_W[i]) || !is_zero(sums.force_B[i]))
+      forces[i] = add(forces[i], in_body_axes(sums.force_W[i], sums.force_B[i]));
+  for (std::size_t k = 0; k < plan.groups.size(); ++k) {
+    const PlanGroup& group = plan.groups[k];
+    const Vec3 force = in_body_axes(sums.group_force_W[k], sums.group_force_B[k]);
+    const Vec3 turn =
+        multiply(group.inverse_inertia, in_body_axes(sums.group_torque_W[k], sums.group_torque_B[k]));
+    if (!has_load(force, turn)) continue;
+    for (const std::int32_t i : group.points) {
+      const PlanPoint& point = plan.points[index(i)];
+      const Vec3 a = add_scaled(cross(turn, sub(point.r, group.centre)), 1.0 / group.mass, force);
+      forces[index(i)] = add_scaled(forces[index(i)], point.mass, a);
+    }
+  }
 }
 
 }  // namespace freeflex

@@ -10,12 +10,7 @@
 
 namespace freeflex {
 
-/// Forces summed per point and wrenches summed per group, in world and in body axes.
-struct LoadSums {
-  std::vector<Vec3> force_W, force_B;               // [N] (num_points)
-  std::vector<Vec3> group_force_W, group_torque_W;  // [N], [N m] (num_groups)
-  std::vector<Vec3> group_force_B, group_torque_B;  // [N], [N m] (num_groups)
-};
+/// Zero loads, sized for a plan.
 LoadSums make_load_sums(const Plan& plan);
 void clear(LoadSums& sums) noexcept;
 
@@ -45,5 +40,11 @@ LoadPattern build_pattern(const Plan& plan, std::int32_t axes, std::span<const P
 /// \param Q  [N] (num_padded)
 bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
              bool accumulate, double* Q) noexcept;
+
+/// forces += amplitude times the forces of the pattern on each point, body axes, wrenches spread over their groups
+/// (THEORY X12). For coupled rungs.
+/// \param forces  [N] (num_points)
+void add_point_forces(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
+                      std::span<Vec3> forces) noexcept;
 
 }  // namespace freeflex

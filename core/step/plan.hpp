@@ -26,6 +26,25 @@ using Vec3 = std::array<double, 3>;
 using Mat3 = std::array<double, 9>;  // row-major
 using Quat = std::array<double, 4>;  // w x y z, unit
 
+/// Parts that a plan may do without   (THEORY section 14). The numbers stand in plan files.
+enum class Part : std::int32_t {
+  kDamping = 0,         // decay of the modes
+  kGravity = 1,         // uniform field
+  kRotation = 2,        // turning of the body
+  kOutOfPlane = 3,      // modes that move a planar shape along its normal
+  kUnreachedModes = 4,  // other modes that nothing can set in motion
+  kSmallModes = 5,      // modes whose share of what is asked for is below the tolerance
+  kPointRows = 6,       // mode shapes at points that nobody reads or loads
+};
+inline constexpr int kNumParts = 7;
+
+/// What becomes of a part that only commands could need.
+enum class OnNeed : std::int32_t {
+  kKeep = 0,    // it stays
+  kRefuse = 1,  // left out; a command that needs it is refused
+  kReplan = 2,  // left out until a command needs it: from that tick on the wide plan is stepped
+};
+
 /// y = (q, q_dot) of each mode: y1 = (C + L) y + W0 Q0 + W1 (Q1 - Q0)   (THEORY X10).
 /// C + L is the exact propagator: C its leading 26 bits, so that C times the leading 26 bits of y is exact,
 /// L the rest rounded to double. kLanes modes side by side, in the order in which the step reads them, so
@@ -38,7 +57,17 @@ struct Propagator {
     Lane c_vq{}, c_vv{}, l_vq{}, l_vv{};  // [1/s], [-], low parts of the same
     Lane w_v0{}, w_v1{};                  // [m/(s N)]
   };
-  std::vector<Lanes> lanes;  // (num_padded / kLanes)
+  std::vector<Lanes> lanes;  // (num_moving / kLanes); empty where damping is left out
+
+  /// The same of modes without decay, whose c_vv and l_vv are c_qq and l_qq to the bit.
+  struct alignas(64) UndampedLanes {
+    using Lane = std::array<double, kLanes>;
+    Lane c_qq{}, c_qv{}, l_qq{}, l_qv{};
+    Lane w_q0{}, w_q1{};
+    Lane c_vq{}, l_vq{};
+    Lane w_v0{}, w_v1{};
+  };
+  std::vector<UndampedLanes> undamped;  // (num_moving / kLanes) where damping is left out, else empty
 };
 
 struct PlanPoint {
@@ -67,6 +96,13 @@ struct PlanGroup {
   Vec3 line{};                   // [-] the axis about which a collinear group takes no torque
 };
 
+/// Forces summed per point and wrenches summed per group, in world and in body axes.
+struct LoadSums {
+  std::vector<Vec3> force_W, force_B;               // [N] (num_points)
+  std::vector<Vec3> group_force_W, group_torque_W;  // [N], [N m] (num_groups)
+  std::vector<Vec3> group_force_B, group_torque_B;  // [N], [N m] (num_groups)
+};
+
 /// Spatial part of a load, built once when it changes (THEORY X11). Arrays have capacity from the start.
 /// World part turns with the body: Q_l = sum_ab R_ba table_ab,l (R = R_WB), or directly from few points.
 struct LoadPattern {
@@ -83,7 +119,8 @@ struct LoadPattern {
   Vec3 force_B{};   // [N] resultant of the body-axis part
   Vec3 torque_B{};  // [N m] its moment about the centre of mass
   bool has_body = false;
-  Array Q_B;  // [N] (num_padded)
+  Array Q_B;      // [N] (num_padded)
+  LoadSums sums;  // on coupled rungs: what the above is made of; else empty
 };
 
 /// A force that turns with the elastic rotation at its point: what it differs by from the same force in body
@@ -135,6 +172,25 @@ struct PlanCoupling {
   Array kick_q_rows, kick_q_dot_rows, kick_out;  // (num_kicks x num_padded)
 };
 
+/// A spring or bar whose force is taken at true length and direction   (THEORY X94).
+struct PlanBar {
+  std::int32_t link = -1;                // index into Plan::links; bars stand in this order
+  std::int32_t first = -1, second = -1;  // points
+  double stiffness = 0.0;                // [N/m]
+  double length = 0.0;                   // [m] rest length
+  Vec3 direction{};                      // [-] rest direction, first to second point
+};
+
+/// What the coupled rungs need beside the rest; empty below them   (THEORY X92, X93).
+struct PlanCoupled {
+  /// Functions of one mode's own linear motion L over a step: each is a 2 x 2 matrix on (q, p), in the order of
+  /// Entry. `kStep` less the unit matrix, so that slow modes keep their digits.
+  enum Function { kHalfStep, kHalf1, kHalf2, kStep, kWhole1, kWhole2, kWhole3, kNumFunctions };
+  enum Entry { kQq, kQv, kVq, kVv, kNumEntries };
+  Array functions;  // (4 kNumFunctions x num_padded), row 4 * function + entry
+  std::vector<PlanBar> bars;
+};
+
 /// Output rows for one published link: force = rows q + rate rows q_dot + load rows Q, each in
 /// Plan::link_rows.
 struct PlanLinkOutput {
@@ -152,6 +208,30 @@ struct PlanInitial {
   Vec3 w_WB_B{};  // [rad/s]
   Array q;        // [m] (num_padded)
   Array q_dot;    // [m/s] (num_padded)
+};
+
+/// One part of a plan: kept, or left out and why, and what that may change beyond rounding   (THEORY X124).
+struct PlanPart {
+  Part part = Part::kDamping;
+  bool is_left_out = false;
+  std::int32_t count = 0;  // modes or points concerned
+  std::string why;
+  // built-in loads and initial state, within the horizon
+  double error = 0.0;       // [m] on the elastic displacement of any point that is read or pushed
+  double share = 0.0;       // [-] of the largest such displacement
+  double link_error = 0.0;  // [N], [N m] on any published force of a link
+  // commands: times the force that stands on a pushable point and the sum of its changes
+  double error_per_force = 0.0;       // [m/N]
+  double share_per_force = 0.0;       // [-] of the static displacement under that force
+  double link_error_per_force = 0.0;  // [-], [m]
+};
+
+/// What commands may not do, because the plan leaves out what that needs   (THEORY X121, X122).
+struct CommandScope {
+  bool lacks_rotation = false;
+  bool lacks_out_of_plane = false;
+  Vec3 normal_B{};  // [-] of a planar shape
+  Mat3 R_WB{};      // [-] attitude at the start, which stays but for turns about the normal
 };
 
 struct Plan {
@@ -180,6 +260,7 @@ struct Plan {
   double conditioning = 0.0;        // [-]
   Propagator propagator;
   PlanCoupling coupling;
+  PlanCoupled coupled;
   Fidelity fidelity = Fidelity::kSeparated;
   bool has_spin_load = false;  // centrifugal load, on the rung of that name   (THEORY X70)
   // [kg m] (6 x num_padded) sum m r_a b_b for ab = xx, yy, zz, xy, xz, yz; empty without spin load and
@@ -203,6 +284,19 @@ struct Plan {
   double state_rate = 0.0, points_rate = 0.0, loads_rate = 0.0, status_rate = 0.0;  // [Hz]
   std::vector<std::int32_t> published_points;
   std::vector<std::int32_t> published_groups;
+  // what is left out   (THEORY section 14)
+  bool damps = true, falls = true, turns = true;  // false: damping, gravity, rotation is left out
+  std::vector<PlanPart> parts;                    // empty: nothing was judged, everything is kept
+  double tolerance = 0.0;                         // [-] of small modes
+  double horizon = 0.0;                           // [s] over which their errors were judged
+  std::vector<std::int32_t> mode_numbers;         // (num_elastic) from 1, of the scene's modes; empty: all
+  CommandScope scope;
+  // none or one: the plan that is stepped from the tick at which a command needs a part left out here
+  std::vector<Plan> wide;
+  std::vector<std::int32_t> wide_modes;  // (num_elastic) index in the wide plan, ascending; empty without one
 };
+
+/// True on the rungs where elastic motion acts back on the body.
+inline bool is_coupled(const Plan& plan) noexcept { return plan.fidelity >= Fidelity::kCoupled; }
 
 }  // namespace freeflex

@@ -1,5 +1,8 @@
 #include "core/step/readout.hpp"
 
+#include <algorithm>
+
+#include "core/step/coupled.hpp"
 #include "core/step/field.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/vector.hpp"
@@ -20,6 +23,19 @@ Vec3 contract(const Plan& plan, const double* rows, const Array& x) noexcept {
           dot_lanes(rows + 2 * n, x.data(), n)};
 }
 
+/// V_second - V_first of a bar
+Vec3 displacement(const Plan& plan, const PlanBar& bar, const State& state) noexcept {
+  return sub(contract(plan, rows_of(plan, bar.second), state.q), contract(plan, rows_of(plan, bar.first), state.q));
+}
+
+/// The bar of a link that is taken at true length; nullptr: none.
+const PlanBar* find_bar(const Plan& plan, std::int32_t link) noexcept {
+  const auto& bars = plan.coupled.bars;
+  const auto found = std::lower_bound(bars.begin(), bars.end(), link,
+                                      [](const PlanBar& bar, std::int32_t wanted) { return bar.link < wanted; });
+  return found != bars.end() && found->link == link ? &*found : nullptr;
+}
+
 }  // namespace
 
 Mat3 rotation_matrix(const Quat& q) noexcept {
@@ -32,26 +48,35 @@ Mat3 rotation_matrix(const Quat& q) noexcept {
 }
 
 Vec3 angular_velocity(const Plan& plan, const State& state) noexcept {
+  if (is_coupled(plan)) return state.coupled.w_B;
   return multiply(plan.inverse_inertia, multiply_transposed(rotation_matrix(state.q_WB), state.H_W));
 }
 
-PointState read_point(const Plan& plan, const State& state, int point) noexcept {
+PointState read_point(const Plan& given, const State& state, int point) noexcept {
+  const Plan& plan = active_plan(given, state);
   const Mat3 R = rotation_matrix(state.q_WB);
-  const Vec3 H_B = multiply_transposed(R, state.H_W);
-  const Vec3 w = multiply(plan.inverse_inertia, H_B);
-  const Vec3 w_dot = multiply(plan.inverse_inertia, sub(state.moment_B, cross(w, H_B)));
+  const Vec3 w = angular_velocity(plan, state);
   const auto [V, V_dot, V_ddot] =
       contract_motion(rows_of(plan, point), plan, state.q.data(), state.q_dot.data(), state.Q.data());
   const Vec3 x = add(plan.points[index(point)].r, V);
   const Vec3 wx = cross(w, x);
   // velocity and acceleration of a point that moves in turning axes
   const Vec3 v_B = add(wx, V_dot);
-  const Vec3 a_B = add(add(cross(w_dot, x), cross(w, wx)), add_scaled(V_ddot, 2.0, cross(w, V_dot)));
+  Vec3 a_B;
+  if (is_coupled(plan)) {
+    // the force on the point over its mass: the modes are complete, so rigid and elastic parts are all of it (X95)
+    a_B = add(cross(multiply(plan.inverse_inertia, state.moment_B), plan.points[index(point)].r), V_ddot);
+  } else {
+    const Vec3 H_B = multiply_transposed(R, state.H_W);
+    const Vec3 w_dot = multiply(plan.inverse_inertia, sub(state.moment_B, cross(w, H_B)));
+    a_B = add(add(cross(w_dot, x), cross(w, wx)), add_scaled(V_ddot, 2.0, cross(w, V_dot)));
+  }
   const Vec3 a_WB = add_scaled(gravity_at(plan, state.p_WB), 1.0 / plan.mass, state.force_W);
   return {add(state.p_WB, multiply(R, x)), add(state.v_WB, multiply(R, v_B)), add(a_WB, multiply(R, a_B)), V};
 }
 
-GroupPose read_group(const Plan& plan, const State& state, int group_index) noexcept {
+GroupPose read_group(const Plan& given, const State& state, int group_index) noexcept {
+  const Plan& plan = active_plan(given, state);
   const PlanGroup& group = plan.groups[index(group_index)];
   // mean displacement and mean rotation of the group in body axes, and their rates
   Vec3 shift{}, shift_dot{}, turn{}, turn_dot{};
@@ -77,7 +102,8 @@ GroupPose read_group(const Plan& plan, const State& state, int group_index) noex
           add(w, turn_dot)};
 }
 
-void read_link(const Plan& plan, const State& state, int output, std::span<double> out) noexcept {
+void read_link(const Plan& given, const State& state, int output, std::span<double> out) noexcept {
+  const Plan& plan = active_plan(given, state);
   const PlanLinkOutput& link = plan.link_outputs[index(output)];
   const std::size_t n = index(plan.num_padded);
   for (std::int32_t k = 0; k < link.num_rows; ++k)
@@ -86,11 +112,14 @@ void read_link(const Plan& plan, const State& state, int output, std::span<doubl
     for (std::int32_t k = 0; first >= 0 && k < link.num_rows; ++k)
       out[index(k)] += dot_lanes(plan.link_rows.data() + index(first + k) * n, x.data(), n);
   };
+  const PlanBar* bar = find_bar(plan, link.link);
+  if (bar != nullptr) out[0] = bar_force(*bar, displacement(plan, *bar, state)).tension;
   add(link.first_rate_row, state.q_dot);
   add(link.first_load_row, state.Q);
 }
 
-Invariants read_invariants(const Plan& plan, const State& state) noexcept {
+Invariants read_invariants(const Plan& given, const State& state) noexcept {
+  const Plan& plan = active_plan(given, state);
   const std::size_t n = index(plan.num_padded);
   Invariants invariants;
   const Vec3 H_B = multiply_transposed(rotation_matrix(state.q_WB), state.H_W);
@@ -98,6 +127,16 @@ Invariants read_invariants(const Plan& plan, const State& state) noexcept {
       0.5 * (plan.mass * dot(state.v_WB, state.v_WB) + dot(H_B, angular_velocity(plan, state)));
   invariants.kinetic_elastic = 0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.q_dot.data(), n);
   invariants.potential = 0.5 * plan.mass * dot_squares(plan.omega.data(), state.q.data(), n);
+  if (is_coupled(plan)) {
+    // twice the energy is omega . H + sum q' P (X91); each bar's differs from the linear one
+    invariants.kinetic_elastic =
+        0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.coupled.momentum.data(), n);
+    for (const PlanBar& bar : plan.coupled.bars) {
+      const Vec3 d = displacement(plan, bar, state);
+      const double tension = bar_force(bar, d).tension, linear = bar.stiffness * dot(bar.direction, d);
+      invariants.potential += 0.5 * (tension - linear) * ((tension + linear) / bar.stiffness);
+    }
+  }
   invariants.linear_momentum_W = scale(plan.mass, state.v_WB);
   invariants.angular_momentum_W = state.H_W;
   invariants.eckart_translation = contract(plan, plan.eckart_rows.data(), state.q);

@@ -2,12 +2,26 @@
 
 #include <algorithm>
 
+#include "core/step/coupled.hpp"
 #include "core/step/coupling.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {
 namespace {
+
+/// Of the plan and the wide one that a command may bring back: arrays that are swapped have room for either.
+std::size_t most_padded(const Plan& plan) {
+  const std::int32_t wide = plan.wide.empty() ? 0 : plan.wide.front().num_padded;
+  return static_cast<std::size_t>(std::max(plan.num_padded, wide));
+}
+
+LoadPattern make_roomy_pattern(const Plan& plan) {
+  LoadPattern pattern = make_pattern(plan);
+  pattern.table.reserve(9 * most_padded(plan));
+  pattern.Q_B.reserve(most_padded(plan));
+  return pattern;
+}
 
 void set_initial(const Plan& plan, State& state) {
   const PlanInitial& initial = plan.initial;
@@ -18,6 +32,14 @@ void set_initial(const Plan& plan, State& state) {
   state.H_W = multiply(rotation_matrix(initial.q_WB), multiply(plan.inertia, initial.w_WB_B));
   state.p_WB_low = state.v_WB_low = state.H_W_low = {};
   state.q_WB_low = {};
+  // back from the wide plan; no larger than what is there
+  const auto n = static_cast<std::size_t>(plan.num_padded);
+  for (auto* v : {&state.q, &state.q_low, &state.q_dot, &state.q_dot_low, &state.Q}) v->resize(n);
+  state.commands_pattern.table.resize(9 * n);
+  state.commands_pattern.Q_B.resize(n);
+  state.is_wide = false;
+  state.wide_tick = -1;
+  state.wide_need = 0;
   std::copy(initial.q.begin(), initial.q.end(), state.q.begin());
   std::copy(initial.q_dot.begin(), initial.q_dot.end(), state.q_dot.begin());
   std::fill(state.q_low.begin(), state.q_low.end(), 0.0);
@@ -26,6 +48,7 @@ void set_initial(const Plan& plan, State& state) {
   std::fill(state.Q.begin(), state.Q.end(), 0.0);
   state.num_slots = 0;
   state.slots_changed = true;
+  if (is_coupled(plan)) set_initial_coupled(plan, state);
 }
 
 }  // namespace
@@ -33,9 +56,14 @@ void set_initial(const Plan& plan, State& state) {
 State make_state(const Plan& plan) {
   State state;
   const auto n = static_cast<std::size_t>(plan.num_padded);
-  for (auto* v : {&state.q, &state.q_low, &state.q_dot, &state.q_dot_low, &state.Q}) v->resize(n);
+  for (auto* v : {&state.q, &state.q_low, &state.q_dot, &state.q_dot_low, &state.Q}) {
+    v->reserve(most_padded(plan));
+    v->resize(n);
+  }
+  if (is_coupled(plan))
+    for (auto* v : {&state.coupled.momentum, &state.coupled.rate_q, &state.coupled.rate_p}) v->resize(n);
   state.slots.resize(kMaxSlots);
-  state.commands_pattern = make_pattern(plan);
+  state.commands_pattern = make_roomy_pattern(plan);
   set_initial(plan, state);
   return state;
 }
@@ -44,15 +72,25 @@ Workspace make_workspace(const Plan& plan) {
   Workspace workspace;
   const auto n = static_cast<std::size_t>(plan.num_padded);
   for (auto* v : {&workspace.Q_right, &workspace.Q_left, &workspace.next_q, &workspace.next_q_low,
-                  &workspace.next_q_dot, &workspace.next_q_dot_low})
+                  &workspace.next_q_dot, &workspace.next_q_dot_low}) {
+    v->reserve(most_padded(plan));
     v->resize(n);
+  }
   if (plan.coupling.path == PlanCoupling::Path::kSplit) workspace.kicked.resize(n);
   if (has_dependent_loads(plan)) workspace.predicted_q.resize(n);
   workspace.scratch.resize(coupling_scratch_size(plan));
+  if (is_coupled(plan)) workspace.coupled = make_coupled_workspace(plan);
   workspace.next_slots.resize(kMaxSlots);
-  workspace.next_pattern = make_pattern(plan);
+  workspace.next_pattern = make_roomy_pattern(plan);
   workspace.sums = make_load_sums(plan);
   workspace.group_rows = make_group_rows(plan);
+  if (!plan.wide.empty()) {
+    const Plan& wide = plan.wide.front();
+    workspace.other_group_rows = make_group_rows(wide);
+    workspace.kicked.reserve(most_padded(plan));
+    workspace.predicted_q.reserve(most_padded(plan));
+    workspace.scratch.reserve(std::max(coupling_scratch_size(plan), coupling_scratch_size(wide)));
+  }
   return workspace;
 }
 

@@ -18,6 +18,15 @@ struct Slot {
   std::int64_t end_tick = 0;  // expires at this tick
 };
 
+/// What the coupled rungs carry beside the rest. Rates and what follows are those at the left limit of the tick.
+struct CoupledState {
+  Array momentum;        // [m/s] (num_padded) elastic momenta over the mass   (THEORY X91); q_dot follows from them
+  Array rate_q, rate_p;  // [m/s], [m/s^2] (num_padded) what of their rates is not the modes' own linear motion
+  Vec3 w_B{};            // [rad/s] angular velocity of the frame, body axes
+  Vec3 moment_B{};       // [N m] about the centre of mass, arms of the deformed body
+  bool has_rates = false;
+};
+
 /// All that the future depends on besides plan and inputs. *_low carry what rounding left of the value
 /// before them (compensated sums), so value + low is the state.
 struct State {
@@ -33,13 +42,27 @@ struct State {
   // loads at the left limit of this tick, those of fields, dashpots and feedback among them, for
   // accelerations and read-out
   Vec3 force_W{};   // [N] resultant without gravity
-  Vec3 moment_B{};  // [N m] about the centre of mass
+  Vec3 moment_B{};  // [N m] about the centre of mass, arms of the body at rest
   Array Q;          // [N] (num_padded)
+  CoupledState coupled;  // arrays empty below the coupled rungs
   // command slots in force, sorted by (sender, slot): the order in which they are summed
   std::int32_t num_slots = 0;
   std::vector<Slot> slots;       // capacity kMaxSlots, size kMaxSlots
   bool slots_changed = true;     // commands_pattern must be rebuilt
   LoadPattern commands_pattern;  // sum of the slots
+  // in the wide plan of Plan::wide since a command needed it; a reset ends it
+  bool is_wide = false;
+  std::int64_t wide_tick = -1;  // at which it came back; -1: never
+  std::int32_t wide_need = 0;   // Need that brought it
+};
+
+/// Scratch of one step on the coupled rungs.
+struct CoupledWorkspace {
+  std::vector<Vec3> V, W;                     // [m], [m/s] (num_points)
+  std::vector<Vec3> force, drift;             // [N], [m/s] (num_points)
+  Array q, p, q_dot, Q;                       // (num_padded) of a stage
+  std::array<std::array<Array, 2>, 4> rates;  // [m/s], [m/s^2] (num_padded) of q and p at each stage
+  CoupledState next;
 };
 
 /// Scratch of one step: what it writes before it is known to be finite, then swapped with the state.
@@ -51,11 +74,20 @@ struct Workspace {
   Array predicted_q;             // [m] (num_padded) empty unless loads depend on the elastic motion
   Array kicked;                  // [m/s] (num_padded) q_dot after half a kick; empty but for split coupling
   Array scratch;                 // see coupling_scratch_size
+  CoupledWorkspace coupled;      // empty below the coupled rungs
   std::vector<Slot> next_slots;  // size kMaxSlots
   LoadPattern next_pattern;
   LoadSums sums;
   Array group_rows;  // see make_group_rows
+  // of the plan that the state is not in; the arrays above have room for either
+  bool is_wide = false;
+  Array other_group_rows;
 };
+
+/// The plan that a state is in: the wide one once a command needed it   (THEORY X125).
+inline const Plan& active_plan(const Plan& plan, const State& state) noexcept {
+  return state.is_wide ? plan.wide.front() : plan;
+}
 
 /// Allocates a state at the plan's initial values, tick 0, epoch 0.
 State make_state(const Plan& plan);

@@ -7,11 +7,13 @@
 #include <algorithm>
 #include <utility>
 
+#include "core/step/coupled.hpp"
 #include "core/step/coupling.hpp"
+#include "core/step/external.hpp"
 #include "core/step/field.hpp"
-#include "core/step/history.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
+#include "core/step/scope.hpp"
 #include "core/step/slots.hpp"
 #include "core/step/vector.hpp"
 
@@ -36,47 +38,6 @@ std::int32_t change_slots(const Plan& plan, const State& state, const Inputs& in
   set_pattern(plan, workspace.group_rows, workspace.sums, workspace.next_pattern);
   return num_slots;
 }
-
-/// Everything that loads the body during one step: commands, constant over it, and built-in histories.
-struct External {
-  const Plan& plan;
-  const LoadPattern& commands;
-  std::int64_t tick;  // since the epoch began
-
-  /// True when a history jumps at the start of the step.
-  bool jumps() const noexcept {
-    for (const PlanHistory& history : plan.histories)
-      if (amplitude_left(history, plan.period, tick) != amplitude_right(history, plan.period, tick))
-        return true;
-    return false;
-  }
-
-  StepLoads rigid() const noexcept {
-    StepLoads loads;
-    add_pattern(commands, 1.0, loads.start);
-    if (plan.histories.empty()) return loads;
-    auto& [middle, end] = loads.later.emplace(StepLoads::Later{loads.start, loads.start});
-    for (const PlanHistory& history : plan.histories) {
-      add_pattern(history.pattern, amplitude_right(history, plan.period, tick), loads.start);
-      add_pattern(history.pattern, amplitude_middle(history, plan.period, tick), middle);
-      add_pattern(history.pattern, amplitude_left(history, plan.period, tick + 1), end);
-    }
-    return loads;
-  }
-
-  /// Generalized forces at the right limit of the step's start, or at the left limit of its end; what depends
-  /// on the elastic motion apart.
-  void generalized(bool at_end, const Frame& frame, const Mat3& R_WB, Array& Q) const noexcept {
-    bool has_any = project(plan, commands, R_WB, 1.0, false, Q.data());
-    for (const PlanHistory& history : plan.histories) {
-      const double amplitude = at_end ? amplitude_left(history, plan.period, tick + 1)
-                                      : amplitude_right(history, plan.period, tick);
-      has_any |= project(plan, history.pattern, R_WB, amplitude, has_any, Q.data());
-    }
-    if (!has_any) std::fill(Q.begin(), Q.end(), 0.0);
-    if (has_field(plan)) add_field(plan, R_WB, frame.H_W, frame.p_WB, Q.data());
-  }
-};
 
 Frame frame_of(const State& state) noexcept {
   return {state.p_WB, state.p_WB_low, state.v_WB, state.v_WB_low,
@@ -107,8 +68,8 @@ void flush(Array& value, Array& low) noexcept {
 /// A step's result before it is known to be finite; elastic coordinates and loads stand in the workspace.
 struct Result {
   Frame frame;
-  Mat3 R_WB;
-  RigidLoad load;  // at the end
+  Vec3 force_W;   // [N] at the end
+  Vec3 moment_B;  // [N m] at the end
   bool is_finite;
 };
 
@@ -139,9 +100,14 @@ Result advance_once(const External& external, const State& state, const Array& Q
   const Plan& plan = external.plan;
   Result result;
   result.frame = advance_frame(plan, frame_of(state), R_start, loads);
-  result.R_WB = rotation_matrix(result.frame.q_WB);
-  result.load = loads.end();
-  external.generalized(true, result.frame, result.R_WB, workspace.Q_left);
+  const Mat3 R_WB = rotation_matrix(result.frame.q_WB);
+  result.force_W = resultant_W(loads.end(), R_WB);
+  result.moment_B = moment_B(loads.end(), R_WB);
+  if (plan.attractor_mu > 0.0)
+    result.moment_B =
+        add(result.moment_B,
+            gradient_torque(plan, multiply_transposed(R_WB, sub(result.frame.p_WB, plan.attractor_W))));
+  external.generalized(Moment::kEnd, result.frame, R_WB, workspace.Q_left);
   if (q_of_followers != nullptr) follow(plan, q_of_followers, external.tick, true, workspace.Q_left.data());
   result.is_finite = advance_elastic(plan, state, Q_start, workspace) && is_finite(result.frame);
   return result;
@@ -179,6 +145,30 @@ Result advance_dependent(const External& external, const State& state, const Mat
                       workspace);
 }
 
+/// The rungs below the coupled ones: the body first, the modes beside it.
+Result advance_separated(const External& external, const State& state, bool is_changed,
+                         Workspace& workspace) noexcept {
+  const Plan& plan = external.plan;
+  const Mat3 R_start = rotation_matrix(state.q_WB);
+  const bool has_dependent = has_dependent_loads(plan);
+  // loads at the start are those of the end of the last step unless something jumped
+  const bool is_fresh = is_changed || state.tick == state.epoch_start_tick || external.jumps() ||
+                        has_dependent || plan.coupling.path != PlanCoupling::Path::kNone;
+  if (is_fresh) external.generalized(Moment::kStart, frame_of(state), R_start, workspace.Q_right);
+  if (has_dependent) return advance_dependent(external, state, R_start, workspace);
+  return advance_once(external, state, is_fresh ? workspace.Q_right : state.Q, R_start, external.rigid(), nullptr,
+                      workspace);
+}
+
+Result advance_coupled(const External& external, const State& state, bool is_changed,
+                       Workspace& workspace) noexcept {
+  Result result;
+  result.is_finite = advance_coupled_rung(external, state, is_changed || external.jumps(), workspace,
+                                          result.frame, result.force_W, result.moment_B);
+  result.is_finite = result.is_finite && is_finite(result.frame);
+  return result;
+}
+
 /// Moves the next state in; nothing allocates.
 void commit(const Plan& plan, const Result& result, State& state, Workspace& workspace) noexcept {
   const Frame& frame = result.frame;
@@ -197,40 +187,30 @@ void commit(const Plan& plan, const Result& result, State& state, Workspace& wor
   state.Q.swap(workspace.Q_left);
   if (plan.coupling.path != PlanCoupling::Path::kNone)
     add_coupling_forces(plan, state.q.data(), state.q_dot.data(), workspace.scratch, state.Q.data());
-  state.force_W = resultant_W(result.load, result.R_WB);
-  state.moment_B = moment_B(result.load, result.R_WB);
-  if (plan.attractor_mu > 0.0)
-    state.moment_B =
-        add(state.moment_B,
-            gradient_torque(plan, multiply_transposed(result.R_WB, sub(state.p_WB, plan.attractor_W))));
+  state.force_W = result.force_W;
+  state.moment_B = result.moment_B;
+  if (is_coupled(plan)) std::swap(state.coupled, workspace.coupled.next);
   ++state.tick;
   if (state.tick % kFlushTicks == 0) {
     flush(state.q, state.q_low);
     flush(state.q_dot, state.q_dot_low);
+    if (is_coupled(plan)) flush(state.coupled.momentum, state.q_dot_low);
   }
 }
 
-}  // namespace
-
-void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace,
-          StepReport& report) noexcept {
+/// One tick in the plan that the state is in.
+void step_in(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace,
+             StepReport& report) noexcept {
   report.status = StepStatus::kOk;
   report.num_expiries = 0;
   // slots
   const bool is_changed = state.slots_changed || !inputs.commands.empty() || has_expiry(state);
   std::int32_t num_slots = state.num_slots;
   if (is_changed) num_slots = change_slots(plan, state, inputs, workspace, report);
-  // loads at the start: those of the end of the last step unless something jumped
   const External external{plan, is_changed ? workspace.next_pattern : state.commands_pattern,
                           state.tick - state.epoch_start_tick};
-  const Mat3 R_start = rotation_matrix(state.q_WB);
-  const bool has_dependent = has_dependent_loads(plan);
-  const bool is_fresh = is_changed || state.tick == state.epoch_start_tick || external.jumps() ||
-                        has_dependent || plan.coupling.path != PlanCoupling::Path::kNone;
-  if (is_fresh) external.generalized(false, frame_of(state), R_start, workspace.Q_right);
-  const Result result = has_dependent ? advance_dependent(external, state, R_start, workspace)
-                                      : advance_once(external, state, is_fresh ? workspace.Q_right : state.Q,
-                                                     R_start, external.rigid(), nullptr, workspace);
+  const Result result = is_coupled(plan) ? advance_coupled(external, state, is_changed, workspace)
+                                         : advance_separated(external, state, is_changed, workspace);
   if (!result.is_finite) {
     report = {.status = StepStatus::kNotFinite};
     return;
@@ -242,6 +222,22 @@ void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& works
     state.num_slots = num_slots;
     state.slots_changed = false;
   }
+}
+
+}  // namespace
+
+void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace,
+          StepReport& report) noexcept {
+  if (plan.wide.empty()) return step_in(plan, state, inputs, workspace, report);
+  // a command that needs a part left out brings it back at its tick   (X125)
+  Need need = Need::kNone;
+  if (!state.is_wide)
+    for (const ForceCommand& command : inputs.commands)
+      if (need == Need::kNone) need = find_need(plan, command);
+  if (need != Need::kNone) widen(plan, need, state);
+  fit(plan, state, workspace);
+  step_in(active_plan(plan, state), state, inputs, workspace, report);
+  if (report.status != StepStatus::kOk && need != Need::kNone) narrow(plan, state);
 }
 
 }  // namespace freeflex

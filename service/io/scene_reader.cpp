@@ -30,7 +30,7 @@ namespace {
 
 const std::vector<std::string_view> kSections{"name",   "rate",     "fidelity", "points",    "links",
                                               "groups", "damping",  "gravity",  "attractor", "initial",
-                                              "loads",  "feedback", "publish",  "commands"};
+                                              "loads",  "feedback", "leave_out", "publish",  "commands"};
 constexpr Quantity kRate{"Hz", Bound::kPositive};
 constexpr Quantity kPublicationRate{"Hz", Bound::kNonNegative};
 constexpr Quantity kRatio{"-", Bound::kNonNegative};
@@ -79,8 +79,9 @@ void SceneReader::read_sections(const Node& root) {
     if (const auto text = read_name(report_, *name, "scene: name")) scene_.name = *text;
   fields.read("rate", kRate, scene_.rate);
   if (const Node* fidelity = fields.find("fidelity"))
-    if (const auto rung = read_word(report_, *fidelity, "scene: fidelity", {"separated", "spin-loaded"}))
-      scene_.fidelity = *rung == 1 ? Fidelity::kSpinLoaded : Fidelity::kSeparated;
+    if (const auto rung = read_word(report_, *fidelity, "scene: fidelity",
+                                    {"rigid", "separated", "spin-loaded", "coupled", "exact-bars"}))
+      scene_.fidelity = static_cast<Fidelity>(*rung);
   // in the order of reference: points, what joins them, what names them
   const Node* points = fields.require("points", "must be a list of {name, mass, at} or {csv: FILE}");
   if (points)
@@ -95,6 +96,7 @@ void SceneReader::read_sections(const Node& root) {
   if (const Node* initial = fields.find("initial")) read_initial(*initial);
   if (const Node* loads = fields.find("loads")) read_loads(*loads);
   if (const Node* feedback = fields.find("feedback")) read_feedbacks(*feedback);
+  if (const Node* leave_out = fields.find("leave_out")) read_leave_out(*leave_out);
   read_publish(fields.find("publish"));
   read_commands(fields.find("commands"));
 }

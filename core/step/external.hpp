@@ -1,0 +1,34 @@
+// Everything that loads the body during one step: commands, constant over it, and built-in histories.
+#pragma once
+
+#include <cstdint>
+#include <span>
+
+#include "core/step/frame.hpp"
+
+namespace freeflex {
+
+/// Where in a step: the right limit of its start, its middle, the left limit of its end.
+enum class Moment { kStart, kMiddle, kEnd };
+
+struct External {
+  const Plan& plan;
+  const LoadPattern& commands;
+  std::int64_t tick;  // since the epoch began
+
+  double amplitude(const PlanHistory& history, Moment moment) const noexcept;
+
+  /// True when a history jumps at the start of the step.
+  bool jumps() const noexcept;
+
+  /// What the loads do to the body as a whole, below the coupled rungs.
+  StepLoads rigid() const noexcept;
+
+  /// Generalized forces Q [N] (num_padded), below the coupled rungs; what depends on the elastic motion apart.
+  void generalized(Moment moment, const Frame& frame, const Mat3& R_WB, Array& Q) const noexcept;
+
+  /// Forces on the points [N] (num_points), body axes, on coupled rungs; what depends on the elastic motion apart.
+  void on_points(Moment moment, const Mat3& R_WB, std::span<Vec3> forces) const noexcept;
+};
+
+}  // namespace freeflex
