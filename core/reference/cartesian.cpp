@@ -13,41 +13,6 @@ using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
 
-/// Amplitude of a history at t; a pulse is on when `piece_time` lies inside it.
-double amplitude(const History& history, double t, double piece_time) {
-  if (const auto* pulse = std::get_if<PulseHistory>(&history)) {
-    return piece_time >= pulse->start && piece_time < pulse->start + pulse->duration ? 1.0 : 0.0;
-  }
-  if (const auto* sine = std::get_if<SineHistory>(&history)) {
-    return std::sin(2.0 * M_PI * sine->frequency * t + sine->phase);
-  }
-  if (const auto* table = std::get_if<TableHistory>(&history)) {
-    const auto& times = table->times;
-    const auto& values = table->values;
-    if (t <= times.front()) return values.front();
-    if (t >= times.back()) return values.back();
-    const auto next =
-        static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), t) - times.begin());
-    const double share = (t - times[next - 1]) / (times[next] - times[next - 1]);
-    return values[next - 1] + share * (values[next] - values[next - 1]);
-  }
-  return 1.0;
-}
-
-/// Adds the forces of one load in carrier axes. R_CW, R_CB take world and body vectors to the carrier.
-void add_load(const CartesianLoad& load, double scale, const Matrix3d& R_CW, const Matrix3d& R_CB,
-              Map<Matrix3Xd>& force) {
-  const Matrix3d& R = load.axes == Axes::kWorld ? R_CW : R_CB;
-  for (const PointLoad& item : load.forces) force.col(item.point) += scale * (R * item.force);
-  for (const auto& torque : load.torques) {
-    // X12: the torque in body axes, then one force a point, back to the carrier
-    const Vector3d torque_B = scale * (R_CB.transpose() * (R * torque.torque));
-    for (std::size_t k = 0; k < torque.points.size(); ++k) {
-      force.col(torque.points[k]) += R_CB * (torque.force_per_torque[k] * torque_B);
-    }
-  }
-}
-
 /// Axial forces of springs and bars at true length and direction (X32, X33).
 void add_link_forces(const CartesianSystem& system, std::span<const double> e, std::span<const double> e_dot,
                      std::span<double> force) {
@@ -92,6 +57,39 @@ Matrix3d carrier_rotation(const CartesianSystem& system, double t) {
 }
 
 }  // namespace
+
+double amplitude(const History& history, double t, double piece_time) {
+  if (const auto* pulse = std::get_if<PulseHistory>(&history)) {
+    return piece_time >= pulse->start && piece_time < pulse->start + pulse->duration ? 1.0 : 0.0;
+  }
+  if (const auto* sine = std::get_if<SineHistory>(&history)) {
+    return std::sin(2.0 * M_PI * sine->frequency * t + sine->phase);
+  }
+  if (const auto* table = std::get_if<TableHistory>(&history)) {
+    const auto& times = table->times;
+    const auto& values = table->values;
+    if (t <= times.front()) return values.front();
+    if (t >= times.back()) return values.back();
+    const auto next =
+        static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), t) - times.begin());
+    const double share = (t - times[next - 1]) / (times[next] - times[next - 1]);
+    return values[next - 1] + share * (values[next] - values[next - 1]);
+  }
+  return 1.0;
+}
+
+void add_load(const CartesianLoad& load, double scale, const Matrix3d& R_CW, const Matrix3d& R_CB,
+              Map<Matrix3Xd>& force) {
+  const Matrix3d& R = load.axes == Axes::kWorld ? R_CW : R_CB;
+  for (const PointLoad& item : load.forces) force.col(item.point) += scale * (R * item.force);
+  for (const auto& torque : load.torques) {
+    // X12: the torque in body axes, then one force a point, back to the carrier
+    const Vector3d torque_B = scale * (R_CB.transpose() * (R * torque.torque));
+    for (std::size_t k = 0; k < torque.points.size(); ++k) {
+      force.col(torque.points[k]) += R_CB * (torque.force_per_torque[k] * torque_B);
+    }
+  }
+}
 
 void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
                    std::span<const double> e_dot, std::span<double> e_ddot) {

@@ -66,6 +66,14 @@ std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::st
 void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,
                    std::span<const double> e_dot, std::span<double> e_ddot);
 
+/// Amplitude [-] of a history at t [s]; a pulse is on when `piece_time` [s] lies inside it.
+double amplitude(const History& history, double t, double piece_time);
+
+/// Adds the forces [N] of one load times `scale`, in carrier axes. R_CW, R_CB take world and body vectors to
+/// the carrier.  \param force (3 x N)
+void add_load(const CartesianLoad& load, double scale, const Eigen::Matrix3d& R_CW,
+              const Eigen::Matrix3d& R_CB, Eigen::Map<Eigen::Matrix3Xd>& force);
+
 /// Times in (0, end) where a load or its slope jumps: pulse edges and table rows, ascending.
 std::vector<double> discontinuities(const CartesianSystem& system, double end);
 

@@ -38,13 +38,6 @@ ElasticScale guess_scale(const CartesianSystem& system) {
   return scale;
 }
 
-/// Ends of the smooth pieces; the last is the last requested time.
-std::vector<double> piece_ends(const CartesianSystem& system, double end) {
-  std::vector<double> ends = discontinuities(system, end);
-  ends.push_back(end);
-  return ends;
-}
-
 ReferenceRun integrate_at_scale(const CartesianSystem& system, std::span<const double> times,
                                 const ReferenceOptions& options, const ElasticScale& scale) {
   ReferenceRun run;
@@ -54,7 +47,14 @@ ReferenceRun integrate_at_scale(const CartesianSystem& system, std::span<const d
   double t = 0.0;
   std::size_t next = 0;
   for (const double end : piece_ends(system, times.back())) {
-    SundialsSolver solver(system, options, scale, t, 0.5 * (t + end), y);
+    const double piece_time = 0.5 * (t + end);
+    SmoothProblem problem;
+    problem.slope = [&](double time, std::span<const double> from, std::span<double> slope) {
+      const std::size_t half = from.size() / 2;
+      std::copy(from.begin() + static_cast<std::ptrdiff_t>(half), from.end(), slope.begin());
+      accelerations(system, time, piece_time, from.first(half), from.subspan(half), slope.subspan(half));
+    };
+    SundialsSolver solver(problem, options, scale, t, y);
     while (t < end && run.error.empty()) {
       const double stop = std::min(end, times[next]);
       run.error = solver.advance(stop, y);
@@ -91,6 +91,12 @@ ReferenceRun find_scale(const CartesianSystem& system, double end, ReferenceOpti
 }
 
 }  // namespace
+
+std::vector<double> piece_ends(const CartesianSystem& system, double end) {
+  std::vector<double> ends = discontinuities(system, end);
+  ends.push_back(end);
+  return ends;
+}
 
 ReferenceRun integrate(const CartesianSystem& system, std::span<const double> times,
                        const ReferenceOptions& options) {

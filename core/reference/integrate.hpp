@@ -14,6 +14,9 @@ enum class ReferenceMethod {
   kFehlberg78,   // ARKODE, explicit Runge-Kutta of order 8, 13 stages
   kRungeKutta4,  // ARKODE, the classical explicit method of order 4; fixed step only
   kAdams,        // CVODE, Adams-Moulton to order 12 with fixed-point iteration; adaptive only
+  kZonneveld43,  // ARKODE, explicit Runge-Kutta of order 4, 5 stages; adaptive only
+  kDirk5,        // ARKODE, diagonally implicit of order 5, 8 stages; adaptive, needs a Jacobian
+  kBdf,          // CVODE, backward differentiation to order 5; adaptive, needs a Jacobian
 };
 
 /// Sizes that tolerances are fractions of. Never the size of the structure: a deformation is often 1e-7 of
@@ -38,6 +41,9 @@ struct ReferenceRun {
   long num_evaluations = 0;  // of the accelerations, pilot run not counted
   double accuracy = 0.0;     // [-] see integrate_with_estimate
 };
+
+/// Ends of the smooth pieces of (0, end]: times at which loads jump, then the end.
+std::vector<double> piece_ends(const CartesianSystem& system, double end);
 
 /// Integrates from t = 0 through `times` [s] (ascending, > 0), restarting at every discontinuity of the
 /// loads. Every requested time is the end of a step: nothing is interpolated.

@@ -1,8 +1,11 @@
 #include "core/reference/sundials_solver.hpp"
 
+#include <arkode/arkode_arkstep.h>
 #include <arkode/arkode_erkstep.h>
 #include <cvode/cvode.h>
 #include <nvector/nvector_serial.h>
+#include <sunlinsol/sunlinsol_klu.h>
+#include <sunmatrix/sunmatrix_sparse.h>
 #include <sunnonlinsol/sunnonlinsol_fixedpoint.h>
 
 #include <algorithm>
@@ -12,10 +15,9 @@
 namespace freeflex {
 
 struct SundialsSolver::Members {
-  const CartesianSystem* system = nullptr;
+  const SmoothProblem* problem = nullptr;
   ReferenceOptions options;
-  double piece_time = 0.0;  // [s]
-  double time = 0.0;        // [s]
+  double time = 0.0;  // [s]
   long num_evaluations = 0;
   std::string error;    // the first failure
   std::string message;  // what SUNDIALS said last
@@ -23,7 +25,10 @@ struct SundialsSolver::Members {
   N_Vector y = nullptr;
   N_Vector tolerance = nullptr;
   SUNNonlinearSolver fixed_point = nullptr;
-  void* erk = nullptr;
+  SUNMatrix matrix = nullptr;
+  SUNLinearSolver klu = nullptr;
+  void* erk = nullptr;  // one of these three is in use
+  void* dirk = nullptr;
   void* cvode = nullptr;
 
   ~Members();
@@ -31,28 +36,44 @@ struct SundialsSolver::Members {
   bool check(int flag, const char* call, char* (*flag_name)(long));
   bool check_created(const void* object, const char* call);
   void set_tolerances(const ElasticScale& scale);
+  bool make_linear_solver();
   void start_erk();
-  void start_adams();
+  void start_dirk();
+  void start_cvode();
+  bool set_stop(double stop);
+  /// Integrates until y at `target` is known, by interpolation when a step goes past it.
+  bool evolve(double target);
 };
 
 namespace {
 
-// slope of (e, de/dt); both halves are contiguous
 int slope(realtype t, N_Vector y, N_Vector y_dot, void* user) {
+  constexpr long kLookEvery = 256;  // evaluations between looks at the stop
   auto& members = *static_cast<SundialsSolver::Members*>(user);
-  const auto half = static_cast<std::size_t>(N_VGetLength(y)) / 2;
-  const double* state = N_VGetArrayPointer(y);
+  const auto size = static_cast<std::size_t>(N_VGetLength(y));
   double* out = N_VGetArrayPointer(y_dot);
-  std::copy(state + half, state + 2 * half, out);
-  accelerations(*members.system, t, members.piece_time, {state, half}, {state + half, half},
-                {out + half, half});
-  ++members.num_evaluations;
+  members.problem->slope(t, {N_VGetArrayPointer(y), size}, {out, size});
+  if (++members.num_evaluations % kLookEvery == 0 && members.problem->is_stopped &&
+      members.problem->is_stopped()) {
+    members.message = "stopped";
+    return -1;
+  }
   // a value that is not finite is unrecoverable: no smaller step repairs it
-  return std::all_of(out, out + 2 * half, [](double value) { return std::isfinite(value); }) ? 0 : -1;
+  return std::all_of(out, out + size, [](double value) { return std::isfinite(value); }) ? 0 : -1;
+}
+
+int jacobian(realtype, N_Vector y, N_Vector, SUNMatrix J, void* user, N_Vector, N_Vector, N_Vector) {
+  const SmoothProblem& problem = *static_cast<SundialsSolver::Members*>(user)->problem;
+  std::copy(problem.column_starts.begin(), problem.column_starts.end(), SUNSparseMatrix_IndexPointers(J));
+  std::copy(problem.rows.begin(), problem.rows.end(), SUNSparseMatrix_IndexValues(J));
+  problem.jacobian({N_VGetArrayPointer(y), static_cast<std::size_t>(N_VGetLength(y))},
+                   {SUNSparseMatrix_Data(J), problem.rows.size()});
+  return 0;
 }
 
 void keep_message(int, const char*, const char* function, char* text, void* user) {
-  static_cast<SundialsSolver::Members*>(user)->message = std::string(function) + ": " + text;
+  std::string& message = static_cast<SundialsSolver::Members*>(user)->message;
+  if (message != "stopped") message = std::string(function) + ": " + text;
 }
 
 /// The method's table with one more stage, of weight zero at the start of the step. SUNDIALS before 6.6 takes
@@ -103,7 +124,10 @@ char* name_of_nothing(long) { return nullptr; }
 
 SundialsSolver::Members::~Members() {
   if (erk != nullptr) ERKStepFree(&erk);
+  if (dirk != nullptr) ARKStepFree(&dirk);
   if (cvode != nullptr) CVodeFree(&cvode);
+  if (klu != nullptr) SUNLinSolFree(klu);
+  if (matrix != nullptr) SUNMatDestroy(matrix);
   if (fixed_point != nullptr) SUNNonlinSolFree(fixed_point);
   if (tolerance != nullptr) N_VDestroy(tolerance);
   if (y != nullptr) N_VDestroy(y);
@@ -138,6 +162,18 @@ void SundialsSolver::Members::set_tolerances(const ElasticScale& scale) {
 constexpr double kRelativeTolerance = 1e-15;
 constexpr long kNoStepLimit = -1;
 
+bool SundialsSolver::Members::make_linear_solver() {
+  if (!problem->jacobian) {
+    error = "an implicit method needs a Jacobian";
+    return false;
+  }
+  const auto size = N_VGetLength(y);
+  matrix = SUNSparseMatrix(size, size, static_cast<sunindextype>(problem->rows.size()), CSC_MAT, context);
+  if (!check_created(matrix, "SUNSparseMatrix")) return false;
+  klu = SUNLinSol_KLU(y, matrix, context);
+  return check_created(klu, "SUNLinSol_KLU");
+}
+
 void SundialsSolver::Members::start_erk() {
   erk = ERKStepCreate(slope, time, y, context);
   if (!check_created(erk, "ERKStepCreate")) return;
@@ -149,6 +185,10 @@ void SundialsSolver::Members::start_erk() {
   const bool is_fixed = options.fixed_step > 0.0;
   // a method without an embedded one is taken only once the step is fixed
   if (is_fixed && !ok(ERKStepSetFixedStep(erk, options.fixed_step), "ERKStepSetFixedStep")) return;
+  if (options.method == ReferenceMethod::kZonneveld43) {
+    ok(ERKStepSetTableNum(erk, ARKODE_ZONNEVELD_5_3_4), "ERKStepSetTableNum");
+    return;
+  }
   ARKodeButcherTable table =
       options.method == ReferenceMethod::kRungeKutta4 ? classical_table() : fehlberg_table();
   if (!check_created(table, "ARKodeButcherTable_Create")) return;
@@ -156,8 +196,24 @@ void SundialsSolver::Members::start_erk() {
   ARKodeButcherTable_Free(table);
 }
 
-void SundialsSolver::Members::start_adams() {
-  cvode = CVodeCreate(CV_ADAMS, context);
+void SundialsSolver::Members::start_dirk() {
+  dirk = ARKStepCreate(nullptr, slope, time, y, context);
+  if (!check_created(dirk, "ARKStepCreate")) return;
+  const auto ok = [this](int flag, const char* call) { return check(flag, call, ARKStepGetReturnFlagName); };
+  if (!ok(ARKStepSetErrHandlerFn(dirk, keep_message, this), "ARKStepSetErrHandlerFn")) return;
+  if (!ok(ARKStepSetUserData(dirk, this), "ARKStepSetUserData")) return;
+  if (!ok(ARKStepSVtolerances(dirk, kRelativeTolerance, tolerance), "ARKStepSVtolerances")) return;
+  if (!ok(ARKStepSetMaxNumSteps(dirk, kNoStepLimit), "ARKStepSetMaxNumSteps")) return;
+  if (!ok(ARKStepSetTableNum(dirk, ARKODE_ARK548L2SA_DIRK_8_4_5, ARKODE_ERK_NONE), "ARKStepSetTableNum"))
+    return;
+  if (!make_linear_solver()) return;
+  if (!ok(ARKStepSetLinearSolver(dirk, klu, matrix), "ARKStepSetLinearSolver")) return;
+  ok(ARKStepSetJacFn(dirk, jacobian), "ARKStepSetJacFn");
+}
+
+void SundialsSolver::Members::start_cvode() {
+  const bool is_adams = options.method == ReferenceMethod::kAdams;
+  cvode = CVodeCreate(is_adams ? CV_ADAMS : CV_BDF, context);
   if (!check_created(cvode, "CVodeCreate")) return;
   const auto ok = [this](int flag, const char* call) { return check(flag, call, CVodeGetReturnFlagName); };
   if (!ok(CVodeSetErrHandlerFn(cvode, keep_message, this), "CVodeSetErrHandlerFn")) return;
@@ -165,25 +221,30 @@ void SundialsSolver::Members::start_adams() {
   if (!ok(CVodeSetUserData(cvode, this), "CVodeSetUserData")) return;
   if (!ok(CVodeSVtolerances(cvode, kRelativeTolerance, tolerance), "CVodeSVtolerances")) return;
   if (!ok(CVodeSetMaxNumSteps(cvode, kNoStepLimit), "CVodeSetMaxNumSteps")) return;
-  fixed_point = SUNNonlinSol_FixedPoint(y, 0, context);
-  if (!check_created(fixed_point, "SUNNonlinSol_FixedPoint")) return;
-  ok(CVodeSetNonlinearSolver(cvode, fixed_point), "CVodeSetNonlinearSolver");
+  if (is_adams) {
+    fixed_point = SUNNonlinSol_FixedPoint(y, 0, context);
+    if (!check_created(fixed_point, "SUNNonlinSol_FixedPoint")) return;
+    ok(CVodeSetNonlinearSolver(cvode, fixed_point), "CVodeSetNonlinearSolver");
+    return;
+  }
+  if (!make_linear_solver()) return;
+  if (!ok(CVodeSetLinearSolver(cvode, klu, matrix), "CVodeSetLinearSolver")) return;
+  ok(CVodeSetJacFn(cvode, jacobian), "CVodeSetJacFn");
 }
 
-SundialsSolver::SundialsSolver(const CartesianSystem& system, const ReferenceOptions& options,
-                               const ElasticScale& scale, double t, double piece_time,
-                               const std::vector<double>& y)
+SundialsSolver::SundialsSolver(const SmoothProblem& problem, const ReferenceOptions& options,
+                               const ElasticScale& scale, double t, const std::vector<double>& y)
     : members_(std::make_unique<Members>()) {
   Members& m = *members_;
-  m.system = &system;
+  m.problem = &problem;
   m.options = options;
-  m.piece_time = piece_time;
   m.time = t;
   const bool is_adaptive = options.fixed_step <= 0.0;
+  const bool is_explicit =
+      options.method == ReferenceMethod::kRungeKutta4 || options.method == ReferenceMethod::kFehlberg78;
   if (is_adaptive && options.method == ReferenceMethod::kRungeKutta4)
     m.error = "the classical method needs a fixed step";
-  if (!is_adaptive && options.method == ReferenceMethod::kAdams)
-    m.error = "the Adams method has no fixed step";
+  if (!is_adaptive && !is_explicit) m.error = "this method has no fixed step";
   if (is_adaptive && !(options.tolerance > 0.0)) m.error = "the tolerance must be > 0";
   if (!m.error.empty()) return;
   if (!m.check(SUNContext_Create(nullptr, &m.context), "SUNContext_Create", name_of_nothing)) return;
@@ -194,41 +255,84 @@ SundialsSolver::SundialsSolver(const CartesianSystem& system, const ReferenceOpt
   std::copy(y.begin(), y.end(), N_VGetArrayPointer(m.y));
   // a fixed step uses no tolerance, but SUNDIALS wants weights that are finite
   m.set_tolerances(is_adaptive ? scale : ElasticScale{1.0, 1.0});
-  options.method == ReferenceMethod::kAdams ? m.start_adams() : m.start_erk();
+  if (options.method == ReferenceMethod::kAdams || options.method == ReferenceMethod::kBdf)
+    m.start_cvode();
+  else
+    options.method == ReferenceMethod::kDirk5 ? m.start_dirk() : m.start_erk();
 }
 
 SundialsSolver::~SundialsSolver() = default;
 
+bool SundialsSolver::Members::set_stop(double stop) {
+  if (cvode != nullptr)
+    return check(CVodeSetStopTime(cvode, stop), "CVodeSetStopTime", CVodeGetReturnFlagName);
+  if (dirk != nullptr)
+    return check(ARKStepSetStopTime(dirk, stop), "ARKStepSetStopTime", ARKStepGetReturnFlagName);
+  return check(ERKStepSetStopTime(erk, stop), "ERKStepSetStopTime", ERKStepGetReturnFlagName);
+}
+
+bool SundialsSolver::Members::evolve(double target) {
+  realtype reached = time;
+  const bool ok = cvode != nullptr
+                      ? check(CVode(cvode, target, y, &reached, CV_NORMAL), "CVode", CVodeGetReturnFlagName)
+                  : dirk != nullptr ? check(ARKStepEvolve(dirk, target, y, &reached, ARK_NORMAL),
+                                            "ARKStepEvolve", ARKStepGetReturnFlagName)
+                                    : check(ERKStepEvolve(erk, target, y, &reached, ARK_NORMAL),
+                                            "ERKStepEvolve", ERKStepGetReturnFlagName);
+  if (!ok) return false;
+  time = target;
+  if (std::abs(reached - target) <= 1e-12 * std::max(1.0, std::abs(target))) return true;
+  error = "stopped at t = " + std::to_string(reached) + " s before " + std::to_string(target) + " s";
+  return false;
+}
+
 std::string SundialsSolver::advance(double stop, std::vector<double>& y) {
   Members& m = *members_;
   if (!m.error.empty()) return m.error;
-  realtype reached = m.time;
-  if (m.cvode != nullptr) {
-    const auto ok = [&m](int flag, const char* call) { return m.check(flag, call, CVodeGetReturnFlagName); };
-    if (!ok(CVodeSetStopTime(m.cvode, stop), "CVodeSetStopTime")) return m.error;
-    if (!ok(CVode(m.cvode, stop, m.y, &reached, CV_NORMAL), "CVode")) return m.error;
-  } else {
-    const auto ok = [&m](int flag, const char* call) {
-      return m.check(flag, call, ERKStepGetReturnFlagName);
-    };
-    if (m.options.fixed_step > 0.0) {
-      // whole steps to the stop; the slack keeps rounding from adding one
-      const double span = stop - m.time;
-      const double steps = std::ceil(span / m.options.fixed_step * (1.0 - 1e-9));
-      if (!ok(ERKStepSetFixedStep(m.erk, span / steps), "ERKStepSetFixedStep")) return m.error;
-    }
-    if (!ok(ERKStepSetStopTime(m.erk, stop), "ERKStepSetStopTime")) return m.error;
-    if (!ok(ERKStepEvolve(m.erk, stop, m.y, &reached, ARK_NORMAL), "ERKStepEvolve")) return m.error;
+  if (m.options.fixed_step > 0.0) {
+    // whole steps to the stop; the slack keeps rounding from adding one
+    const double span = stop - m.time;
+    const double steps = std::ceil(span / m.options.fixed_step * (1.0 - 1e-9));
+    if (!m.check(ERKStepSetFixedStep(m.erk, span / steps), "ERKStepSetFixedStep", ERKStepGetReturnFlagName))
+      return m.error;
   }
-  m.time = stop;
-  if (std::abs(reached - stop) > 1e-12 * std::max(1.0, std::abs(stop))) {
-    m.error = "stopped at t = " + std::to_string(reached) + " s before " + std::to_string(stop) + " s";
-    return m.error;
-  }
+  return interpolate(stop, stop, y);
+}
+
+std::string SundialsSolver::interpolate(double time, double end, std::vector<double>& y) {
+  Members& m = *members_;
+  if (!m.error.empty()) return m.error;
+  if (!m.set_stop(end) || !m.evolve(time)) return m.error;
   std::copy_n(N_VGetArrayPointer(m.y), y.size(), y.begin());
   return {};
 }
 
 long SundialsSolver::num_evaluations() const { return members_->num_evaluations; }
+
+long SundialsSolver::num_steps() const {
+  long steps = 0;
+  const Members& m = *members_;
+  // these only read a counter of an object that exists
+  if (m.cvode != nullptr) static_cast<void>(CVodeGetNumSteps(m.cvode, &steps));
+  if (m.dirk != nullptr) static_cast<void>(ARKStepGetNumSteps(m.dirk, &steps));
+  if (m.erk != nullptr) static_cast<void>(ERKStepGetNumSteps(m.erk, &steps));
+  return steps;
+}
+
+std::size_t SundialsSolver::memory() const {
+  long reals = 0, integers = 0, solver_reals = 0, solver_integers = 0;
+  const Members& m = *members_;
+  if (m.cvode != nullptr) static_cast<void>(CVodeGetWorkSpace(m.cvode, &reals, &integers));
+  if (m.dirk != nullptr) static_cast<void>(ARKStepGetWorkSpace(m.dirk, &reals, &integers));
+  if (m.erk != nullptr) static_cast<void>(ERKStepGetWorkSpace(m.erk, &reals, &integers));
+  if (m.klu != nullptr) static_cast<void>(SUNLinSolSpace(m.klu, &solver_reals, &solver_integers));
+  // the matrix and its saved copy
+  const std::size_t matrices = m.matrix != nullptr
+                                   ? 2 * (sizeof(double) + sizeof(sunindextype)) *
+                                         static_cast<std::size_t>(SUNSparseMatrix_NNZ(m.matrix))
+                                   : 0;
+  return matrices + sizeof(double) * static_cast<std::size_t>(reals + solver_reals) +
+         sizeof(sunindextype) * static_cast<std::size_t>(integers + solver_integers);
+}
 
 }  // namespace freeflex

@@ -1,7 +1,10 @@
 // One smooth piece of motion by an ARKODE or CVODE integrator. Internal to core/reference.
 #pragma once
 
+#include <cstdint>
+#include <functional>
 #include <memory>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -9,12 +12,21 @@
 
 namespace freeflex {
 
+/// y' = slope(t, y) over one smooth piece; y is positions, then velocities.
+struct SmoothProblem {
+  std::function<void(double t, std::span<const double> y, std::span<double> y_dot)> slope;
+  // Jacobian by columns, for implicit methods only: rows ascend and hold every diagonal entry
+  std::span<const std::int64_t> column_starts, rows;
+  std::function<void(std::span<const double> y, std::span<double> values)> jacobian;
+  std::function<bool()> is_stopped;  // asked now and then, may be empty; true makes the run fail
+};
+
 /// Owns every SUNDIALS object of the piece; what fails becomes text, never an exception or a print.
 class SundialsSolver {
  public:
-  /// Starts at time t [s] from y (6N). `piece_time` lies strictly inside the smooth piece.
-  SundialsSolver(const CartesianSystem& system, const ReferenceOptions& options, const ElasticScale& scale,
-                 double t, double piece_time, const std::vector<double>& y);
+  /// Starts at time t [s] from y. The problem must outlive the solver.
+  SundialsSolver(const SmoothProblem& problem, const ReferenceOptions& options, const ElasticScale& scale,
+                 double t, const std::vector<double>& y);
   ~SundialsSolver();
   SundialsSolver(const SundialsSolver&) = delete;
   SundialsSolver& operator=(const SundialsSolver&) = delete;
@@ -22,7 +34,13 @@ class SundialsSolver {
   /// Advances to `stop` exactly and writes y there. Empty, or what went wrong (also in the constructor).
   std::string advance(double stop, std::vector<double>& y);
 
+  /// Writes y at `time`, interpolated within a step; no step passes `end`, where the piece ends. Adaptive
+  /// methods.
+  std::string interpolate(double time, double end, std::vector<double>& y);
+
   long num_evaluations() const;
+  long num_steps() const;
+  std::size_t memory() const;  // [bytes] that SUNDIALS says its integrator and linear solver keep
 
   struct Members;  // defined beside the SUNDIALS calls
 

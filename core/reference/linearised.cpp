@@ -1,0 +1,318 @@
+#include "core/reference/linearised.hpp"
+
+#include <Eigen/Dense>
+#include <algorithm>
+#include <cmath>
+
+namespace freeflex {
+namespace {
+
+using Eigen::Map;
+using Eigen::Matrix3d;
+using Eigen::Matrix3Xd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+
+Matrix3d inertia_of(const CartesianSystem& system) {
+  Matrix3d inertia = Matrix3d::Zero();
+  for (Eigen::Index i = 0; i < system.mass.size(); ++i) {
+    const Vector3d r = system.r.col(i);
+    inertia += system.mass[i] * (r.squaredNorm() * Matrix3d::Identity() - r * r.transpose());
+  }
+  return inertia;
+}
+
+}  // namespace
+
+std::unique_ptr<RivalMethod> Linearised::make(Rival rival, const CartesianSystem& system,
+                                              std::string& error) {
+  constexpr double kNoMoment = 1e-13;  // relative; rounding of the moments of a collinear set
+  if (system.attractor_mu > 0.0) error = "the linearised system has no attractor";
+  for (const CartesianLink& link : system.links)
+    if (link.damping > 0.0) error = "the linearised system has springs and bars only, without dissipation";
+  const Eigen::SelfAdjointEigenSolver<Matrix3d> moments(inertia_of(system), Eigen::EigenvaluesOnly);
+  if (moments.eigenvalues()[0] <= kNoMoment * moments.eigenvalues()[2])
+    error = "the linearised system needs a shape that is not collinear";
+  if (!error.empty()) return nullptr;
+  return std::unique_ptr<RivalMethod>(new Linearised(rival, system));
+}
+
+Linearised::Linearised(Rival rival, const CartesianSystem& system)
+    : rival_(rival), system_(system), inertia_(inertia_of(system)), inverse_inertia_(inertia_.inverse()) {
+  const Eigen::Index n = system.mass.size();
+  root_mass_.resize(3 * n);
+  Eigen::MatrixXd motions(3 * n, 6);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    const double root = std::sqrt(system.mass[i]);
+    root_mass_.segment<3>(3 * i).setConstant(root);
+    motions.block<3, 3>(3 * i, 0) = root * Matrix3d::Identity();
+    for (int a = 0; a < 3; ++a)
+      motions.block<3, 1>(3 * i, 3 + a) = root * Vector3d::Unit(a).cross(Vector3d(system.r.col(i)));
+  }
+  rigid_ =
+      Eigen::HouseholderQR<Eigen::MatrixXd>(motions).householderQ() * Eigen::MatrixXd::Identity(3 * n, 6);
+  for (const CartesianLink& link : system.links) {
+    Row row{3 * link.first, 3 * link.second, {}, {}};
+    for (std::size_t a = 0; a < 3; ++a) {
+      const double u = link.rest[static_cast<Eigen::Index>(a)] / link.length;
+      row.at_first[a] = std::sqrt(link.stiffness / system.mass[link.first]) * u;
+      row.at_second[a] = std::sqrt(link.stiffness / system.mass[link.second]) * u;
+    }
+    rows_.push_back(row);
+  }
+  force_B_.resize(3, n);
+}
+
+void Linearised::set_initial() {
+  const Eigen::Index n = root_mass_.size();
+  start_ = {Vector3d::Zero(), Vector3d::Zero(), system_.q_WB * Vector3d(inertia_ * system_.spin),
+            system_.q_WB};
+  y_ = root_mass_.cwiseProduct(system_.initial.head(n));
+  y_dot_ = root_mass_.cwiseProduct(system_.initial.tail(n));
+}
+
+Vector3d Linearised::spin(const Frame& frame) const {
+  return inverse_inertia_ * (frame.q_WB.conjugate() * frame.H_W);
+}
+
+bool Linearised::is_loaded() const {
+  return std::any_of(system_.loads.begin(), system_.loads.end(), [&](const CartesianLoad& load) {
+    return !std::holds_alternative<PulseHistory>(load.history) ||
+           amplitude(load.history, piece_time_, piece_time_) != 0.0;
+  });
+}
+
+void Linearised::add_forces(const Frame& frame, double t, Matrix3Xd& force_B) const {
+  Map<Matrix3Xd> force(force_B.data(), 3, force_B.cols());
+  const Matrix3d R_BW = frame.q_WB.conjugate().toRotationMatrix();
+  for (const CartesianLoad& load : system_.loads) {
+    const double scale = amplitude(load.history, t, piece_time_);
+    if (scale != 0.0) add_load(load, scale, R_BW, Matrix3d::Identity(), force);
+  }
+}
+
+Linearised::FrameRate Linearised::rate(const Frame& frame, double t) const {
+  FrameRate rate{frame.v, Vector3d::Zero(), Vector3d::Zero(), {}};
+  const Vector3d w = spin(frame);
+  rate.q = 0.5 * (frame.q_WB * Eigen::Quaterniond(0.0, w.x(), w.y(), w.z())).coeffs();
+  if (!is_loaded()) return rate;
+  force_B_.setZero();
+  add_forces(frame, t, force_B_);
+  Vector3d moment = Vector3d::Zero();
+  for (Eigen::Index i = 0; i < force_B_.cols(); ++i)
+    moment += Vector3d(system_.r.col(i)).cross(Vector3d(force_B_.col(i)));
+  rate.a = frame.q_WB * Vector3d(force_B_.rowwise().sum()) / system_.mass.sum();
+  rate.moment_W = frame.q_WB * moment;
+  return rate;
+}
+
+// the classical Runge-Kutta method on the rigid body
+Linearised::Frame Linearised::advance(const Frame& frame, double t, double h) const {
+  const auto moved = [&frame](const FrameRate& rate, double step) {
+    Frame to{frame.p + step * rate.v, frame.v + step * rate.a, frame.H_W + step * rate.moment_W, {}};
+    to.q_WB.coeffs() = (frame.q_WB.coeffs() + step * rate.q).normalized();
+    return to;
+  };
+  const FrameRate k1 = rate(frame, t), k2 = rate(moved(k1, 0.5 * h), t + 0.5 * h),
+                  k3 = rate(moved(k2, 0.5 * h), t + 0.5 * h), k4 = rate(moved(k3, h), t + h);
+  const auto mean = [](const auto& a, const auto& b, const auto& c, const auto& d) {
+    return ((a + 2.0 * b + 2.0 * c + d) / 6.0).eval();
+  };
+  return moved({mean(k1.v, k2.v, k3.v, k4.v), mean(k1.a, k2.a, k3.a, k4.a),
+                mean(k1.moment_W, k2.moment_W, k3.moment_W, k4.moment_W), mean(k1.q, k2.q, k3.q, k4.q)},
+               h);
+}
+
+// external and centrifugal forces less what moves the body as a whole
+void Linearised::elastic_load(const Frame& frame, double t, VectorXd& g) const {
+  g.setZero(root_mass_.size());
+  const Vector3d w = spin(frame);
+  const bool spins = !w.isZero(0.0);
+  if (!spins && !is_loaded()) return;
+  force_B_.setZero();
+  if (is_loaded()) add_forces(frame, t, force_B_);
+  for (Eigen::Index i = 0; spins && i < force_B_.cols(); ++i)
+    force_B_.col(i) -= system_.mass[i] * w.cross(w.cross(Vector3d(system_.r.col(i))));
+  g = Map<const VectorXd>(force_B_.data(), root_mass_.size()).cwiseQuotient(root_mass_);
+  g -= rigid_ * (rigid_.transpose() * g);
+}
+
+void Linearised::apply(const double* y, double* out) const {
+  std::fill(out, out + root_mass_.size(), 0.0);
+  for (const Row& row : rows_) {
+    const double *y1 = y + row.first, *y2 = y + row.second;
+    double *o1 = out + row.first, *o2 = out + row.second;
+    const double s = (row.at_second[0] * y2[0] + row.at_second[1] * y2[1] + row.at_second[2] * y2[2]) -
+                     (row.at_first[0] * y1[0] + row.at_first[1] * y1[1] + row.at_first[2] * y1[2]);
+    for (std::size_t a = 0; a < 3; ++a) {
+      o1[a] -= s * row.at_first[a];
+      o2[a] += s * row.at_second[a];
+    }
+  }
+}
+
+void Linearised::leapfrog(double span, double step, std::span<const double> reads, const Read& read) {
+  constexpr double kSlack = 1e-9;  // of a step
+  const long count = std::lround(std::ceil(span / step * (1.0 - kSlack)));
+  const double h = span / static_cast<double>(count);
+  const Eigen::Index n = y_.size();
+  const auto accelerate = [&](double t) {
+    apply(y_.data(), acceleration_.data());
+    const double share = t / span;
+    double* a = acceleration_.data();
+    const double *g = g_.data(), *dg = dg_.data();
+    for (Eigen::Index i = 0; i < n; ++i) a[i] = (g[i] + share * dg[i]) - a[i];
+  };
+  acceleration_.resize(n);
+  accelerate(0.0);
+  w_ = y_dot_ + 0.5 * h * acceleration_;
+  std::size_t next = 0;
+  for (long k = 1; k <= count; ++k) {
+    double *y = y_.data(), *w = w_.data();
+    for (Eigen::Index i = 0; i < n; ++i) y[i] += h * w[i];
+    const double t = static_cast<double>(k) * h;
+    accelerate(t);
+    const double* a = acceleration_.data();
+    for (Eigen::Index i = 0; i < n; ++i) w[i] += h * a[i];
+    // back to where it is read, half a step at most, by the motion at this step's end
+    for (; next < reads.size() && reads[next] <= t + 0.5 * h; ++next) {
+      const double back = reads[next] - t;
+      y_ahead_ = y_;
+      y_dot_ = w_ - 0.5 * h * acceleration_;
+      y_ += back * y_dot_ + 0.5 * back * back * acceleration_;
+      y_dot_ += back * acceleration_;
+      read(reads[next]);
+      y_ = y_ahead_;
+    }
+  }
+  y_dot_ = w_ - 0.5 * h * acceleration_;
+  num_applied_ += count + 1;
+}
+
+std::string Linearised::krylov(double span, const RivalOptions& options, std::span<const double> reads,
+                               const Read& read) {
+  constexpr int kMostVectors = 256;
+  constexpr Eigen::Index kSmall = 128;  // freedoms below which a space may fill the whole room
+  const bool is_small = y_.size() <= kSmall;
+  const auto operate = [this](const double* from, double* to) { apply(from, to); };
+  acceleration_.resize(y_.size());
+  apply(y_.data(), acceleration_.data());
+  ++num_applied_;
+  w_ = g_ - acceleration_;
+  // what each vector gives to displacements and velocities, and how wrong that may be
+  using Term = LanczosSpace::Term;
+  const double y_error = options.tolerance * options.scale.displacement * root_mass_.norm(),
+               y_dot_error = options.tolerance * options.scale.velocity * root_mass_.norm();
+  const Term of_force[] = {{WaveFunction::kConstant, span * span, y_error},
+                           {WaveFunction::kSinc, span, y_dot_error}};
+  const Term of_velocity[] = {{WaveFunction::kSinc, span, y_error}, {WaveFunction::kCos, 1.0, y_dot_error}};
+  const Term of_change[] = {{WaveFunction::kRising, span * span, y_error},
+                            {WaveFunction::kConstant, span, y_dot_error}};
+  const auto build = [&](LanczosSpace& space, const VectorXd& vector, std::span<const Term> terms) {
+    const bool is_enough = space.build(operate, vector, span, terms, kMostVectors, is_small);
+    num_applied_ += space.num_applied();
+    return is_enough;
+  };
+  if (!build(from_force_, w_, of_force) || !build(from_velocity_, y_dot_, of_velocity) ||
+      !build(from_change_, dg_, of_change))
+    return "the step needs a Krylov space of more than 256 vectors";
+  const VectorXd y_start = y_;
+  const auto move_to = [&](double t) {
+    // X115: the load's change over the step is dg
+    const double change = t / span;
+    y_ = y_start;
+    from_force_.add(WaveFunction::kConstant, t, t * t, y_);
+    from_velocity_.add(WaveFunction::kSinc, t, t, y_);
+    from_change_.add(WaveFunction::kRising, t, change * t * t, y_);
+    y_dot_.setZero();
+    from_force_.add(WaveFunction::kSinc, t, t, y_dot_);
+    from_velocity_.add(WaveFunction::kCos, t, 1.0, y_dot_);
+    from_change_.add(WaveFunction::kConstant, t, change * t, y_dot_);
+  };
+  for (const double t : reads) {
+    move_to(t);
+    read(t);
+  }
+  if (reads.empty() || reads.back() < span) move_to(span);
+  return {};
+}
+
+void Linearised::write_state(const Frame& frame, double t, CartesianState& state) const {
+  const Matrix3d R = frame.q_WB.toRotationMatrix();
+  const Vector3d w = spin(frame);
+  const Vector3d p = system_.p_W + t * system_.v_W + 0.5 * t * t * system_.gravity_W + frame.p;
+  const Vector3d v = system_.v_W + t * system_.gravity_W + frame.v;
+  state.time = t;
+  state.p_W.resize(3, system_.mass.size());
+  state.v_W.resize(3, system_.mass.size());
+  for (Eigen::Index i = 0; i < system_.mass.size(); ++i) {
+    const double root = root_mass_[3 * i];
+    const Vector3d x = Vector3d(system_.r.col(i)) + y_.segment<3>(3 * i) / root;
+    state.p_W.col(i) = p + R * x;
+    state.v_W.col(i) = v + R * (w.cross(x) + y_dot_.segment<3>(3 * i) / root);
+  }
+}
+
+RivalRun Linearised::run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) {
+  // the load is linear in time over a step: a turn of 0.02 rad within one bends it by 5e-5
+  constexpr double kLongestLoadStep = 0.1, kTurn = 0.02;  // [s], [rad]
+  set_initial();
+  num_applied_ = 0;
+  RivalRun run;
+  const double spin_rate = system_.spin.norm();
+  const double load_step =
+      rival_ == Rival::kKrylov
+          ? options.step
+          : std::max(options.step, std::min(kLongestLoadStep, spin_rate > 0.0 ? kTurn / spin_rate : 1.0));
+  Frame frame = start_;
+  CartesianState state;
+  std::vector<double> reads;
+  std::size_t next = 0;
+  double piece_start = 0.0;
+  for (const double end : piece_ends(system_, times.back())) {
+    piece_time_ = 0.5 * (piece_start + end);
+    const long count = std::lround(std::ceil((end - piece_start) / load_step * (1.0 - 1e-9)));
+    const double span = (end - piece_start) / static_cast<double>(count);
+    for (long k = 0; k < count; ++k) {
+      if (options.is_stopped && options.is_stopped()) {
+        run.error = "stopped";
+        return run;
+      }
+      const double t = piece_start + static_cast<double>(k) * span;
+      const Frame frame_end = advance(frame, t, span);
+      elastic_load(frame, t, g_);
+      elastic_load(frame_end, t + span, dg_);
+      dg_ -= g_;
+      reads.clear();
+      for (std::size_t i = next; i < times.size() && times[i] <= t + span * (1.0 + 1e-9); ++i)
+        reads.push_back(std::min(times[i] - t, span));
+      const Read read = [&](double from_start) {
+        const bool is_end = from_start == span;
+        write_state(is_end ? frame_end : advance(frame, t, from_start), times[next], state);
+        sink(next++, state);
+      };
+      if (rival_ == Rival::kLeapfrog)
+        leapfrog(span, options.step, reads, read);
+      else
+        run.error = krylov(span, options, reads, read);
+      if (!run.error.empty()) return run;
+      if (!y_.allFinite()) {
+        run.error = "not finite: the step is beyond the method's stability";
+        return run;
+      }
+      run.num_steps +=
+          rival_ == Rival::kLeapfrog ? std::lround(std::ceil(span / options.step * (1.0 - 1e-9))) : 1;
+      frame = frame_end;
+    }
+    piece_start = end;
+  }
+  run.num_evaluations = num_applied_;
+  const std::size_t vectors =
+      rival_ == Rival::kLeapfrog
+          ? 7
+          : 7 + static_cast<std::size_t>(from_force_.size() + from_velocity_.size() + from_change_.size());
+  run.memory = rows_.size() * sizeof(Row) + vectors * sizeof(double) * static_cast<std::size_t>(y_.size());
+  return run;
+}
+
+}  // namespace freeflex

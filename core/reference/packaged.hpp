@@ -1,0 +1,21 @@
+// SUNDIALS on the arrays of the full system   (THEORY X113).
+#pragma once
+
+#include "core/reference/rivals.hpp"
+#include "core/reference/spring_network.hpp"
+
+namespace freeflex {
+
+class Packaged : public RivalMethod {
+ public:
+  /// \pre rival is kErk4, kErk8, kDirk5, kAdams or kBdf
+  Packaged(Rival rival, SpringNetwork network);
+  RivalRun run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) override;
+
+ private:
+  ReferenceMethod method_;
+  SpringNetwork network_;
+  SparsePattern pattern_;  // empty for explicit methods
+};
+
+}  // namespace freeflex

@@ -1,0 +1,20 @@
+#include "core/reference/rivals.hpp"
+
+#include <utility>
+
+#include "core/reference/hand_written.hpp"
+#include "core/reference/linearised.hpp"
+#include "core/reference/packaged.hpp"
+
+namespace freeflex {
+
+std::unique_ptr<RivalMethod> make_rival(Rival rival, const CartesianSystem& system, std::string& error) {
+  if (is_linearised(rival)) return Linearised::make(rival, system, error);
+  std::optional<SpringNetwork> network = SpringNetwork::make(system, error);
+  if (!network) return nullptr;
+  if (rival == Rival::kVerlet || rival == Rival::kRungeKutta4)
+    return std::make_unique<HandWritten>(rival, std::move(*network));
+  return std::make_unique<Packaged>(rival, std::move(*network));
+}
+
+}  // namespace freeflex
