@@ -13,8 +13,16 @@
 
 namespace freeflex {
 
-/// Everything the step, the bus and the tools need, from a scene and its structure. nullopt on an error.
-std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure, Faults& faults);
+/// Code that a plan does without.
+struct CodeLeftOut {
+  bool damps = true, falls = true, turns = true;  // see Plan
+  CommandScope scope;
+};
+
+/// Everything the step, the bus and the tools need, from a scene and its structure, with every part in it but
+/// the code told. nullopt on an error.
+std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure, Faults& faults,
+                                 const CodeLeftOut& left_out = {});
 
 /// Same plan at another rate [Hz]: recomputes the propagator and the ticks of histories.
 /// \pre rate finite, > 0

@@ -34,6 +34,10 @@ bool are_indices(const std::vector<std::int32_t>& indices, std::size_t size) {
                      [&](std::int32_t index) { return is_index(index, size) && seen.insert(index).second; });
 }
 
+bool are_ascending(const std::vector<std::int32_t>& values) {
+  return std::adjacent_find(values.begin(), values.end(), std::greater_equal<>()) == values.end();
+}
+
 class PlanCheck {
  public:
   explicit PlanCheck(const Plan& plan) : plan_(plan) {}
@@ -51,6 +55,8 @@ class PlanCheck {
     if (error_.empty()) check_coupling();
     if (error_.empty()) check_initial();
     if (error_.empty()) check_publication();
+    if (error_.empty()) check_left_out();
+    if (error_.empty()) check_wide();
     return error_;
   }
 
@@ -73,7 +79,17 @@ class PlanCheck {
   }
   std::size_t num_padded() const { return static_cast<std::size_t>(plan_.num_padded); }
 
+  // coefficients of kLanes modes: finite, zero in the padding
+  void check_lane(const Propagator::Lanes::Lane& lane, std::size_t block) {
+    for (std::size_t l = 0; l < kLanes; ++l) {
+      require(std::isfinite(lane[l]), "the propagator is not finite");
+      require(block * kLanes + l < static_cast<std::size_t>(plan_.num_elastic) || lane[l] == 0.0,
+              "the propagator is not zero in the padding");
+    }
+  }
   void check_body();
+  void check_left_out();
+  void check_wide();
   void check_modes();
   void check_propagator();
   void check_points();
@@ -120,17 +136,23 @@ void PlanCheck::check_modes() {
 
 void PlanCheck::check_propagator() {
   const auto& all = plan_.propagator.lanes;
-  require(all.size() * kLanes == static_cast<std::size_t>(plan_.num_moving),
+  const auto& undamped = plan_.propagator.undamped;
+  const std::size_t num_lanes = static_cast<std::size_t>(plan_.num_moving) / kLanes;
+  require(all.size() == (plan_.damps ? num_lanes : 0) && undamped.size() == (plan_.damps ? 0 : num_lanes),
           "the propagator does not have one value a mode");
+  require(plan_.damps || std::all_of(plan_.decay.begin(), plan_.decay.end(), [](double v) { return v == 0.0; }),
+          "a mode decays in a plan without damping");
+  for (std::size_t block = 0; block < undamped.size() && error_.empty(); ++block) {
+    const Propagator::UndampedLanes& p = undamped[block];
+    for (const auto* lane :
+         {&p.c_qq, &p.c_qv, &p.l_qq, &p.l_qv, &p.w_q0, &p.w_q1, &p.c_vq, &p.l_vq, &p.w_v0, &p.w_v1})
+      check_lane(*lane, block);
+  }
   for (std::size_t block = 0; block < all.size() && error_.empty(); ++block) {
     const Propagator::Lanes& p = all[block];
     for (const auto* lane : {&p.c_qq, &p.c_qv, &p.l_qq, &p.l_qv, &p.w_q0, &p.w_q1, &p.c_vq, &p.c_vv, &p.l_vq,
                              &p.l_vv, &p.w_v0, &p.w_v1})
-      for (std::size_t l = 0; l < kLanes; ++l) {
-        require(std::isfinite((*lane)[l]), "the propagator is not finite");
-        require(block * kLanes + l < static_cast<std::size_t>(plan_.num_elastic) || (*lane)[l] == 0.0,
-                "the propagator is not zero in the padding");
-      }
+      check_lane(*lane, block);
   }
 }
 
@@ -301,6 +323,51 @@ void PlanCheck::check_publication() {
       std::all_of(plan_.published_points.begin(), plan_.published_points.end(),
                   [&](std::int32_t point) { return plan_.points[static_cast<std::size_t>(point)].row >= 0; }),
       "a published point has no rows");
+}
+
+void PlanCheck::check_left_out() {
+  require(plan_.parts.empty() || plan_.parts.size() == kNumParts, "not every part is told");
+  for (std::size_t k = 0; k < plan_.parts.size(); ++k) {
+    const PlanPart& part = plan_.parts[k];
+    require(part.part == static_cast<Part>(k) && part.count >= 0, "the parts are not in order");
+    for (const double error : {part.error, part.share, part.link_error, part.error_per_force,
+                               part.share_per_force, part.link_error_per_force})
+      require(is_at_least(error, 0.0), "the error of a part is not >= 0");
+  }
+  require(is_at_least(plan_.tolerance, 0.0) && is_at_least(plan_.horizon, 0.0),
+          "the tolerance or horizon is not >= 0");
+  require(plan_.mode_numbers.empty() ||
+              (plan_.mode_numbers.size() == static_cast<std::size_t>(plan_.num_elastic) &&
+               are_ascending(plan_.mode_numbers) && (plan_.num_elastic == 0 || plan_.mode_numbers.front() >= 1)),
+          "the numbers of the modes do not ascend from 1");
+  require(are_finite(plan_.scope.normal_B) && are_finite(plan_.scope.R_WB), "the scope of commands is not finite");
+  require(plan_.turns || (plan_.feedbacks.empty() && plan_.attractor_mu == 0.0 && !plan_.has_spin_load),
+          "a body that cannot turn is turned by a field or feedback");
+}
+
+void PlanCheck::check_wide() {
+  require(plan_.wide.size() <= 1, "there is more than one wide plan");
+  require(plan_.wide_modes.empty() || !plan_.wide.empty(), "places of modes without a wide plan");
+  if (plan_.wide.empty() || !error_.empty()) return;
+  const Plan& wide = plan_.wide.front();
+  if (const std::string why = find_inconsistency(wide); !why.empty()) return require(false, "wide plan: " + why);
+  const auto fits = [&](bool holds) { require(holds, "the wide plan is of another structure"); };
+  fits(wide.wide.empty() && !wide.scope.lacks_rotation && !wide.scope.lacks_out_of_plane);
+  fits(plan_.fidelity < Fidelity::kCoupled && wide.fidelity == plan_.fidelity);
+  fits(wide.period == plan_.period && wide.points.size() == plan_.points.size() &&
+       wide.groups.size() == plan_.groups.size() && wide.link_outputs.size() == plan_.link_outputs.size() &&
+       wide.histories.size() == plan_.histories.size() && wide.published_points == plan_.published_points &&
+       wide.published_groups == plan_.published_groups);
+  if (!error_.empty()) return;
+  for (std::size_t i = 0; i < plan_.points.size(); ++i)
+    fits(wide.points[i].r == plan_.points[i].r && (wide.points[i].row >= 0) == (plan_.points[i].row >= 0));
+  for (std::size_t k = 0; k < plan_.link_outputs.size(); ++k)
+    fits(wide.link_outputs[k].num_rows == plan_.link_outputs[k].num_rows &&
+         wide.link_outputs[k].link == plan_.link_outputs[k].link);
+  require(plan_.wide_modes.size() == static_cast<std::size_t>(plan_.num_elastic) &&
+              are_ascending(plan_.wide_modes) &&
+              are_indices(plan_.wide_modes, static_cast<std::size_t>(wide.num_elastic)),
+          "the places of modes in the wide plan are wrong");
 }
 
 }  // namespace

@@ -209,6 +209,15 @@ struct Initial {
   Origin origin;
 };
 
+/// What a plan may do without   (THEORY section 14).
+struct LeaveOut {
+  double tolerance = 0.0;  // [-] modes with a smaller share of what is asked for go; 0: none
+  double horizon = 10.0;   // [s] > 0, simulated time over which that share and its error are judged
+  OnNeed on_need = OnNeed::kKeep;
+  std::array<bool, kNumParts> keeps{};  // by Part: stays whatever the scene needs
+  Origin origin;
+};
+
 /// What goes out and how often. A rate of 0 switches a channel off.
 struct Publication {
   double state_rate = 50.0;   // [Hz]
@@ -234,6 +243,7 @@ struct Scene {
   Attractor attractor;
   Fidelity fidelity = Fidelity::kSeparated;
   std::vector<Feedback> feedbacks;
+  LeaveOut leave_out;
   Initial initial;
   Publication publication;
   std::vector<int> pushable;  // points that commands may name, indices into points

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/model/leave_out.hpp"
 #include "service/io/input.hpp"
 #include "service/io/scene_report.hpp"
 
@@ -102,7 +103,7 @@ PlanResult load_plan(const std::string& path) {
   result.sources = std::move(scene.sources);
   if (!scene.scene) return result;
   const std::optional<Structure> structure = build_structure(*scene.scene, result.faults);
-  if (structure) result.plan = compile_plan(*scene.scene, *structure, result.faults);
+  if (structure) result.plan = compile_lean_plan(*scene.scene, *structure, result.faults);
   return result;
 }
 

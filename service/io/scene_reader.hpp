@@ -70,6 +70,9 @@ class SceneReader {
   void read_wrenches(const Node& node, const std::string& label, Load& load);
   History read_history(const Fields& fields);
 
+  // scene_leave_out.cpp
+  void read_leave_out(const Node& node);
+
   // scene_feedback.cpp
   void read_feedbacks(const Node& node);
   void read_feedback(const Node& node);
