@@ -14,6 +14,9 @@ namespace {
 // ticks that are followed at most: a second or so for the largest scenes
 constexpr std::int64_t kMostTicks = 200'000;
 
+// [-] rounding of sums over thousands of modes, and of what they are compared with
+constexpr double kSummed = 1.0 + 1e-9;
+
 // looks at displacements during a run: each costs as much as hundreds of ticks
 constexpr std::int64_t kLooks = 500;
 
@@ -173,9 +176,9 @@ class Choice {
   }
 
   void account(const Structure& structure, const std::vector<int>& left_out, PlanPart& part) const {
-    part.error = built_in_error(left_out);
+    part.error = kSummed * built_in_error(left_out);
     if (swings_.largest > 0.0) part.share = part.error / swings_.largest;
-    part.error_per_force = largest_of(summed(sizes_, pushes_.any, left_out));
+    part.error_per_force = kSummed * largest_of(summed(sizes_, pushes_.any, left_out));
     part.share_per_force = push_share(left_out);
     for (const LinkForceRows& force : structure.link_forces)
       for (Eigen::Index k = 0; k < force.rows.rows(); ++k) {
@@ -186,8 +189,8 @@ class Choice {
           error += std::abs(force.rows(k, l)) * swings_.dynamic[l] + by_rate * swings_.rate[l];
           by_push += (std::abs(force.rows(k, l)) + by_rate * structure.omega[l]) * pushes_.any.col(l);
         }
-        part.link_error = std::max(part.link_error, error);
-        part.link_error_per_force = std::max(part.link_error_per_force, largest_of(by_push));
+        part.link_error = std::max(part.link_error, kSummed * error);
+        part.link_error_per_force = std::max(part.link_error_per_force, kSummed * largest_of(by_push));
       }
   }
 
