@@ -41,6 +41,8 @@ void copy_motion(const State& from, State& to) noexcept {
   to.force_W = from.force_W;
   to.moment_B = from.moment_B;
   std::ranges::copy(from.Q, to.Q.begin());
+  std::ranges::copy(from.coupled.momentum, to.coupled.momentum.begin());
+  to.coupled.w_B = from.coupled.w_B;
 }
 
 }  // namespace

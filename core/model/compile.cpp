@@ -6,7 +6,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/model/compile_coupled.hpp"
+#include "core/model/rungs.hpp"
 #include "core/model/coupling.hpp"
 #include "core/model/faults.hpp"
 #include "core/model/histories.hpp"
@@ -341,6 +341,10 @@ void compile_publication(const Publication& publication, Plan& plan) {
 
 std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure, Faults& faults,
                                  const CodeLeftOut& left_out) {
+  if (scene.fidelity == Fidelity::kRigid && structure.omega.size() > 0) {
+    const Reduced rigid = without_modes(scene, structure, faults);
+    return compile_plan(rigid.scene, rigid.structure, faults, left_out);
+  }
   Plan plan;
   plan.damps = left_out.damps;
   plan.falls = left_out.falls;
@@ -363,6 +367,7 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   if (is_coupled(plan)) compile_coupled(scene, structure, plan, faults);
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, scene.rate);
+  check_bar_phase(plan, faults);
   warn_of_growth(scene, plan, faults);
   warn_of_ticks(scene, plan, faults);
   if (has_error(faults)) return std::nullopt;

@@ -6,6 +6,7 @@
 
 #include "core/model/compile.hpp"
 #include "core/model/faults.hpp"
+#include "core/model/rungs.hpp"
 
 namespace freeflex {
 namespace {
@@ -55,6 +56,7 @@ class PlanCheck {
     if (error_.empty()) check_coupling();
     if (error_.empty()) check_initial();
     if (error_.empty()) check_publication();
+    if (error_.empty()) error_ = find_rung_inconsistency(plan_);
     if (error_.empty()) check_left_out();
     if (error_.empty()) check_wide();
     return error_;
@@ -230,7 +232,7 @@ void PlanCheck::check_pattern(const LoadPattern& pattern, const std::string& who
     require(are_finite(pattern.direct_force_W[index]), who + ": a direct force is not finite");
   }
   require_rows(pattern.table, pattern.uses_table ? 9 : 0, who + ": the table");
-  if (pattern.has_body)
+  if (pattern.has_body && !is_coupled(plan_))
     require_rows(pattern.Q_B, 1, who + ": Q_B");
   else
     require(pattern.Q_B.empty(), who + ": Q_B without a load in body axes");

@@ -1,9 +1,25 @@
-#include "core/model/compile_coupled.hpp"
+#include "core/model/rungs.hpp"
 
 #include "core/model/faults.hpp"
 #include "core/model/propagator.hpp"
 
 namespace freeflex {
+
+Reduced without_modes(const Scene& scene, const Structure& structure, Faults& faults) {
+  if (!scene.initial.points.empty() || !scene.initial.modes.empty())
+    add_warning(faults, scene.initial.origin,
+                "the initial elastic state is left out: fidelity is rigid; take separated or a rung above it");
+  InitialModes at_rest;
+  at_rest.q = at_rest.q_dot = Eigen::VectorXd::Zero(structure.omega.size());
+  Reduced rigid = reduce(scene, structure, at_rest, {});
+  if (!scene.publication.links.empty())
+    add_warning(faults, {},
+                "no forces of links are published: fidelity is rigid, and links carry load only where something "
+                "deforms; take separated or a rung above it");
+  rigid.scene.publication.links.clear();
+  rigid.structure.link_forces.clear();
+  return rigid;
+}
 
 void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   if (structure.num_constraints > 0)
@@ -52,6 +68,17 @@ void set_coupled_period(Plan& plan) {
     const ModeFunctions functions = mode_functions(plan.omega[l], plan.decay[l], plan.period);
     for (std::size_t k = 0; k < functions.size(); ++k) plan.coupled.functions[k * n + l] = functions[k];
   }
+}
+
+void check_bar_phase(const Plan& plan, Faults& faults) {
+  if (plan.fidelity < Fidelity::kExactBars || plan.num_elastic == 0) return;
+  const double omega = plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1];
+  if (omega * plan.period <= kMaxBarPhase) return;
+  add_error(faults, {},
+            join_text("fidelity exact-bars at ", 1.0 / plan.period, " Hz: the stiffest mode, ", omega,
+                      " rad/s, turns by ", omega * plan.period, " rad a tick, and true bar forces hold to ",
+                      kMaxBarPhase, "; raise the rate to ", omega / kMaxBarPhase,
+                      " Hz or more, soften the stiffest bars, or take fidelity: coupled"));
 }
 
 }  // namespace freeflex

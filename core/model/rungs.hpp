@@ -1,0 +1,30 @@
+// What a rung of the fidelity ladder needs of a plan beside the separated equations (THEORY section 12).
+#pragma once
+
+#include "core/model/reduce.hpp"
+#include "core/step/plan.hpp"
+
+namespace freeflex {
+
+/// The scene and its structure on the rigid rung: no mode. Warns of elastic state and link forces, which go with them.
+Reduced without_modes(const Scene& scene, const Structure& structure, Faults& faults);
+
+/// Fills plan.coupled but for what depends on the period. Errors: rigid links, acceleration feedback.
+/// \pre modes, points and coupling of the plan stand; its rung is coupled or above
+void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
+
+/// What find_inconsistency says of the rung.
+std::string find_rung_inconsistency(const Plan& plan);
+
+/// Largest omega h of any mode on the exact-bars rung [-]. The difference of true from linear bar forces acts stage by
+/// stage, and beside stiff bars it loses its order: at this size the elastic error of a 20-point truss that turns
+/// at 5 rad/s is some 1 %, and it grows with the square (tests/motion/rungs_test).
+inline constexpr double kMaxBarPhase = 1000.0;
+
+/// PlanCoupled::functions for the plan's period.
+void set_coupled_period(Plan& plan);
+
+/// An error when the period is too long for the exact-bars rung.  \pre set_coupled_period
+void check_bar_phase(const Plan& plan, Faults& faults);
+
+}  // namespace freeflex

@@ -1,0 +1,74 @@
+// What must hold in a plan of the coupled rungs before it is stepped.
+#include <algorithm>
+#include <cmath>
+
+#include "core/model/rungs.hpp"
+
+namespace freeflex {
+namespace {
+
+template <typename Sequence>
+bool are_finite(const Sequence& values) {
+  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+}
+
+bool is_sized(const std::vector<Vec3>& values, std::size_t size) {
+  return values.size() == size &&
+         std::all_of(values.begin(), values.end(), [](const Vec3& value) { return are_finite(value); });
+}
+
+bool is_sized(const LoadSums& sums, std::size_t points, std::size_t groups) {
+  return is_sized(sums.force_W, points) && is_sized(sums.force_B, points) &&
+         is_sized(sums.group_force_W, groups) && is_sized(sums.group_torque_W, groups) &&
+         is_sized(sums.group_force_B, groups) && is_sized(sums.group_torque_B, groups);
+}
+
+bool is_bar(const Plan& plan, const PlanBar& bar) {
+  const auto is_point = [&](std::int32_t point) {
+    return point >= 0 && static_cast<std::size_t>(point) < plan.points.size();
+  };
+  return bar.link >= 0 && static_cast<std::size_t>(bar.link) < plan.links.size() && is_point(bar.first) &&
+         is_point(bar.second) && bar.first != bar.second && std::isfinite(bar.stiffness) && bar.stiffness > 0.0 &&
+         std::isfinite(bar.length) && bar.length > 0.0 && are_finite(bar.direction);
+}
+
+std::string find_in_histories(const Plan& plan) {
+  for (const PlanHistory& history : plan.histories) {
+    const LoadPattern& pattern = history.pattern;
+    if (!is_coupled(plan) && !is_sized(pattern.sums, 0, 0))
+      return "history '" + history.name + "' has sums of loads, which only coupled rungs use";
+    if (!is_coupled(plan)) continue;
+    if (!is_sized(pattern.sums, plan.points.size(), plan.groups.size()))
+      return "the sums of loads of history '" + history.name + "' do not have one value a point and group";
+    if (pattern.uses_table || pattern.num_direct > 0)
+      return "history '" + history.name + "' has generalized forces, which coupled rungs do not use";
+  }
+  return {};
+}
+
+}  // namespace
+
+std::string find_rung_inconsistency(const Plan& plan) {
+  if (plan.fidelity < Fidelity::kRigid || plan.fidelity > Fidelity::kExactBars) return "the rung is of no known kind";
+  if (std::string error = find_in_histories(plan); !error.empty()) return error;
+  const PlanCoupled& coupled = plan.coupled;
+  if (!is_coupled(plan))
+    return coupled.functions.empty() && coupled.bars.empty() ? "" : "there is more than the rung needs";
+  const auto num_points = static_cast<std::int64_t>(plan.points.size());
+  if (plan.num_elastic != 3 * num_points - plan.rigid_freedoms || plan.num_padded != plan.num_moving)
+    return "a coupled rung needs every elastic mode and nothing besides";
+  for (std::size_t i = 0; i < plan.points.size(); ++i)
+    if (plan.points[i].row != static_cast<std::int32_t>(i)) return "the rows of a coupled rung are not those of its points";
+  constexpr std::size_t kRows = std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions};
+  if (coupled.functions.size() != kRows * static_cast<std::size_t>(plan.num_padded) || !are_finite(coupled.functions))
+    return "the functions of the modes do not have their size or are not finite";
+  if (plan.coupling.path != PlanCoupling::Path::kNone) return "a coupled rung has no other coupling of modes";
+  for (const PlanFeedback& feedback : plan.feedbacks)
+    if (!feedback.Q_rows.empty()) return "acceleration feedback on a coupled rung";
+  for (std::size_t k = 0; k < coupled.bars.size(); ++k)
+    if (!is_bar(plan, coupled.bars[k]) || (k > 0 && coupled.bars[k - 1].link >= coupled.bars[k].link))
+      return "a bar is out of range or out of order";
+  return {};
+}
+
+}  // namespace freeflex

@@ -1,0 +1,126 @@
+// Scenes and measures of the fidelity ladder.
+#pragma once
+
+#include "tests/reference/separated_cases.hpp"
+
+namespace freeflex::testing {
+
+/// Free truss of five sections at x = 0 .. 4 m, corners at (y, z) = (0,0), (1,0), (1,1), (0,1), 1 kg each; springs of
+/// 1e5 N/m: per section c to c+1 (cyclic) and 0 to 2, per bay c to c and c to c+1. Spin about z [rad/s]; force along
+/// world z [N] on corner (1,1) of the last section for 0.1 s.
+inline Scene boxed_truss(double spin, double force) {
+  constexpr double kCorners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
+  Scene scene;
+  scene.name = "boxed truss";
+  const auto join = [&](int a, int b) {
+    Link link;
+    link.name = std::to_string(scene.links.size());
+    link.points = {a, b};
+    link.kind = Spring{1e5};
+    scene.links.push_back(link);
+  };
+  for (int i = 0; i < 5; ++i)
+    for (int c = 0; c < 4; ++c) {
+      PointMass point;
+      point.name = std::to_string(4 * i + c);
+      point.mass = 1.0;
+      point.position = {1.0 * i, kCorners[c][0], kCorners[c][1]};
+      scene.points.push_back(point);
+      scene.publication.points.push_back(4 * i + c);
+      scene.pushable.push_back(4 * i + c);
+    }
+  for (int i = 0; i < 5; ++i) {
+    for (int c = 0; c < 4; ++c) join(4 * i + c, 4 * i + (c + 1) % 4);
+    join(4 * i, 4 * i + 2);
+  }
+  for (int i = 0; i < 4; ++i)
+    for (int c = 0; c < 4; ++c) {
+      join(4 * i + c, 4 * i + 4 + c);
+      join(4 * i + c, 4 * i + 4 + (c + 1) % 4);
+    }
+  Load load;
+  load.name = "push";
+  load.forces.push_back({18, {0.0, 0.0, force}});
+  load.history = PulseHistory{0.0, 0.1};
+  scene.loads.push_back(load);
+  scene.initial.angular_velocity = {0.0, 0.0, spin};
+  return scene;
+}
+
+/// The scene after `end` [s] on a rung at step h [s].
+inline Simulation run_rung(Scene scene, Fidelity rung, double h, double end) {
+  scene.fidelity = rung;
+  scene.rate = 1.0 / h;
+  Simulation simulation(scene);
+  simulation.run(std::llround(end / h));
+  return simulation;
+}
+
+inline Eigen::Matrix3Xd elastic_of(const Scene& scene, const Simulation& simulation) {
+  const auto n = static_cast<Eigen::Index>(scene.points.size());
+  Eigen::VectorXd mass(n);
+  Eigen::Matrix3Xd rest(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
+    rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+  }
+  return elastic_displacements(mass, rest, simulation.positions_W());
+}
+
+/// The full system at `end` [s].
+struct Truth {
+  Scene scene;
+  Eigen::Matrix3Xd p_W;  // [m]
+};
+inline Truth truth_of(const Scene& scene, double end) {
+  std::string error;
+  const auto system = make_cartesian_system(scene, error);
+  EXPECT_TRUE(system.has_value()) << error;
+  const double times[] = {end};
+  const ReferenceRun run = integrate(*system, times);
+  EXPECT_EQ(run.error, "");
+  return {scene, run.states.at(0).p_W};
+}
+
+struct Errors {
+  double position, elastic;  // [m] rms over points, [-]
+};
+inline Errors errors_of(const Simulation& simulation, const Truth& truth) {
+  const auto n = static_cast<Eigen::Index>(truth.scene.points.size());
+  Eigen::VectorXd mass(n);
+  Eigen::Matrix3Xd rest(3, n);
+  for (Eigen::Index i = 0; i < n; ++i) {
+    mass[i] = truth.scene.points[static_cast<std::size_t>(i)].mass;
+    rest.col(i) = truth.scene.points[static_cast<std::size_t>(i)].position;
+  }
+  const Eigen::Matrix3Xd p = simulation.positions_W();
+  return {(p - truth.p_W).norm() / std::sqrt(static_cast<double>(n)),
+          elastic_error(elastic_displacements(mass, rest, p), elastic_displacements(mass, rest, truth.p_W))};
+}
+
+inline double energy_of(const Simulation& simulation) {
+  const Invariants invariants = read_invariants(simulation.plan, simulation.state);
+  return invariants.kinetic_rigid + invariants.kinetic_elastic + invariants.potential;
+}
+
+/// After the load: the total energy drifts by at most 1e-8 of itself in each `ticks` at 1 ms, `rounds` times.
+inline void expect_energy_kept(Scene scene, std::int64_t ticks, int rounds) {
+  scene.fidelity = Fidelity::kCoupled;
+  scene.rate = 1000.0;
+  Simulation simulation(scene);
+  simulation.run(100);
+  const Invariants start = read_invariants(simulation.plan, simulation.state);
+  const double energy = energy_of(simulation);
+  double last = energy, worst = 0.0;
+  for (int round = 0; round < rounds; ++round) {
+    simulation.run(ticks);
+    worst = std::max(worst, std::abs(energy_of(simulation) - last) / energy);
+    last = energy_of(simulation);
+  }
+  std::printf("energy %.3e J, elastic share %.2f: worst drift over %lld ticks %.1e, over all %lld ticks %.1e\n", energy,
+              (start.kinetic_elastic + start.potential) / energy, static_cast<long long>(ticks), worst,
+              static_cast<long long>(ticks * rounds), std::abs(last - energy) / energy);
+  EXPECT_LT(worst, 1e-8);
+}
+
+}  // namespace freeflex::testing
