@@ -6,6 +6,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/model/budget.hpp"
 #include "core/model/rungs.hpp"
 #include "core/model/coupling.hpp"
 #include "core/model/faults.hpp"
@@ -138,8 +139,8 @@ std::vector<bool> points_with_rows(const Scene& scene) {
   for (const Load& load : scene.loads)
     for (const PointLoad& each : load.forces) use(each.point);
   for (const Feedback& feedback : scene.feedbacks) use(feedback.point);
-  // on coupled rungs every point moves the body
-  if (scene.fidelity >= Fidelity::kCoupled) used.assign(used.size(), true);
+  // on coupled rungs every point moves the body, and a budget looks at each
+  if (scene.fidelity >= Fidelity::kCoupled || scene.error_budget.horizon > 0.0) used.assign(used.size(), true);
   return used;
 }
 
@@ -393,6 +394,8 @@ void set_rate(Plan& plan, double rate) {
   if (!plan.damps) drop_damping(plan.propagator);
   for (PlanHistory& history : plan.histories) set_history_ticks(history, plan.period);
   for (Plan& wide : plan.wide) set_rate(wide, rate);
+  for (PlanShadow& shadow : plan.budget.shadows) set_rate(shadow.plan, rate * shadow.substeps);
+  if (plan.budget.horizon > 0.0) plan.budget.horizon_ticks = horizon_in_ticks(plan.budget.horizon, plan.period);
 }
 
 }  // namespace freeflex

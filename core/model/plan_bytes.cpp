@@ -104,6 +104,11 @@ void fields(Archive& archive, T& s) {
   all_of(archive, s.force_W, s.force_B, s.group_force_W, s.group_torque_W, s.group_force_B, s.group_torque_B);
 }
 
+template <typename Archive, Is<PlanShadow> T>
+void fields(Archive& archive, T& s) {
+  all_of(archive, s.kind, s.substeps, s.plan);
+}
+
 template <typename Archive, Is<PlanHistory> T>
 void fields(Archive& archive, T& h) {
   all_of(archive, h.name, h.kind, h.pulse_start, h.pulse_duration, h.start_tick, h.end_tick, h.frequency,
@@ -133,6 +138,8 @@ void fields(Archive& archive, T& p) {
   all_of(archive, p.damps, p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers, p.scope,
          p.wide_modes);
   archive.nested(p.wide);
+  all_of(archive, p.budget.horizon, p.budget.horizon_ticks);
+  archive.nested(p.budget.shadows);
 }
 
 template <typename T>
@@ -164,7 +171,10 @@ class Writer {
   void operator()(const std::array<T, N>& values) {
     for (const T& each : values) (*this)(each);
   }
-  void nested(const std::vector<Plan>& plans) { sequence(plans); }
+  template <typename T>
+  void nested(const std::vector<T>& plans) {
+    sequence(plans);
+  }
   std::vector<std::byte> take() { return std::move(bytes_); }
 
  private:
@@ -199,7 +209,8 @@ class Reader {
     for (T& each : values) (*this)(each);
   }
   /// A plan within a plan holds no other.
-  void nested(std::vector<Plan>& plans) {
+  template <typename T>
+  void nested(std::vector<T>& plans) {
     if (is_nested_) {
       std::uint64_t count = 0;
       scalar(count);

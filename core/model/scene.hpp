@@ -6,6 +6,7 @@
 #include <Eigen/SparseCore>
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <utility>
 #include <variant>
@@ -229,6 +230,19 @@ struct Publication {
   std::vector<int> groups;    // indices into Scene::groups
 };
 
+/// The live error budget: how far the motion is from that of the best equations and a finer step (THEORY X96).
+struct ErrorBudget {
+  double horizon = 0.0;  // [s] over which errors are counted before the comparison starts again; 0: none
+  Origin origin;
+};
+
+/// `fidelity: auto`: the cheapest rung within these over the horizon (THEORY X99).
+struct AutomaticRung {
+  std::optional<double> position, attitude, elastic;  // [m] rms, [rad], [-]; at least one
+  double horizon = 0.0;                               // [s] > 0
+  Origin origin;
+};
+
 struct Scene {
   std::string name;
   std::vector<std::string> sources;  // file names, as the person wrote them
@@ -241,7 +255,9 @@ struct Scene {
   Damping damping;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2] uniform, world axes
   Attractor attractor;
-  Fidelity fidelity = Fidelity::kSeparated;
+  Fidelity fidelity = Fidelity::kSeparated;  // what was chosen, with `automatic`
+  std::optional<AutomaticRung> automatic;
+  ErrorBudget error_budget;
   std::vector<Feedback> feedbacks;
   LeaveOut leave_out;
   Initial initial;

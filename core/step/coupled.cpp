@@ -252,10 +252,10 @@ BarForce bar_force(const PlanBar& bar, const Vec3& d) noexcept {
   return {tension, add_scaled(scale(tension / l, x), -bar.stiffness * along, bar.direction)};
 }
 
-void set_initial_coupled(const Plan& plan, State& state) noexcept {
+void set_coupled_motion(const Plan& plan, const Vec3& w_B, State& state) noexcept {
   CoupledState& coupled = state.coupled;
   const std::size_t n = index(plan.num_padded);
-  const Vec3& w = coupled.w_B = plan.initial.w_WB_B;
+  const Vec3& w = coupled.w_B = w_B;
   std::copy(state.q_dot.begin(), state.q_dot.end(), coupled.momentum.begin());
   Vec3 H{};
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
@@ -272,6 +272,7 @@ void set_initial_coupled(const Plan& plan, State& state) noexcept {
     combine_rows(rows, scale(point.mass / plan.mass, cross(w, V)), true, n, coupled.momentum.data());
   }
   state.H_W = multiply(rotation_matrix(state.q_WB), H);
+  state.H_W_low = {};
   coupled.has_rates = false;
 }
 

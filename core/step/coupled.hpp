@@ -6,8 +6,9 @@
 
 namespace freeflex {
 
-/// Momenta and rates of the coupled rungs from the initial motion of the plan.  \pre state.q, q_dot, q_WB stand
-void set_initial_coupled(const Plan& plan, State& state) noexcept;
+/// Momenta of the coupled rungs from the motion (X91).  \pre state.q, q_dot, q_WB stand
+/// \param w_B  [rad/s] angular velocity of the frame, body axes
+void set_coupled_motion(const Plan& plan, const Vec3& w_B, State& state) noexcept;
 
 /// Scratch for advance_coupled_rung, sized for the plan.
 CoupledWorkspace make_coupled_workspace(const Plan& plan);

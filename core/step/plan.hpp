@@ -234,6 +234,15 @@ struct CommandScope {
   Mat3 R_WB{};      // [-] attitude at the start, which stays but for turns about the normal
 };
 
+struct PlanShadow;
+
+/// The live error budget: what steps beside the state   (THEORY X96). Empty: none.
+struct PlanBudget {
+  double horizon = 0.0;            // [s] after which the shadows start again from the state; 0: no budget
+  std::int64_t horizon_ticks = 0;  // the same, at least 1
+  std::vector<PlanShadow> shadows;
+};
+
 struct Plan {
   std::string name;
   std::uint64_t scene_hash = 0;
@@ -291,9 +300,22 @@ struct Plan {
   double horizon = 0.0;                           // [s] over which their errors were judged
   std::vector<std::int32_t> mode_numbers;         // (num_elastic) from 1, of the scene's modes; empty: all
   CommandScope scope;
+  PlanBudget budget;
   // none or one: the plan that is stepped from the tick at which a command needs a part left out here
   std::vector<Plan> wide;
   std::vector<std::int32_t> wide_modes;  // (num_elastic) index in the wide plan, ascending; empty without one
+};
+
+/// A better plan of the same scene, all modes and all points in it, that makes `substeps` steps a tick.
+struct PlanShadow {
+  enum class Kind : std::int32_t {
+    kBest = 0,   // the highest rung
+    kFine = 1,   // the plan's own rung at half the period
+    kWhole = 2,  // the plan's own rung and period, no mode left out
+  };
+  Kind kind = Kind::kBest;
+  std::int32_t substeps = 1;
+  Plan plan;
 };
 
 /// True on the rungs where elastic motion acts back on the body.

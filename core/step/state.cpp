@@ -48,7 +48,7 @@ void set_initial(const Plan& plan, State& state) {
   std::fill(state.Q.begin(), state.Q.end(), 0.0);
   state.num_slots = 0;
   state.slots_changed = true;
-  if (is_coupled(plan)) set_initial_coupled(plan, state);
+  if (is_coupled(plan)) set_coupled_motion(plan, initial.w_WB_B, state);
 }
 
 }  // namespace

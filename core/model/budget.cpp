@@ -1,0 +1,148 @@
+#include "core/model/budget.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/model/compile.hpp"
+#include "core/model/faults.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr Fidelity kTop = Fidelity::kExactBars;
+
+// the scene on another rung, with nothing to publish
+Scene shadow_scene(const Scene& scene, Fidelity rung, std::int32_t substeps) {
+  Scene shadow = scene;
+  shadow.fidelity = rung;
+  shadow.rate = scene.rate * substeps;
+  shadow.publication.links.clear();
+  // its budget is nobody's, but every point is looked at
+  shadow.error_budget.horizon = scene.error_budget.horizon;
+  return shadow;
+}
+
+bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind kind, Fidelity rung,
+                std::int32_t substeps, Plan& plan, Faults& faults) {
+  Faults own;
+  Structure unread = structure;
+  unread.link_forces.clear();
+  unread.constraint_shapes.resize(structure.shapes.rows(), 0);
+  std::optional<Plan> compiled = compile_plan(shadow_scene(scene, rung, substeps), unread, own);
+  if (!compiled) {
+    for (const Fault& fault : own)
+      if (fault.severity == Fault::Severity::kError)
+        add_error(faults, fault.origin,
+                  join_text("error_budget: the equations it compares with, fidelity ", name_of(rung), " at ",
+                            scene.rate * substeps, " Hz, cannot carry the scene: ", fault.message,
+                            "; or leave error_budget out"));
+    return false;
+  }
+  plan.budget.shadows.push_back({kind, substeps, std::move(*compiled)});
+  return true;
+}
+
+void set_horizon(double horizon, Plan& plan) {
+  plan.budget.horizon = horizon;
+  plan.budget.horizon_ticks = horizon_in_ticks(horizon, plan.period);
+}
+
+bool is_within(double error, const std::optional<double>& tolerance) { return !tolerance || error <= *tolerance; }
+
+RungError try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
+  RungError result;
+  result.rung = rung;
+  Scene tried = scene;
+  tried.fidelity = rung;
+  tried.publication.links.clear();
+  // longer than the run, so that errors grow from its start
+  tried.error_budget.horizon = 2.0 * scene.automatic->horizon;
+  Faults own;
+  std::optional<Plan> plan = compile_plan(tried, structure, own);
+  if (!plan) {
+    faults.insert(faults.end(), own.begin(), own.end());
+    return result;
+  }
+  set_horizon(tried.error_budget.horizon, *plan);
+  if (!add_shadow(tried, structure, PlanShadow::Kind::kBest, kTop, rung >= Fidelity::kCoupled ? 2 : 1, *plan, faults))
+    return result;
+  State state = make_state(*plan);
+  Workspace workspace = make_workspace(*plan);
+  Budget budget = make_budget(*plan);
+  StepReport report;
+  const std::int64_t ticks = std::max<std::int64_t>(1, std::llround(scene.automatic->horizon / plan->period));
+  for (std::int64_t k = 1, sample = 1; k <= ticks; ++k) {
+    prepare_budget(*plan, state, budget);
+    step(*plan, state, {}, workspace, report);
+    follow_step(*plan, state, false, budget);
+    if (report.status != StepStatus::kOk || budget.is_lost) return result;
+    if (k * kRungSamples < sample * ticks) continue;
+    ++sample;
+    const ErrorSize error = read_budget(*plan, state, budget).total;
+    result.worst.position = std::max(result.worst.position, error.position);
+    result.worst.attitude = std::max(result.worst.attitude, error.attitude);
+    result.worst.elastic = std::max(result.worst.elastic, error.elastic);
+  }
+  result.is_finite = std::isfinite(result.worst.position) && std::isfinite(result.worst.elastic);
+  const AutomaticRung& asked = *scene.automatic;
+  result.meets = result.is_finite && is_within(result.worst.position, asked.position) &&
+                 is_within(result.worst.attitude, asked.attitude) && is_within(result.worst.elastic, asked.elastic);
+  return result;
+}
+
+std::string describe(const std::vector<RungError>& tried) {
+  std::string text;
+  for (const RungError& each : tried) {
+    text += (text.empty() ? "" : ", ") + std::string(name_of(each.rung));
+    text += each.is_finite ? join_text(" ", each.worst.position, " m, ", each.worst.attitude, " rad, elastic ",
+                                       each.worst.elastic)
+                           : std::string(" leaves the numbers");
+  }
+  return text;
+}
+
+}  // namespace
+
+const char* name_of(Fidelity rung) {
+  static constexpr std::array kNames{"rigid", "separated", "spin-loaded", "coupled", "exact-bars"};
+  return kNames[static_cast<std::size_t>(rung)];
+}
+
+std::int64_t horizon_in_ticks(double horizon, double period) {
+  constexpr double kForever = 1e15;  // far inside 64 bits, also times substeps
+  return std::max<std::int64_t>(1, std::llround(std::min(horizon / period, kForever)));
+}
+
+void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
+  if (scene.error_budget.horizon <= 0.0) return;
+  if (!plan.wide.empty()) {
+    add_error(faults, scene.error_budget.origin,
+              "error_budget does not go with leave_out: {on_need: replan}, which changes the plan in motion; take "
+              "on_need: keep or refuse");
+    return;
+  }
+  set_horizon(scene.error_budget.horizon, plan);
+  const std::int32_t substeps = is_coupled(plan) ? 2 : 1;
+  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, kTop, substeps, plan, faults)) return;
+  if (plan.fidelity != kTop && !add_shadow(scene, structure, PlanShadow::Kind::kFine, plan.fidelity, 2, plan, faults))
+    return;
+  const bool lacks_modes = plan.fidelity != Fidelity::kRigid && !plan.mode_numbers.empty() &&
+                           plan.mode_numbers.size() < static_cast<std::size_t>(structure.omega.size());
+  if (lacks_modes) add_shadow(scene, structure, PlanShadow::Kind::kWhole, plan.fidelity, 1, plan, faults);
+}
+
+std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<RungError>& tried,
+                                    Faults& faults) {
+  for (const Fidelity rung : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
+                              Fidelity::kExactBars}) {
+    tried.push_back(try_rung(scene, structure, rung, faults));
+    if (has_error(faults)) return std::nullopt;
+    if (tried.back().meets) return rung;
+  }
+  add_error(faults, scene.automatic->origin,
+            join_text("fidelity: no rung meets the tolerance over ", scene.automatic->horizon,
+                      " s: ", describe(tried), "; allow more, take a shorter horizon, raise the rate, or load less"));
+  return std::nullopt;
+}
+
+}  // namespace freeflex

@@ -1,0 +1,39 @@
+// Shadows of a plan for its error budget, and the choice of a rung by the error it makes (THEORY X96-X99).
+#pragma once
+
+#include <optional>
+
+#include "core/model/structure.hpp"
+#include "core/step/budget.hpp"
+
+namespace freeflex {
+
+/// Fills plan.budget with the shadows that scene.error_budget asks for. Errors, at its place, when the coupled rungs
+/// cannot carry the scene.
+/// \param structure  of the scene, with all modes
+void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
+
+/// A horizon [s] in ticks, at least 1.
+std::int64_t horizon_in_ticks(double horizon, double period);
+
+/// What a rung comes to over the horizon of scene.automatic, under the loads of the scene.
+struct RungError {
+  Fidelity rung = Fidelity::kRigid;
+  ErrorSize worst;         // estimates, as BudgetReading::total, largest over the samples
+  bool is_finite = false;  // false: the rung, or the best one beside it, left the numbers
+  bool meets = false;      // every tolerance that is stated
+};
+
+/// Samples at which errors are judged over a horizon.
+inline constexpr int kRungSamples = 16;
+
+/// The cheapest rung within the tolerances of scene.automatic, and what the rungs before it come to (X99). Without one
+/// that does: an error at the place of the tolerance, and nullopt.
+/// Cost: up to five runs over the horizon, each with the best rung beside it.
+std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<RungError>& tried,
+                                    Faults& faults);
+
+/// "rigid", "separated", "spin-loaded", "coupled", "exact-bars".
+const char* name_of(Fidelity rung);
+
+}  // namespace freeflex

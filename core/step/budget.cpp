@@ -1,0 +1,149 @@
+#include "core/step/budget.hpp"
+
+#include <algorithm>
+#include <limits>
+
+#include "core/step/coupled.hpp"
+#include "core/step/kernels.hpp"
+#include "core/step/readout.hpp"
+#include "core/step/vector.hpp"
+
+namespace freeflex {
+namespace {
+
+std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
+
+/// Slots in force, that end only when they are replaced.
+void take_slots(const State& from, State& to) noexcept {
+  std::copy_n(from.slots.begin(), from.num_slots, to.slots.begin());
+  for (std::int32_t i = 0; i < from.num_slots; ++i) {
+    to.slots[index(i)].end_tick = std::numeric_limits<std::int64_t>::max();
+    to.slots[index(i)].command.lease_ticks = 0;
+  }
+  to.num_slots = from.num_slots;
+  to.slots_changed = true;
+}
+
+/// V (num_points) as elastic coordinates: q_l = sum m b . V / M   (X54).
+void to_modes(const Plan& plan, std::span<const Vec3> V, std::span<Vec3> weighted, Array& q, Array& unused) noexcept {
+  for (std::size_t i = 0; i < V.size(); ++i)
+    weighted[i] = scale(plan.points[i].mass / plan.mass, V[i]);
+  project_points(plan, weighted, weighted, q.data(), unused.data());
+}
+
+void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, Budget& budget, State& to,
+                Workspace& workspace) noexcept {
+  to.tick = state.tick * shadow.substeps;
+  to.epoch_start_tick = state.epoch_start_tick * shadow.substeps;
+  to.p_WB = state.p_WB, to.p_WB_low = state.p_WB_low;
+  to.v_WB = state.v_WB, to.v_WB_low = state.v_WB_low;
+  to.q_WB = state.q_WB, to.q_WB_low = state.q_WB_low;
+  to.H_W = state.H_W, to.H_W_low = state.H_W_low;
+  to_modes(shadow.plan, budget.V, budget.scratch, to.q, workspace.next_q);
+  to_modes(shadow.plan, budget.V_dot, budget.scratch, to.q_dot, workspace.next_q);
+  std::fill(to.q_low.begin(), to.q_low.end(), 0.0);
+  std::fill(to.q_dot_low.begin(), to.q_dot_low.end(), 0.0);
+  // loads at this tick are found afresh
+  std::fill(to.Q.begin(), to.Q.end(), 0.0);
+  if (is_coupled(shadow.plan)) set_coupled_motion(shadow.plan, angular_velocity(plan, state), to);
+  take_slots(state, to);
+}
+
+/// Of (plan, state) from (other_plan, other).
+ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan, const State& other,
+                   Budget& budget) noexcept {
+  contract_points(plan, state.q.data(), state.q.data(), budget.V, budget.scratch);
+  contract_points(other_plan, other.q.data(), other.q.data(), budget.V_other, budget.scratch);
+  const Mat3 R = rotation_matrix(state.q_WB), R_other = rotation_matrix(other.q_WB);
+  const Vec3 shift = sub(state.p_WB, other.p_WB);
+  double position = 0.0, elastic = 0.0, size = 0.0;
+  for (std::size_t i = 0; i < budget.V.size(); ++i) {
+    const Vec3 &V = budget.V[i], &V_other = budget.V_other[i], d = sub(V, V_other);
+    const Vec3 x = add(plan.points[i].r, V);
+    // R x - R' x' = (R - R') x + R' (V - V'): no difference of large numbers
+    const Vec3 turned = sub(multiply(R, x), multiply(R_other, x));
+    const Vec3 off = add(add(shift, turned), multiply(R_other, d));
+    position += dot(off, off);
+    elastic += dot(d, d);
+    size += dot(V_other, V_other);
+  }
+  ErrorSize error;
+  error.position = __builtin_sqrt(position / static_cast<double>(budget.V.size()));
+  if (elastic > 0.0) error.elastic = __builtin_sqrt(elastic / size);
+  const Quat &q = state.q_WB, &o = other.q_WB;
+  const Quat turn = multiply({q[0], -q[1], -q[2], -q[3]}, o);
+  error.attitude = 2.0 * __builtin_sqrt(turn[1] * turn[1] + turn[2] * turn[2] + turn[3] * turn[3]);
+  return error;
+}
+
+ErrorSize scaled(double factor, const ErrorSize& error) noexcept {
+  return {factor * error.position, factor * error.attitude, factor * error.elastic};
+}
+
+}  // namespace
+
+Budget make_budget(const Plan& plan) {
+  Budget budget;
+  for (const PlanShadow& shadow : plan.budget.shadows)
+    budget.shadows.push_back({make_state(shadow.plan), make_workspace(shadow.plan)});
+  if (!budget.shadows.empty())
+    for (auto* v : {&budget.V, &budget.V_dot, &budget.V_other, &budget.scratch}) v->resize(plan.points.size());
+  return budget;
+}
+
+void prepare_budget(const Plan& plan, const State& state, Budget& budget) noexcept {
+  if (budget.shadows.empty()) return;
+  const bool is_over = state.tick - budget.sync_tick >= plan.budget.horizon_ticks;
+  if (budget.is_synced && !is_over && budget.epoch == state.epoch) return;
+  contract_points(plan, state.q.data(), state.q_dot.data(), budget.V, budget.V_dot);
+  for (std::size_t k = 0; k < budget.shadows.size(); ++k)
+    put_shadow(plan, state, plan.budget.shadows[k], budget, budget.shadows[k].state, budget.shadows[k].workspace);
+  budget.is_synced = true;
+  budget.is_lost = false;
+  budget.sync_tick = state.tick;
+  budget.epoch = state.epoch;
+}
+
+void follow_step(const Plan& plan, const State& state, bool slots_changed, Budget& budget) noexcept {
+  StepReport report;
+  for (std::size_t k = 0; k < budget.shadows.size() && !budget.is_lost; ++k) {
+    const PlanShadow& shadow = plan.budget.shadows[k];
+    auto& [shadow_state, workspace] = budget.shadows[k];
+    if (slots_changed) take_slots(state, shadow_state);
+    for (std::int32_t s = 0; s < shadow.substeps; ++s) {
+      step(shadow.plan, shadow_state, {}, workspace, report);
+      budget.is_lost = budget.is_lost || report.status != StepStatus::kOk;
+    }
+  }
+}
+
+BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) noexcept {
+  BudgetReading reading;
+  reading.age = static_cast<double>(state.tick - budget.sync_tick) * plan.period;
+  reading.is_lost = budget.is_lost;
+  if (budget.shadows.empty() || budget.is_lost) return reading;
+  const auto find = [&](PlanShadow::Kind kind) -> std::ptrdiff_t {
+    for (std::size_t k = 0; k < budget.shadows.size(); ++k)
+      if (plan.budget.shadows[k].kind == kind) return static_cast<std::ptrdiff_t>(k);
+    return -1;
+  };
+  const std::ptrdiff_t best = find(PlanShadow::Kind::kBest), fine = find(PlanShadow::Kind::kFine),
+                       whole = find(PlanShadow::Kind::kWhole);
+  const auto plan_at = [&](std::ptrdiff_t k) -> const Plan& {
+    return k < 0 ? plan : plan.budget.shadows[static_cast<std::size_t>(k)].plan;
+  };
+  const auto state_at = [&](std::ptrdiff_t k) -> const State& {
+    return k < 0 ? state : budget.shadows[static_cast<std::size_t>(k)].state;
+  };
+  const auto between = [&](std::ptrdiff_t a, std::ptrdiff_t b) {
+    return distance(plan_at(a), state_at(a), plan_at(b), state_at(b), budget);
+  };
+  reading.total = scaled(kCover, between(-1, best));
+  if (whole >= 0) reading.truncation = between(-1, whole);
+  // on the best rung itself the finer shadow is the best one, and nothing is left for the model
+  reading.integration = between(whole, fine >= 0 ? fine : best);
+  if (fine >= 0) reading.model = between(fine, best);
+  return reading;
+}
+
+}  // namespace freeflex

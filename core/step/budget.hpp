@@ -1,0 +1,52 @@
+// The live error budget: shadows that step beside the state on better plans, and how far it is from them
+// (THEORY X96-X98). Same rules as the step.
+#pragma once
+
+#include "core/step/step.hpp"
+
+namespace freeflex {
+
+/// How far one state is from another, over all points.
+struct ErrorSize {
+  double position = 0.0;  // [m] root mean square over the points
+  double attitude = 0.0;  // [rad]
+  double elastic = 0.0;   // [-] |V - V'| / |V'|, body axes
+};
+
+/// What the state is off by since the shadows last stood where it does. Parts do not add up exactly: they are
+/// differences of motions.
+struct BudgetReading {
+  double age = 0.0;      // [s] of motion that the errors have grown over, at most PlanBudget::horizon
+  bool is_lost = false;  // the shadow of the full equations left the numbers: no estimate until the next horizon
+  ErrorSize total;       // estimate: kCover times the distance from the best shadow
+  ErrorSize integration, truncation, model;  // distances: period; modes left out; rung
+};
+
+/// Factor between the distance from the best shadow and the estimate. Set on 200 random scenes, shown on 200 others
+/// (tests/budget): the shadow's own errors stand in it.
+inline constexpr double kCover = 1.25;
+
+/// State of the shadows. Allocated by make_budget; nothing after.
+struct Budget {
+  struct Shadow {
+    State state;
+    Workspace workspace;
+  };
+  std::vector<Shadow> shadows;  // those of PlanBudget::shadows
+  bool is_synced = false, is_lost = false;
+  std::int64_t sync_tick = 0, epoch = 0;
+  std::vector<Vec3> V, V_dot, V_other, scratch;  // (num_points)
+};
+Budget make_budget(const Plan& plan);
+
+/// Before each step: puts the shadows where the state is, at the start, after a reset, and when the horizon is over.
+void prepare_budget(const Plan& plan, const State& state, Budget& budget) noexcept;
+
+/// After each step that was made: the shadows make it too, under the same slots.
+/// \param slots_changed  a command took effect in it, or a slot ended
+void follow_step(const Plan& plan, const State& state, bool slots_changed, Budget& budget) noexcept;
+
+/// The errors as they stand.  \pre prepare_budget was called
+BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) noexcept;
+
+}  // namespace freeflex
