@@ -6,10 +6,10 @@
 #include <cmath>
 #include <random>
 
+#include "core/reference/closed_form.hpp"
 #include "core/step/history.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
-#include "tests/step/closed_form.hpp"
 #include "tests/step/hand_plan.hpp"
 
 namespace freeflex::testing {

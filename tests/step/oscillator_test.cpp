@@ -9,7 +9,7 @@
 #include <limits>
 #include <random>
 
-#include "tests/step/closed_form.hpp"
+#include "core/reference/closed_form.hpp"
 #include "tests/step/hand_plan.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"

@@ -1,6 +1,6 @@
-#include "tests/step/closed_form.hpp"
+#include "core/reference/closed_form.hpp"
 
-namespace freeflex::testing {
+namespace freeflex {
 namespace {
 
 /// Without load.
@@ -37,4 +37,4 @@ Motion oscillate(const Real& w, const Real& d, const Real& q0, const Real& v0, c
   return {free.q + now.q, free.q_dot + now.q_dot};
 }
 
-}  // namespace freeflex::testing
+}  // namespace freeflex

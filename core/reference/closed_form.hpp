@@ -3,7 +3,7 @@
 
 #include <boost/multiprecision/cpp_bin_float.hpp>
 
-namespace freeflex::testing {
+namespace freeflex {
 
 using Real =
     boost::multiprecision::number<boost::multiprecision::cpp_bin_float<150>, boost::multiprecision::et_off>;
@@ -16,4 +16,4 @@ struct Motion {
 Motion oscillate(const Real& w, const Real& d, const Real& q0, const Real& v0, const Real& start,
                  const Real& slope, const Real& t);
 
-}  // namespace freeflex::testing
+}  // namespace freeflex
