@@ -25,6 +25,12 @@ std::int64_t ticks_between(double rate, double period) {
 
 bool is_zero(const Vec3& v) noexcept { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
 
+/// Of either plan: both have room for the larger.
+void copy_modes(const Array& from, Array& to) noexcept {
+  to.resize(from.size());
+  std::ranges::copy(from, to.begin());
+}
+
 /// What of a state is read by publication; both own vectors of the plan's sizes, so nothing is allocated.
 void copy_motion(const State& from, State& to) noexcept {
   to.tick = from.tick;
@@ -34,13 +40,16 @@ void copy_motion(const State& from, State& to) noexcept {
   to.v_WB = from.v_WB, to.v_WB_low = from.v_WB_low;
   to.q_WB = from.q_WB, to.q_WB_low = from.q_WB_low;
   to.H_W = from.H_W, to.H_W_low = from.H_W_low;
-  std::ranges::copy(from.q, to.q.begin());
-  std::ranges::copy(from.q_low, to.q_low.begin());
-  std::ranges::copy(from.q_dot, to.q_dot.begin());
-  std::ranges::copy(from.q_dot_low, to.q_dot_low.begin());
+  to.is_wide = from.is_wide;
+  to.wide_tick = from.wide_tick;
+  to.wide_need = from.wide_need;
+  copy_modes(from.q, to.q);
+  copy_modes(from.q_low, to.q_low);
+  copy_modes(from.q_dot, to.q_dot);
+  copy_modes(from.q_dot_low, to.q_dot_low);
   to.force_W = from.force_W;
   to.moment_B = from.moment_B;
-  std::ranges::copy(from.Q, to.Q.begin());
+  copy_modes(from.Q, to.Q);
   std::ranges::copy(from.coupled.momentum, to.coupled.momentum.begin());
   to.coupled.w_B = from.coupled.w_B;
 }

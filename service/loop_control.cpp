@@ -68,9 +68,10 @@ Reason Simulation::obey(const io::ControlCommand& control) noexcept {
       set_steps(steps_left_ + control.count);
       return Reason::kAccepted;
     case control_t::SHAPES:
-      if (control.count > plan_.num_elastic) return Reason::kBadControl;
-      return output_.shapes.try_push(static_cast<std::int32_t>(control.count)) ? Reason::kAccepted
-                                                                               : Reason::kQueueFull;
+      if (control.count > active_plan(plan_, state_).num_elastic) return Reason::kBadControl;
+      return output_.shapes.try_push({static_cast<std::int32_t>(control.count), state_.is_wide})
+                 ? Reason::kAccepted
+                 : Reason::kQueueFull;
     default:
       return Reason::kBadControl;
   }

@@ -43,6 +43,12 @@ struct FaultNote {
   std::int64_t sequence = 0;
 };
 
+/// A mode shape asked for: elastic mode from 1, of the plan or the wide one.
+struct ShapeRequest {
+  std::int32_t mode = 0;
+  bool is_wide = false;
+};
+
 /// What publication needs of one tick. state has its motion only: no slots, no load patterns.
 struct Snapshot {
   State state;
@@ -64,7 +70,7 @@ struct Output {
   // every one arrives
   Ring<AckEntry, kNumAcks> acks;
   Ring<AppliedEntry, kNumApplied> applied;
-  Ring<std::int32_t, kNumShapes> shapes;  // elastic modes from 1
+  Ring<ShapeRequest, kNumShapes> shapes;
   // the latest is enough; filled at the tick multiples of each channel's rate
   Box<Snapshot> state, points, loads;
   // filled when asked for

@@ -110,6 +110,7 @@ bool Publisher::send_all() {
     status_ = fresh;
     has_fresh_ = true;
     note_mode();
+    note_replan();
   }
   bool has_more = send_applied();
   has_more |= send_answers();
@@ -191,9 +192,10 @@ bool Publisher::send_applied() {
 }
 
 void Publisher::send_shapes() {
-  std::int32_t mode = 0;
-  for (int i = 0; i < Output::kNumShapes && output_.shapes.try_pop(mode); ++i) {
-    for (const auto& page : io::make_shapes_messages(plan_, mode, stamp(*status_)))
+  ShapeRequest request;
+  for (int i = 0; i < Output::kNumShapes && output_.shapes.try_pop(request); ++i) {
+    const Plan& plan = request.is_wide ? plan_.wide.front() : plan_;
+    for (const auto& page : io::make_shapes_messages(plan, request.mode, stamp(*status_)))
       send(channels::kShapes, page);
   }
 }
@@ -217,7 +219,7 @@ void Publisher::send_each_second(std::int64_t now_ns) {
   if (now_ns < second_due_ns_ || status_->mode == Mode::kStarting) return;
   second_due_ns_ = now_ns + kSecond;
   reporter_.turn();
-  for (const auto& page : io::make_scene_messages(plan_, identity_.plan_file, stamp(*status_))) {
+  for (const auto& page : io::make_scene_messages(active_plan(plan_, status_->state), identity_.plan_file, stamp(*status_))) {
     send(channels::kScene, page);
   }
   if (bus_.num_failed() > noted_failures_) {
@@ -238,6 +240,14 @@ void Publisher::note_mode() {
   if (status_->mode == Mode::kFault) spdlog::error("fault: {}", fault_text(*status_));
   if (noted_mode_ == Mode::kFault && status_->mode != Mode::kStopped) spdlog::info("recovered by reset");
   noted_mode_ = status_->mode;
+}
+
+void Publisher::note_replan() {
+  const State& state = status_->state;
+  if (state.is_wide && state.wide_tick != noted_replan_tick_)
+    spdlog::info("tick {}: {} is back because a command needs it: {} modes instead of {} from here on",
+                 state.wide_tick, replan_name(state), plan_.wide.front().num_elastic, plan_.num_elastic);
+  noted_replan_tick_ = state.wide_tick;
 }
 
 io::Stamp Publisher::stamp(const Snapshot& snapshot) const {

@@ -43,6 +43,7 @@ class Publisher {
   void send_status(std::int64_t now_ns);
   void send_each_second(std::int64_t now_ns);
   void note_mode();
+  void note_replan();
   io::Stamp stamp(const Snapshot& snapshot) const;
   template <class Message>
   void send(const char* suffix, const Message& message);
@@ -65,6 +66,7 @@ class Publisher {
   bool has_asked_ = false;  // for the status that is due
   bool has_fresh_ = false;  // and the loop has answered
   Mode noted_mode_ = Mode::kStarting;
+  std::int64_t noted_replan_tick_ = -1;
   std::int64_t noted_failures_ = 0;
   std::int64_t noted_slips_ = 0;
   std::atomic<bool> is_stopping_{false};

@@ -5,6 +5,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/model/leave_out.hpp"
+#include "core/step/scope.hpp"
+
 namespace freeflex::service {
 
 namespace {
@@ -24,7 +27,10 @@ StatusReporter::StatusReporter(const Plan& plan, const Identity& identity, const
       lateness_(output.lateness),
       compute_(output.compute),
       command_latency_(output.command_latency) {
-  is_damped_ = std::ranges::any_of(plan.decay, [](double decay) { return decay > 0.0; });
+  const auto damps = [](const Plan& of) {
+    return std::ranges::any_of(of.decay, [](double decay) { return decay > 0.0; });
+  };
+  is_damped_ = damps(plan) || std::ranges::any_of(plan.wide, damps);
 }
 
 freeflex_msgs::status_t StatusReporter::report(const Snapshot& snapshot, std::int64_t utime) {
@@ -41,6 +47,8 @@ freeflex_msgs::status_t StatusReporter::report(const Snapshot& snapshot, std::in
   status.tick = snapshot.state.tick;
   status.applied_count = snapshot.applied_count;
   status.num_slots = snapshot.num_slots;
+  status.replan_tick = snapshot.state.wide_tick;
+  status.replan = replan_name(snapshot.state);
   status.ingress_restarts = restarts_.load(std::memory_order_relaxed);
   fill_counts(status);
   fill_timing(status);
@@ -115,6 +123,11 @@ void StatusReporter::fill_validity(const Snapshot& snapshot, const Invariants& i
     const double rotation = norm(invariants.eckart_rotation) / (plan_.mass * validity_.size() * V);
     status.eckart_residual = std::max(translation, rotation);
   }
+}
+
+std::string replan_name(const State& state) {
+  if (!state.is_wide) return {};
+  return name_of(static_cast<Need>(state.wide_need) == Need::kRotation ? Part::kRotation : Part::kOutOfPlane);
 }
 
 std::string fault_text(const Snapshot& snapshot) {

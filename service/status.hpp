@@ -58,6 +58,9 @@ class StatusReporter {
   bool is_damped_ = false;
 };
 
+/// Part that a command brought back, "rotation" or "out_of_plane"; empty when the plan is as it started.
+std::string replan_name(const State& state);
+
 /// Why the loop is in fault, in words; empty when it is not.
 std::string fault_text(const Snapshot& snapshot);
 

@@ -13,8 +13,12 @@ double bounded_ratio(double numerator, double denominator) noexcept {
 }
 
 Validity::Validity(const Plan& plan) : plan_(plan) {
-  const auto first = std::ranges::find_if(plan.omega, [](double omega) { return omega > 0.0; });
-  if (first != plan.omega.end()) omega_1_ = *first;
+  const auto note_lowest = [this](const Plan& of) {
+    for (const double omega : of.omega)
+      if (omega > 0.0 && (omega_1_ == 0.0 || omega < omega_1_)) omega_1_ = omega;
+  };
+  note_lowest(plan);
+  std::ranges::for_each(plan.wide, note_lowest);
   for (const PlanPoint& point : plan.points) size_ = std::max(size_, norm(point.r));
 }
 

@@ -4,6 +4,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <cinttypes>
 #include <cmath>
 #include <cstdio>
 #include <numbers>
@@ -201,6 +202,9 @@ std::string LiveView::elastic_text(std::size_t num_modes) const {
                      status_->kinetic_rigid, status_->kinetic_elastic, status_->potential);
   out += format_text("drift      energy %.1e, angular momentum %.1e, Eckart residual %.1e\n",
                      status_->energy_drift, status_->momentum_drift, status_->eckart_residual);
+  if (!status_->replan.empty())
+    out += format_text("replan     %s is back since tick %" PRId64 ": a command needs it\n", status_->replan.c_str(),
+                       status_->replan_tick);
   out += format_text("validity   displacement ratio %.1e, spin ratio %.1e (both must be small)\n\n",
                      status_->displacement_ratio, status_->spin_ratio);
   return out;

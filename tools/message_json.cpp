@@ -229,6 +229,8 @@ Json fields_of(const status_t& m) {
   out["rejections"] = rejections;
   out.update({{"ingress_restarts", m.ingress_restarts},
               {"num_slots", m.num_slots},
+              {"replan_tick", m.replan_tick},
+              {"replan", m.replan},
               {"kinetic_rigid", m.kinetic_rigid},
               {"kinetic_elastic", m.kinetic_elastic},
               {"potential", m.potential},

@@ -44,7 +44,7 @@ class LogOutput : public RunOutput {
   void publish(const State& state, bool is_edge) override {
     stamp_.utime = utime(state.tick);
     if (is_due(scene_every_, state.tick, false))
-      put_all(channels::kScene, io::make_scene_messages(plan_, input_, stamp_));
+      put_all(channels::kScene, io::make_scene_messages(active_plan(plan_, state), input_, stamp_));
     if (is_due(state_every_, state.tick, is_edge))
       put(channels::kState, io::make_state_message(plan_, state, stamp_));
     if (is_due(points_every_, state.tick, is_edge))
@@ -102,7 +102,7 @@ class CsvOutput : public RunOutput {
     std::vector<std::string> names{"tick", "time", "x",  "y",  "z",  "qw", "qx", "qy", "qz",
                                    "vx",   "vy",   "vz", "wx", "wy", "wz", "hx", "hy", "hz"};
     for (const char* name : {"q", "q_dot"}) {
-      for (int mode = 1; mode <= plan.num_elastic; ++mode) names.push_back(name + std::to_string(mode));
+      for (int mode = 1; mode <= widest(plan).num_elastic; ++mode) names.push_back(name + std::to_string(mode));
     }
     // names may hold dots: first and last part are fixed, so that no two columns have one name
     for (const std::int32_t point : plan.published_points) {
@@ -131,8 +131,8 @@ class CsvOutput : public RunOutput {
     append(message.velocity, 3);
     append(message.angular_velocity, 3);
     append(message.angular_momentum, 3);
-    append(message.q.data(), message.q.size());
-    append(message.q_dot.data(), message.q_dot.size());
+    append_modes(state, message.q);
+    append_modes(state, message.q_dot);
     for (const std::int32_t point : plan_.published_points)
       append(read_point(plan_, state, point).p_W.data(), 3);
     for (std::size_t i = 0; i < plan_.link_outputs.size(); ++i) {
@@ -152,6 +152,16 @@ class CsvOutput : public RunOutput {
   const std::string& working_path() const override { return writer_.working_path(); }
 
  private:
+  // columns are those of the wide plan where there is one: modes left out stand at zero
+  static const Plan& widest(const Plan& plan) { return plan.wide.empty() ? plan : plan.wide.front(); }
+  void append_modes(const State& state, const std::vector<double>& modes) {
+    const std::size_t first = values_.size();
+    values_.resize(first + static_cast<std::size_t>(widest(plan_).num_elastic), 0.0);
+    const bool is_spread = !plan_.wide.empty() && !state.is_wide;
+    for (std::size_t l = 0; l < modes.size(); ++l)
+      values_[first + (is_spread ? static_cast<std::size_t>(plan_.wide_modes[l]) : l)] = modes[l];
+  }
+
   const Plan& plan_;
   io::CsvWriter writer_;
   std::int64_t every_;  // [ticks]

@@ -22,8 +22,20 @@ template <class PointArm, class GroupArm>
 Need find_need(const CommandScope& scope, const ForceCommand& command, const PointArm& point_arm,
                const GroupArm& group_arm) noexcept {
   if (!scope.lacks_rotation && !scope.lacks_out_of_plane) return Need::kNone;
+  // as shares of the largest component, so that no product leaves the range of numbers
+  double largest = 0.0;
+  const auto note = [&](const Vec3& v) {
+    for (const double x : v) largest = __builtin_fabs(x) > largest ? __builtin_fabs(x) : largest;
+  };
+  for (std::int32_t k = 0; k < command.num_points; ++k) note(command.points[static_cast<std::size_t>(k)].force);
+  for (std::int32_t k = 0; k < command.num_wrenches; ++k) {
+    note(command.wrenches[static_cast<std::size_t>(k)].force);
+    note(command.wrenches[static_cast<std::size_t>(k)].torque);
+  }
+  if (largest == 0.0) return Need::kNone;
   const auto in_body_axes = [&](const Vec3& v) {
-    return command.axes == 1 ? v : multiply_transposed(scope.R_WB, v);
+    const Vec3 share{v[0] / largest, v[1] / largest, v[2] / largest};
+    return command.axes == 1 ? share : multiply_transposed(scope.R_WB, share);
   };
   const auto size = [](const Vec3& v) { return __builtin_sqrt(dot(v, v)); };
   const auto leaves_plane = [&](const Vec3& v) {

@@ -70,8 +70,10 @@ void fill_name_table(const Plan& plan, NameTable& table) {
   table.num_groups = static_cast<std::int32_t>(plan.groups.size());
   table.force_limit = plan.force_limit;
   table.torque_limit = plan.torque_limit;
+  if (plan.wide.empty()) table.scope = plan.scope;
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     table.is_pushable[i] = plan.points[i].pushable && plan.points[i].row >= 0 ? 1 : 0;
+    table.point_arms[i] = plan.points[i].r;
   }
   for (std::size_t g = 0; g < plan.groups.size(); ++g) {
     const PlanGroup& group = plan.groups[g];
@@ -80,6 +82,7 @@ void fill_name_table(const Plan& plan, NameTable& table) {
     };
     table.groups[g].torque_rank = group.torque_rank;
     table.groups[g].line = group.line;
+    table.group_arms[g] = group.centre;
     table.groups[g].is_pushable = std::all_of(group.points.begin(), group.points.end(), has_rows) ? 1 : 0;
   }
 }

@@ -4,6 +4,7 @@
 #include <cmath>
 #include <string_view>
 
+#include "core/step/scope.hpp"
 #include "freeflex_msgs/control_t.hpp"
 #include "service/io/codec.hpp"
 #include "service/io/codec_wire.hpp"
@@ -174,6 +175,29 @@ Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text 
   return Reason::kAccepted;
 }
 
+/// \pre every index is one of the table
+Reason check_scope(const ForceCommand& command, const NameTable& table, Text text) {
+  const auto arm_of = [](const auto& arms) {
+    return [&arms](std::int32_t i) { return arms[static_cast<std::size_t>(i)]; };
+  };
+  switch (find_need(table.scope, command, arm_of(table.point_arms), arm_of(table.group_arms))) {
+    case Need::kNone:
+      return Reason::kAccepted;
+    case Need::kRotation:
+      print(text,
+            "the forces have a moment about the centre of mass, and rotation is left out: leave_out of the scene "
+            "can keep it or replan");
+      break;
+    case Need::kOutOfPlane:
+      print(text,
+            "a load is not in the plane (normal %g, %g, %g in body axes), and out_of_plane is left out: leave_out "
+            "can keep it or replan",
+            table.scope.normal_B[0], table.scope.normal_B[1], table.scope.normal_B[2]);
+      break;
+  }
+  return Reason::kLeftOut;
+}
+
 }  // namespace
 
 bool is_valid_sender(std::string_view sender) noexcept {
@@ -195,7 +219,9 @@ Reason check_command(const ForceCommand& command, const NameTable& table, std::s
   const Reason header = check_header(command, text);
   if (header != Reason::kAccepted) return header;
   const Reason points = check_points(command, table, text);
-  return points != Reason::kAccepted ? points : check_wrenches(command, table, text);
+  if (points != Reason::kAccepted) return points;
+  const Reason wrenches = check_wrenches(command, table, text);
+  return wrenches != Reason::kAccepted ? wrenches : check_scope(command, table, text);
 }
 
 Reason check_control(const ControlCommand& command, std::span<char> text) noexcept {

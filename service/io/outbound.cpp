@@ -89,7 +89,8 @@ freeflex_msgs::applied_t make_applied(std::int32_t kind, std::int64_t tick, std:
 
 }  // namespace
 
-freeflex_msgs::state_t make_state_message(const Plan& plan, const State& state, const Stamp& stamp) {
+freeflex_msgs::state_t make_state_message(const Plan& given, const State& state, const Stamp& stamp) {
+  const Plan& plan = active_plan(given, state);
   freeflex_msgs::state_t message{};
   message.utime = stamp.utime;
   message.session = stamp.session;

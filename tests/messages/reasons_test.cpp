@@ -256,5 +256,36 @@ TEST(Reason, EachHasAName) {
   EXPECT_STREQ(io::reason_name(Reason::kEpochEnded), "epoch_ended");
 }
 
+/// A plan that leaves rotation out, and then also what is out of the xy plane.
+TEST(Reasons, ACommandThatNeedsAPartLeftOutIsToldWhich) {
+  io::NameTable names = make_names();
+  names.scope.lacks_rotation = true;
+  names.scope.R_WB = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  names.scope.normal_B = {0.0, 0.0, 1.0};
+  names.point_arms[0] = {1.0, 0.0, 0.0};
+  names.point_arms[1] = {-1.0, 0.0, 0.0};
+  force_t message = make_force();
+  message.wrenches.clear();
+  message.num_wrenches = 0;
+  const auto verdict = [&](std::vector<freeflex_msgs::point_force_t> forces) {
+    set_forces(message, std::move(forces));
+    ForceCommand command;
+    return io::from_message(message, names, command);
+  };
+  EXPECT_EQ(verdict({{0, {3.0, 0.0, 0.0}}}).reason, Reason::kAccepted) << "through the centre of mass";
+  EXPECT_EQ(verdict({{0, {0.0, 2.0, 0.0}}, {1, {0.0, 2.0, 0.0}}}).reason, Reason::kAccepted) << "no moment";
+  const io::Verdict turning = verdict({{0, {0.0, 2.0, 0.0}}});
+  EXPECT_EQ(turning.reason, Reason::kLeftOut);
+  EXPECT_NE(std::string(turning.text.data()).find("a moment about the centre of mass, and rotation is left out"),
+            std::string::npos)
+      << turning.text.data();
+  names.scope.lacks_out_of_plane = true;
+  const io::Verdict leaving = verdict({{0, {3.0, 0.0, 1.0}}, {1, {0.0, 0.0, 1.0}}});
+  EXPECT_EQ(leaving.reason, Reason::kLeftOut);
+  EXPECT_NE(std::string(leaving.text.data()).find("not in the plane (normal 0, 0, 1 in body axes)"), std::string::npos)
+      << leaving.text.data();
+  EXPECT_STREQ(io::reason_name(Reason::kLeftOut), "left_out");
+}
+
 }  // namespace
 }  // namespace freeflex::testing

@@ -342,11 +342,11 @@ TEST(Loop, HandsOutShapesOfModesThatExist) {
   const std::vector<Reason> reasons{Reason::kAccepted, Reason::kAccepted, Reason::kBadControl};
   ASSERT_EQ(rig.acks.size(), reasons.size());
   for (std::size_t i = 0; i < reasons.size(); ++i) EXPECT_EQ(rig.acks[i].reason, reasons[i]);
-  std::int32_t mode = 0;
-  ASSERT_TRUE(rig.output->shapes.try_pop(mode));
-  EXPECT_EQ(mode, 1);
-  ASSERT_TRUE(rig.output->shapes.try_pop(mode));
-  EXPECT_EQ(mode, plan.num_elastic);
+  service::ShapeRequest request;
+  ASSERT_TRUE(rig.output->shapes.try_pop(request));
+  EXPECT_EQ(request.mode, 1);
+  ASSERT_TRUE(rig.output->shapes.try_pop(request));
+  EXPECT_EQ(request.mode, plan.num_elastic);
 }
 
 }  // namespace

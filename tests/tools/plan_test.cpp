@@ -1,0 +1,147 @@
+// freeflex plan, and runs and replays of plans that leave parts out.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <sstream>
+#include <string>
+
+#include "messages/channels.hpp"
+#include "service/io/codec.hpp"
+#include "service/io/log.hpp"
+#include "service/io/outbound.hpp"
+#include "tests/tools/shell.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Json = nlohmann::json;
+
+/// A square of beams in the xy plane, with what else is told.
+std::string square(const std::string& more) {
+  return "rate: 1000\n"
+         "points:\n"
+         "  - {name: a, mass: 1, at: [0, 0, 0]}\n"
+         "  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+         "  - {name: c, mass: 1, at: [1, 1, 0]}\n"
+         "  - {name: d, mass: 2, at: [0, 1, 0]}\n"
+         "links: [{beam: [a, b, c, d, a], EA: 1e5, GJ: 50, EIy: 40, EIz: 50}]\n" +
+         more;
+}
+
+Json plan_json(const std::string& yaml, const std::string& options = "") {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.yaml", yaml);
+  const Outcome outcome = run(kFreeflex + " plan --json " + folder / "scene.yaml" + " " + options);
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  return outcome.out.empty() ? Json() : Json::parse(outcome.out);
+}
+
+Json part_of(const Json& plan, const std::string& name) {
+  for (const Json& part : plan["parts"])
+    if (part["part"] == name) return part;
+  ADD_FAILURE() << "no part " << name;
+  return {};
+}
+
+TEST(Plan, SaysOfEveryPartWhetherItIsThereAndWhy) {
+  const Json plan = plan_json(square("leave_out: {on_need: refuse}\n"));
+  EXPECT_EQ(plan["modes_of_scene"], 6);
+  EXPECT_EQ(plan["modes"], 5) << "four points have one mode across their plane";
+  EXPECT_EQ(plan["on_need"], "refuse");
+  EXPECT_EQ(part_of(plan, "out_of_plane")["left_out"], true);
+  EXPECT_EQ(part_of(plan, "out_of_plane")["count"], 1);
+  EXPECT_EQ(part_of(plan, "rotation")["left_out"], true);
+  EXPECT_EQ(part_of(plan, "damping")["left_out"], true);
+  EXPECT_EQ(part_of(plan, "gravity")["left_out"], true);
+  EXPECT_EQ(part_of(plan, "point_rows")["left_out"], false);
+  for (const Json& part : plan["parts"]) EXPECT_FALSE(part["why"].get<std::string>().empty()) << part;
+  EXPECT_EQ(plan["features"]["loads"], false);
+  EXPECT_GT(plan["ns"]["step"].get<double>(), 0.0);
+}
+
+TEST(Plan, KeepForcesPartsBackIn) {
+  const std::string yaml = square("damping: {ratio: 0}\nleave_out: {on_need: refuse}\n");
+  const Json rotation = plan_json(yaml, "--keep rotation damping");
+  EXPECT_EQ(part_of(rotation, "rotation")["left_out"], false);
+  EXPECT_EQ(part_of(rotation, "damping")["left_out"], false);
+  EXPECT_EQ(part_of(rotation, "out_of_plane")["left_out"], true);
+  const Json all = plan_json(yaml, "--keep all");
+  for (const Json& part : all["parts"]) EXPECT_EQ(part["left_out"], false) << part;
+  EXPECT_EQ(all["modes"], 6);
+}
+
+TEST(Plan, AFileTellsTheSameAsItsSceneAndTakesNoParts) {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.yaml", square("leave_out: {on_need: replan}\n"));
+  ASSERT_EQ(run(kFreeflex + " compile " + folder / "scene.yaml -o " + folder / "scene.plan").exit_code, 0);
+  const Json scene = Json::parse(run(kFreeflex + " plan --json " + folder / "scene.yaml").out);
+  const Json file = Json::parse(run(kFreeflex + " plan --json " + folder / "scene.plan").out);
+  EXPECT_EQ(scene["parts"], file["parts"]);
+  EXPECT_EQ(file["on_need"], "replan");
+  const Outcome refused = run(kFreeflex + " plan " + folder / "scene.plan --keep all");
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(contains(refused.err, "is a plan, which is fixed")) << refused.err;
+}
+
+/// A log of one command at tick 40, out of the plane.
+void write_commands(const std::string& path) {
+  ForceCommand command{};
+  command.sender = {'t', 'e', 's', 't'};
+  command.sequence = 1;
+  command.axes = 1;
+  command.start_tick = -1;
+  command.duration_ticks = 100;
+  command.num_points = 1;
+  command.points[0] = {2, 0, {0.3, 0.0, 0.5}};
+  io::Stamp stamp;
+  stamp.session = 1;
+  io::LogWriter writer(path);
+  writer.write(std::string(channels::kDefaultPrefix) + channels::kApplied, 40000,
+               io::encode(io::make_applied_force(command, 40, 0, stamp)));
+  EXPECT_EQ(writer.close(), "");
+}
+
+TEST(Plan, ARunReplansAtTheRecordedTickAndItsReplayIsIdenticalToTheBit) {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.yaml", square("publish: {state: 1000}\nleave_out: {on_need: replan}\n"));
+  ASSERT_EQ(run(kFreeflex + " compile " + folder / "scene.yaml -o " + folder / "s.plan").exit_code, 0);
+  write_commands(folder / "commands.log");
+  const Outcome fed = run(kFreeflex + " run " + folder / "s.plan --log " + folder / "commands.log --until 0.5 --out " +
+                          folder / "out.log");
+  ASSERT_EQ(fed.exit_code, 0) << fed.err;
+  const Outcome replayed = run(kFreeflex + " replay " + folder / "out.log --plan " + folder / "s.plan");
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err << replayed.out;
+  EXPECT_TRUE(contains(replayed.out, "identical to the bit over 500 ticks")) << replayed.out;
+}
+
+TEST(Plan, ATableHasTheColumnsOfThePlanThatMayComeBack) {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.yaml", square("publish: {state: 1000}\nleave_out: {on_need: replan}\n"));
+  write_commands(folder / "commands.log");
+  const Outcome fed = run(kFreeflex + " run " + folder / "scene.yaml --log " + folder / "commands.log --until 0.1 --out " +
+                          folder / "out.csv");
+  ASSERT_EQ(fed.exit_code, 0) << fed.err;
+  const std::string table = read_text(folder / "out.csv");
+  EXPECT_TRUE(contains(table.substr(0, table.find('\n')), ",q6,")) << "six modes, five before the command";
+  std::size_t columns = 0;
+  std::istringstream lines(table);
+  for (std::string line; std::getline(lines, line);) {
+    const auto count = static_cast<std::size_t>(std::count(line.begin(), line.end(), ','));
+    if (columns == 0) columns = count;
+    EXPECT_EQ(count, columns) << line;
+  }
+}
+
+TEST(Plan, ARecordedCommandThatThePlanCannotFollowIsRefused) {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.yaml", square("leave_out: {on_need: refuse}\n"));
+  write_commands(folder / "commands.log");
+  const Outcome refused = run(kFreeflex + " run " + folder / "scene.yaml --log " + folder / "commands.log --until 0.1 --out " +
+                              folder / "out.log");
+  EXPECT_NE(refused.exit_code, 0);
+  EXPECT_TRUE(contains(refused.err, "rotation is left out")) << refused.err;
+}
+
+}  // namespace
+}  // namespace freeflex::testing
