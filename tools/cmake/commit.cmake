@@ -1,0 +1,8 @@
+# cmake -DSOURCE_DIR=... -DOUTPUT=... -P commit.cmake: writes the commit of the source into a header, which keeps its
+# time stamp while the commit stays as it is.
+execute_process(COMMAND git -C ${SOURCE_DIR} describe --always --dirty --exclude=* --abbrev=12
+  OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
+if(NOT commit)
+  set(commit "unknown")
+endif()
+file(CONFIGURE OUTPUT ${OUTPUT} CONTENT "#pragma once\ninline constexpr const char* kCommit = \"@commit@\";\n" @ONLY)

@@ -1,0 +1,127 @@
+// freeflex report: error against run time of scenes, beside other methods.
+#include "tools/report.hpp"
+
+#include <CLI/App.hpp>
+#include <cstdio>
+#include <filesystem>
+#include <fstream>
+#include <memory>
+#include <string>
+#include <vector>
+
+#include "core/reference/cartesian.hpp"
+#include "service/io/input.hpp"
+#include "tools/commands.hpp"
+#include "tools/usage.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+struct Options {
+  std::vector<std::string> scenes;
+  std::string folder;
+  StudyOptions study;
+  bool only_rungs = false;
+  bool json = false;
+};
+
+bool write_file(const std::filesystem::path& path, const std::string& text) {
+  std::ofstream stream(path, std::ios::binary);
+  stream.write(text.data(), static_cast<std::streamsize>(text.size()));
+  stream.close();
+  if (stream) return true;
+  print_error(path.string() + ": cannot be written");
+  return false;
+}
+
+bool write_folder(const Report& report, const std::filesystem::path& folder) {
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    print_error(folder.string() + ": " + error.message());
+    return false;
+  }
+  return write_file(folder / "report.csv", to_csv(report)) &&
+         write_file(folder / "report.json", to_json(report).dump(2) + "\n") &&
+         write_file(folder / "report.html", to_html(report)) &&
+         write_file(folder / "work-precision.svg", work_precision_svg(report));
+}
+
+/// Every scene read before the first is measured; empty on an error, which is printed.
+std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
+  std::vector<Scene> scenes;
+  for (const std::string& file : files) {
+    if (io::is_plan_file(file)) {
+      print_error(file + " is a plan, which holds no links: name the scene that it was made from");
+      return {};
+    }
+    io::SceneResult read = io::read_scene(file);
+    print_faults(read.faults, read.sources);
+    if (!read.scene || has_error(read.faults)) return {};
+    std::string why_not;
+    if (!make_cartesian_system(*read.scene, why_not)) {
+      print_error(file + ": there is no full system to compare with: " + why_not);
+      return {};
+    }
+    scenes.push_back(std::move(*read.scene));
+  }
+  return scenes;
+}
+
+int report(const Options& options) {
+  const std::vector<Scene> scenes = read_scenes(options.scenes);
+  if (scenes.empty()) return kExitUsage;
+  Report report;
+  report.machine = this_machine();
+  StudyOptions study = options.study;
+  study.has_rivals = !options.only_rungs;
+  bool is_interrupted_now = is_interrupted();
+  for (std::size_t k = 0; k < scenes.size() && !is_interrupted_now; ++k) {
+    Progress progress(scenes[k].name);
+    report.studies.push_back(study_scene(options.scenes[k], scenes[k], study, [&](double share) {
+      if (share >= 0.0) progress.update(share);
+      return !is_interrupted();
+    }));
+    is_interrupted_now = is_interrupted();
+    if (!report.studies.back().error.empty()) {
+      print_error(options.scenes[k] + ": " + report.studies.back().error);
+      return kExitUsage;
+    }
+  }
+  if (options.json)
+    print_json(to_json(report));
+  else
+    print_text(report);
+  if (!options.folder.empty() && !write_folder(report, options.folder)) return kExitDiffers;
+  return is_interrupted_now ? kExitInterrupted : kExitOk;
+}
+
+}  // namespace
+
+void add_report(CLI::App& app, int& exit_code) {
+  auto options = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand(
+      "report", "error against run time of every rung, beside other methods on the same scene");
+  command->add_option("SCENE", options->scenes, "scene files of springs and bars")->required();
+  command
+      ->add_option("--out", options->folder,
+                   "folder for report.csv, report.json, report.html and work-precision.svg")
+      ->check(file_name());
+  command->add_option("--until", options->study.end, "simulated time [s]")
+      ->capture_default_str()
+      ->check(positive_time());
+  command
+      ->add_option("--budget", options->study.budget, "CPU time that one run of another method may take [s]")
+      ->capture_default_str()
+      ->check(positive_time());
+  command->add_flag("--rungs", options->only_rungs,
+                    "no other methods, only the rungs against the full system");
+  command->add_flag("--json", options->json, "one JSON object on standard output");
+  command->footer(
+      "Example:\n  freeflex report service/scenes/truss-s1.yaml --out report\n"
+      "Exit codes: 0 done, 1 not written, 2 wrong arguments or a scene without a full system, 130 "
+      "interrupted.");
+  command->callback([options, &exit_code] { exit_code = report(*options); });
+}
+
+}  // namespace freeflex::tools

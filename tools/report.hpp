@@ -1,0 +1,37 @@
+// A report on several scenes: as text, JSON, CSV, one page and one picture.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "tools/console.hpp"
+#include "tools/machine.hpp"
+#include "tools/study.hpp"
+
+namespace freeflex::tools {
+
+struct Report {
+  Machine machine;
+  std::vector<Study> studies;
+};
+
+/// [ns] CPU time of a step with the first read-out; not a number for a run that failed.
+double ns_per_step(const Study& study, const Run& run);
+
+/// What the figures say, a sentence each: which method comes nearest, and where freeflex loses.
+std::vector<std::string> findings(const Report& report);
+
+void print_text(const Report& report);
+Json to_json(const Report& report);
+std::string to_csv(const Report& report);
+
+/// One page that needs no other file and no network.
+std::string to_html(const Report& report);
+
+/// Elastic error over CPU time, a row of panels a scene, one panel a read-out; for the page and by itself.
+std::string work_precision_svg(const Report& report);
+
+/// Text for HTML and SVG.
+std::string escaped(const std::string& text);
+
+}  // namespace freeflex::tools

@@ -1,0 +1,172 @@
+// The report as one HTML page.
+#include <cmath>
+
+#include "tools/report.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+constexpr const char* kHead =
+    "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
+    "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
+    "<title>freeflex: error against run time</title><style>\n"
+    ":root{color-scheme:light dark;--ink:#1b1b1b;--paper:#fff;--line:#ccc;--soft:#f3f4f6;--mark:#1a6fc4}\n"
+    "@media (prefers-color-scheme:dark){:root{--ink:#e8e8e8;--paper:#14171a;--line:#41474d;--soft:#1e2226;"
+    "--mark:#6ab0f3}}\n"
+    "body{font:15px/1.5 system-ui,'DejaVu "
+    "Sans',Helvetica,Arial,sans-serif;color:var(--ink);background:var(--paper);"
+    "max-width:1080px;margin:2rem auto;padding:0 1rem}\n"
+    "h1{font-size:1.6rem;margin:0 0 .3rem}h2{font-size:1.2rem;margin:2rem 0 "
+    ".5rem}h3{font-size:1rem;margin:1.4rem 0 .4rem}\n"
+    ".wide{overflow-x:auto}table{border-collapse:collapse;font-size:12.5px;font-variant-numeric:tabular-nums}"
+    "\n"
+    "th,td{border-bottom:1px solid var(--line);padding:3px 8px;text-align:right;white-space:nowrap}\n"
+    "th{background:var(--soft);vertical-align:bottom}td.t,th.t{text-align:left}td.ours{color:var(--mark);"
+    "font-weight:600}\n"
+    "svg{width:100%;height:auto}dt{font-weight:600;margin-top:.4rem}dd{margin-left:1.2rem}\n"
+    "@media print{body{margin:0;max-width:none;font-size:11px}h2{break-after:avoid}tr,svg{break-inside:avoid}"
+    ".wide{overflow:visible}table{font-size:8px}th,td{padding:1px 3px}}\n"
+    "</style></head><body>\n";
+
+std::string number(const std::optional<double>& value, const char* format = "%.1e") {
+  if (!value || !std::isfinite(*value)) return "&ndash;";
+  return format_text(format, *value);
+}
+
+std::string cell(const std::string& text, const char* kind = "") {
+  return *kind == '\0' ? "<td>" + text + "</td>"
+                       : std::string("<td class=\"") + kind + "\">" + text + "</td>";
+}
+
+std::string other(const Comparison::Other& other) {
+  if (other.method.empty()) return cell("&ndash;") + cell("not reached", "t");
+  return cell(format_text("%.3g", other.ratio)) +
+         cell(escaped(other.method) + format_text(" (%.1e)", other.cpu), "t");
+}
+
+std::string comparison_table(const Report& report) {
+  std::string text =
+      "<div class=\"wide\"><table><thead><tr><th class=\"t\">scene</th><th>level</th><th "
+      "class=\"t\">read-out</th>"
+      "<th class=\"t\">cheapest of ours</th><th>elastic error</th><th>model error</th><th>CPU [s/s]</th>"
+      "<th colspan=\"2\" class=\"t\">by hand, full system</th><th colspan=\"2\" class=\"t\">packaged, full "
+      "system</th>"
+      "<th colspan=\"2\" class=\"t\">linearised, sparse</th></tr></thead><tbody>\n";
+  for (const Study& study : report.studies)
+    for (const double level : kLevels)
+      for (std::size_t load = 0; load < kReadOuts; ++load) {
+        const auto found = compare_at(study, level, static_cast<ReadOut>(load));
+        text += "<tr>" + cell(escaped(study.scene), "t") + cell(format_text("%.0e", level)) +
+                cell(kReadOutNames[load], "t");
+        if (!found) {
+          text += "<td class=\"t\" colspan=\"10\">no rung reaches it</td></tr>\n";
+          continue;
+        }
+        const Run& ours = study.runs[found->ours];
+        text += cell(escaped(ours.method) + ", " + setting_of(ours), "t ours") +
+                cell(number(ours.elastic_error)) + cell(number(ours.model_error)) + cell(number(found->cpu)) +
+                other(found->hand_written) + other(found->packaged) + other(found->linearised) + "</tr>\n";
+      }
+  return text + "</tbody></table></div>\n";
+}
+
+std::string run_table(const Study& study) {
+  std::string text =
+      "<div class=\"wide\"><table><thead><tr><th class=\"t\" rowspan=\"2\">method</th>"
+      "<th class=\"t\" rowspan=\"2\">setting</th><th colspan=\"3\">elastic error [-]</th>"
+      "<th rowspan=\"2\">position<br>[m rms]</th><th rowspan=\"2\">attitude<br>[rad]</th>"
+      "<th rowspan=\"2\">frequency<br>error [-]</th><th rowspan=\"2\">energy<br>drift [-]</th>"
+      "<th colspan=\"3\">CPU per simulated time [s/s]</th><th rowspan=\"2\">steps</th><th rowspan=\"2\">ns a "
+      "step</th>"
+      "<th rowspan=\"2\">set-up<br>[s]</th><th rowspan=\"2\">memory<br>[kB]</th></tr><tr><th>whole</th>"
+      "<th>integration</th><th>model</th><th>once</th><th>each 10 ms</th><th>each 1 "
+      "ms</th></tr></thead><tbody>\n";
+  for (const Run& run : study.runs) {
+    text += "<tr>" + cell(escaped(run.method), run.family == Family::kRung ? "t ours" : "t") +
+            cell(setting_of(run), "t");
+    if (!run.failure.empty()) {
+      text += "<td class=\"t\" colspan=\"14\">" + escaped(run.failure) + "</td></tr>\n";
+      continue;
+    }
+    text += cell(number(run.elastic_error)) + cell(number(run.integration_error)) +
+            cell(number(run.model_error)) + cell(number(run.position_error)) +
+            cell(number(run.attitude_error)) + cell(number(run.frequency_error)) +
+            cell(number(run.energy_drift));
+    for (const auto& cpu : run.cpu) text += cell(number(cpu));
+    text += cell(std::to_string(run.steps)) + cell(number(ns_per_step(study, run), "%.0f")) +
+            cell(number(run.set_up, "%.1e")) + cell(std::to_string(run.memory / 1024)) + "</tr>\n";
+  }
+  return text + "</tbody></table></div>\n";
+}
+
+std::string study_section(const Study& study) {
+  std::string text =
+      "<h3>" + escaped(study.scene) + "</h3>\n<p>" +
+      format_text(
+          "%zu points, %zu links, %zu elastic freedoms from %.4g to %.4g rad/s, spin %g rad/s at "
+          "the start, %g s simulated. Reference: ",
+          study.points, study.links, study.elastic_freedoms, study.lowest_frequency, study.top_frequency,
+          study.spin, study.end) +
+      escaped(study.reference) +
+      format_text(", good to %.0e in the elastic error, %.1f s of CPU time.</p>\n", study.reference_accuracy,
+                  study.reference_cpu);
+  text += run_table(study);
+  if (study.left_out.empty()) return text;
+  text += "<p>Left out:</p><ul>\n";
+  for (const LeftOut& item : study.left_out)
+    text += "<li>" + escaped(item.what) + ": " + escaped(item.why) + "</li>\n";
+  return text + "</ul>\n";
+}
+
+constexpr const char* kColumns =
+    "<h2>What the columns are</h2><dl>\n"
+    "<dt>elastic error</dt><dd>|u &minus; u<sub>ref</sub>| / |u<sub>ref</sub>| at the end, u the "
+    "displacements left "
+    "after the best fitting rigid motion. A position error of 1e-7 of the size can hide a deformation that "
+    "is all "
+    "wrong; this cannot.</dd>\n"
+    "<dt>integration, model</dt><dd>The same measure of a run against its own equations solved exactly, and "
+    "of those "
+    "against the full system. Methods on the full system have no model error.</dd>\n"
+    "<dt>position, attitude</dt><dd>Root mean square over the points; angle between the best fitting "
+    "rotations.</dd>\n"
+    "<dt>frequency error</dt><dd>Relative, of the mode that moves most after the loads, fitted to its motion "
+    "read each "
+    "10 ms.</dd>\n"
+    "<dt>energy drift</dt><dd>From the end of the loads to the end, as a share of the elastic energy.</dd>\n"
+    "<dt>CPU</dt><dd>Time of one thread, median of repeats, no set-up. <i>Once</i>, <i>each 10 ms</i>, "
+    "<i>each 1 "
+    "ms</i>: how often positions and velocities of all points are read. A rung is read at its ticks, so a "
+    "step longer "
+    "than the interval has no figure. A run over 2 s is done once, read each 10 ms or 1 ms, and its time "
+    "stands in all "
+    "three.</dd>\n"
+    "<dt>ratio</dt><dd>What the cheapest other method costs at no more elastic error than ours, over our "
+    "cost; between "
+    "two settings its cost is read off the line in logarithms.</dd>\n"
+    "<dt>linearised, sparse</dt><dd>The fairest others: the equations of the spin-loaded rung without modes, "
+    "spring by "
+    "spring; leapfrog, and Krylov's exponential with free steps.</dd></dl>\n";
+
+}  // namespace
+
+std::string to_html(const Report& report) {
+  const Machine& machine = report.machine;
+  std::string text = kHead;
+  text += "<h1>Error against run time</h1>\n<p>freeflex " + escaped(machine.version) + ", commit " +
+          escaped(machine.commit) + ", " + escaped(machine.date) + ". " + escaped(machine.processor) +
+          format_text(", %d cores, ", machine.cores) + escaped(machine.system) + ". " +
+          escaped(machine.compiler) + ", " + escaped(machine.flags) + ".</p>\n<h2>What it says</h2><ul>\n";
+  for (const std::string& sentence : findings(report)) text += "<li>" + escaped(sentence) + "</li>\n";
+  text +=
+      "</ul>\n<h2>At equal error</h2><p>For each scene and level: the cheapest rung and step that has no "
+      "more "
+      "elastic error, and how many times as much others cost at that error.</p>\n";
+  text += comparison_table(report);
+  text += "<h2>Work and precision</h2>\n" + work_precision_svg(report);
+  text += "<h2>Every run</h2>\n";
+  for (const Study& study : report.studies) text += study_section(study);
+  return text + kColumns + "</body></html>\n";
+}
+
+}  // namespace freeflex::tools

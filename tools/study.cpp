@@ -1,0 +1,242 @@
+#include "tools/study.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "core/reference/elastic_error.hpp"
+#include "core/reference/integrate.hpp"
+#include "tools/console.hpp"
+#include "tools/study_runs.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+/// When the last load has ended; `end` when some load goes on.
+double end_of_loads(const CartesianSystem& system, double end) {
+  double last = 0.0;
+  for (const CartesianLoad& load : system.loads) {
+    const auto* pulse = std::get_if<PulseHistory>(&load.history);
+    if (pulse == nullptr) return end;
+    last = std::max(last, pulse->start + pulse->duration);
+  }
+  return std::min(last, end);
+}
+
+/// The full system's motion to well below what any rung can reach, and how far a coarser run differs from it.
+struct Reference {
+  ReferenceRun run;
+  std::string method;
+  double accuracy = 0.0;  // [-] elastic
+};
+
+Reference find_reference(const CartesianSystem& system, const StudyOptions& options, double top_frequency) {
+  constexpr double kTolerance = 1e-12;
+  constexpr double kStiff = 2e4;                      // [rad] phase of the fastest mode over the study
+  constexpr double kPhase = 2.0, kCoarsePhase = 3.0;  // [rad] of the fastest mode in a step, both stable
+  std::vector<double> times;
+  const auto frames = std::llround(options.end / kFramePeriod);
+  for (std::int64_t k = 1; k < frames; ++k) times.push_back(static_cast<double>(k) * kFramePeriod);
+  times.push_back(options.end);
+  Reference reference;
+  ReferenceOptions settings;
+  if (top_frequency * options.end < kStiff) {
+    settings.tolerance = kTolerance;
+    reference.method = format_text("Fehlberg 7(8), tolerance %g of the deformation", kTolerance);
+    reference.run = integrate_with_estimate(system, times, settings);
+    reference.accuracy = reference.run.accuracy;
+    return reference;
+  }
+  // bound by stability anyway: a fixed step, and a coarser one for the estimate
+  settings.fixed_step = kPhase / top_frequency;
+  reference.method = format_text("Fehlberg 7(8), fixed step of %.3g s", settings.fixed_step);
+  reference.run = integrate(system, times, settings);
+  settings.fixed_step = kCoarsePhase / top_frequency;
+  const double at_end[] = {options.end};
+  const ReferenceRun check = integrate(system, at_end, settings);
+  if (!reference.run.error.empty()) return reference;
+  if (!check.error.empty()) {
+    reference.run.error = check.error;
+    return reference;
+  }
+  const auto u = elastic_displacements(system.mass, system.r, reference.run.states.back().p_W);
+  reference.accuracy = elastic_error(elastic_displacements(system.mass, system.r, check.states[0].p_W), u);
+  // what a tolerance is a share of
+  for (std::size_t k = 0; k < reference.run.states.size(); ++k) {
+    const double norm = elastic_displacements(system.mass, system.r, reference.run.states[k].p_W).norm();
+    ElasticScale& scale = reference.run.scale;
+    scale.displacement =
+        std::max(scale.displacement, norm / std::sqrt(static_cast<double>(system.mass.size())));
+    scale.velocity =
+        std::max(scale.velocity, std::sqrt(2.0 * reference.run.strain_energy[k] / system.mass.sum()));
+  }
+  return reference;
+}
+
+Motion motion_of(const CartesianSystem& system, const ReferenceRun& run, double free_from) {
+  Motion motion;
+  for (const CartesianState& state : run.states) {
+    motion.frames.push_back(state.p_W);
+    if (!motion.energy_start && state.time >= free_from && state.time < run.states.back().time)
+      motion.energy_start = total_energy(system, state);
+  }
+  motion.end = run.states.back();
+  if (motion.energy_start) motion.energy_end = total_energy(system, motion.end);
+  return motion;
+}
+
+void describe(const std::string& file, const Scene& scene, const StudyOptions& options, Study& study) {
+  study.scene = scene.name;
+  study.file = file;
+  study.points = scene.points.size();
+  study.links = scene.links.size();
+  study.end = options.end;
+  study.spin = scene.initial.angular_velocity.norm();
+}
+
+}  // namespace
+
+Study study_scene(const std::string& file, const Scene& scene, const StudyOptions& options,
+                  const std::function<bool(double)>& told) {
+  Study study;
+  describe(file, scene, options, study);
+  const auto system = make_cartesian_system(scene, study.error);
+  if (!system) return study;
+  Faults faults;
+  double start = thread_cpu();
+  const auto structure = build_structure(scene, faults);
+  const double structure_cpu = thread_cpu() - start;
+  if (!structure) {
+    study.error = faults.empty() ? "no structure" : faults.front().message;
+    return study;
+  }
+  study.elastic_freedoms = static_cast<std::size_t>(structure->omega.size());
+  if (study.elastic_freedoms == 0) {
+    study.error = "nothing here is elastic: there is no elastic error to compare";
+    return study;
+  }
+  study.top_frequency = structure->omega.maxCoeff();
+  for (const double omega : structure->omega)
+    if (omega > 0.0 && study.lowest_frequency == 0.0) study.lowest_frequency = omega;
+  bool stops = !told(0.02);
+  start = thread_cpu();
+  Reference reference = find_reference(*system, options, study.top_frequency);
+  study.reference_cpu = thread_cpu() - start;
+  study.reference = reference.method;
+  study.reference_accuracy = reference.accuracy;
+  if (!reference.run.error.empty()) {
+    study.error = "the reference failed: " + reference.run.error;
+    return study;
+  }
+  const double free_from = end_of_loads(*system, options.end);
+  const ErrorMeter meter(*system, *structure, free_from, motion_of(*system, reference.run, free_from));
+  // a share done: some for the reference, then rungs, then rivals
+  constexpr double kReference = 0.1, kRungShare = 0.25;
+  const auto tell = [&](double share) {
+    stops = stops || !told(share);
+    return !stops;
+  };
+  const Bench bench{
+      scene, *system, *structure, meter, options, structure_cpu, free_from, reference.run.scale, [&] {
+        return stops || !told(-1.0);
+      }};
+  const std::vector<ExactRung> exact =
+      run_rungs(bench, study, [&](double share) { return tell(kReference + kRungShare * share); });
+  const Eigen::Matrix3Xd* linear = nullptr;
+  for (const ExactRung& rung : exact)
+    if (rung.fidelity == Fidelity::kSpinLoaded && rung.p_W.cols() > 0) linear = &rung.p_W;
+  if (options.has_rivals && !stops)
+    run_rivals(bench, linear, study, [&](double share) {
+      return tell(kReference + kRungShare + (1.0 - kReference - kRungShare) * share);
+    });
+  study.is_interrupted = stops;
+  return study;
+}
+
+const char* name_of(Family family) {
+  switch (family) {
+    case Family::kRung:
+      return "freeflex";
+    case Family::kHandWritten:
+      return "hand-written";
+    case Family::kPackaged:
+      return "packaged";
+    case Family::kLinearised:
+      return "linearised";
+  }
+  return "?";
+}
+
+std::string setting_of(const Run& run) {
+  std::string text;
+  if (run.step >= 1e-4)
+    text = format_text("%.3g ms", 1e3 * run.step);
+  else if (run.step > 0.0)
+    text = format_text("%.3g us", 1e6 * run.step);
+  if (run.tolerance > 0.0) text += format_text("%stol %.0e", text.empty() ? "" : ", ", run.tolerance);
+  return text;
+}
+
+namespace {
+
+/// What a method costs at an elastic error: its cheapest run that has no more, or between two neighbouring
+/// settings, of which one has more, the cost on the line between them in logarithms.
+double cost_at(const std::vector<const Run*>& runs, double error, std::size_t load) {
+  double cost = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < runs.size(); ++k) {
+    const Run& run = *runs[k];
+    if (run.elastic_error > error) continue;
+    cost = std::min(cost, *run.cpu[load]);
+    if (k == 0) continue;
+    const Run& coarser = *runs[k - 1];
+    // a run whose error is as large as the motion says nothing about where the line goes
+    if (coarser.elastic_error <= error || coarser.elastic_error > 0.5) continue;
+    const double share =
+        std::log(error / run.elastic_error) / std::log(coarser.elastic_error / run.elastic_error);
+    cost = std::min(cost, *run.cpu[load] * std::pow(*coarser.cpu[load] / *run.cpu[load], share));
+  }
+  return cost;
+}
+
+void keep_cheaper(const std::string& method, double cpu, double ours, Comparison::Other& other) {
+  if (!std::isfinite(cpu) || (!other.method.empty() && other.cpu <= cpu)) return;
+  other = {method, cpu, cpu / ours};
+}
+
+}  // namespace
+
+std::optional<Comparison> compare_at(const Study& study, double level, ReadOut read_out) {
+  const auto load = static_cast<std::size_t>(read_out);
+  Comparison found;
+  found.level = level;
+  found.cpu = std::numeric_limits<double>::infinity();
+  for (std::size_t k = 0; k < study.runs.size(); ++k) {
+    const Run& run = study.runs[k];
+    if (run.family != Family::kRung || !run.failure.empty() || !run.cpu[load]) continue;
+    if (run.elastic_error <= level && *run.cpu[load] < found.cpu) found.cpu = *run.cpu[load], found.ours = k;
+  }
+  if (!std::isfinite(found.cpu)) return std::nullopt;
+  // the same error, and no less: rounding of a motion's last digits is no reason to ask more of the others
+  const double error = study.runs[found.ours].elastic_error * (1.0 + 1e-3);
+  std::vector<std::string> methods;
+  for (const Run& run : study.runs)
+    if (run.family != Family::kRung && std::find(methods.begin(), methods.end(), run.method) == methods.end())
+      methods.push_back(run.method);
+  for (const std::string& method : methods) {
+    std::vector<const Run*> runs;
+    for (const Run& run : study.runs)
+      if (run.method == method && run.failure.empty() && run.cpu[load]) runs.push_back(&run);
+    if (runs.empty()) continue;
+    const double cpu = cost_at(runs, error, load);
+    const Family family = runs.front()->family;
+    keep_cheaper(method, cpu, found.cpu, found.best);
+    keep_cheaper(method, cpu, found.cpu,
+                 family == Family::kHandWritten ? found.hand_written
+                 : family == Family::kPackaged  ? found.packaged
+                                                : found.linearised);
+  }
+  return found;
+}
+
+}  // namespace freeflex::tools

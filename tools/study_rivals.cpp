@@ -1,0 +1,192 @@
+// The other methods within a study, each swept over its step or tolerance.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <map>
+#include <memory>
+#include <string>
+
+#include "tools/console.hpp"
+#include "tools/study_runs.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+struct Entry {
+  Rival rival;
+  Family family;
+  const char* name;
+};
+constexpr std::array kEntries{Entry{Rival::kVerlet, Family::kHandWritten, "velocity Verlet"},
+                              Entry{Rival::kRungeKutta4, Family::kHandWritten, "Runge-Kutta 4"},
+                              Entry{Rival::kErk4, Family::kPackaged, "ARKODE explicit 4"},
+                              Entry{Rival::kErk8, Family::kPackaged, "ARKODE explicit 8"},
+                              Entry{Rival::kDirk5, Family::kPackaged, "ARKODE implicit 5"},
+                              Entry{Rival::kAdams, Family::kPackaged, "CVODE Adams"},
+                              Entry{Rival::kBdf, Family::kPackaged, "CVODE BDF"},
+                              Entry{Rival::kLeapfrog, Family::kLinearised, "leapfrog, linear"},
+                              Entry{Rival::kKrylov, Family::kLinearised, "Krylov, linear"}};
+
+struct Setting {
+  double step = 0.0, tolerance = 0.0;
+};
+
+/// From the coarsest that can work to finer ones.
+std::vector<Setting> settings_of(Rival rival, double top_frequency, double end) {
+  constexpr double kInside = 0.99;  // of the stability limit
+  std::vector<Setting> settings;
+  if (rival == Rival::kKrylov) {
+    for (const double step : {end, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01})
+      if (step <= end)
+        for (const double tolerance : {1e-3, 1e-5, 1e-7}) settings.push_back({step, tolerance});
+    return settings;
+  }
+  const bool is_second_order = rival == Rival::kVerlet || rival == Rival::kLeapfrog;
+  if (is_second_order || rival == Rival::kRungeKutta4) {
+    const double limit = kInside * (is_second_order ? 2.0 : 2.0 * std::sqrt(2.0)) / top_frequency;
+    // halvings of the step, in between by square roots: costs between them are interpolated
+    for (int k = 0; k < (is_second_order ? 22 : 16); ++k)
+      settings.push_back({std::min(limit, end) * std::pow(2.0, -0.5 * k), 0.0});
+    return settings;
+  }
+  for (int k = 2; k <= 10; ++k) settings.push_back({0.0, std::pow(10.0, -k)});
+  return settings;
+}
+
+std::vector<double> reading_times(double end, double every) {
+  std::vector<double> times;
+  const auto count = std::llround(end / every);
+  for (std::int64_t k = 1; k < count; ++k) times.push_back(static_cast<double>(k) * every);
+  times.push_back(end);
+  return times;
+}
+
+/// Runs a rival once and keeps what the errors need.
+RivalRun follow(const Bench& bench, RivalMethod& method, const RivalOptions& options, double every,
+                Motion& motion) {
+  const std::vector<double> times = reading_times(bench.options.end, every);
+  const auto per_frame = static_cast<std::size_t>(std::llround(kFramePeriod / every));
+  bool is_free = false;
+  return method.run(times, options, [&](std::size_t k, const CartesianState& state) {
+    if ((k + 1) % per_frame == 0) motion.frames.push_back(state.p_W);
+    // the first reading after the loads, but for the last
+    if (!is_free && state.time >= bench.free_from && k + 1 < times.size()) {
+      is_free = true;
+      motion.energy_start = total_energy(bench.system, state);
+    }
+    if (k + 1 < times.size()) return;
+    motion.end = state;
+    if (is_free) motion.energy_end = total_energy(bench.system, state);
+  });
+}
+
+class Sweep {
+ public:
+  Sweep(const Bench& bench, const Eigen::Matrix3Xd* linear, Study& study)
+      : bench_(bench), linear_(linear), study_(study) {}
+
+  /// One method through its settings; false when the person stopped it.
+  bool run(const Entry& entry, const std::function<bool(double)>& told) {
+    std::string error;
+    const double start = thread_cpu();
+    const std::unique_ptr<RivalMethod> method = make_rival(entry.rival, bench_.system, error);
+    const double set_up = thread_cpu() - start;
+    if (!method) {
+      study_.left_out.push_back({entry.name, error});
+      return true;
+    }
+    const auto settings = settings_of(entry.rival, study_.top_frequency, bench_.options.end);
+    for (std::size_t k = 0; k < settings.size(); ++k) {
+      if (!told(static_cast<double>(k) / static_cast<double>(settings.size()))) return false;
+      Run run;
+      run.family = entry.family;
+      run.method = entry.name;
+      run.step = settings[k].step;
+      run.tolerance = settings[k].tolerance;
+      run.set_up = set_up;
+      const Verdict verdict = measure(*method, run);
+      if (verdict == Verdict::kOverBudget) return true;
+      study_.runs.push_back(run);
+      if (verdict == Verdict::kFinest) return true;
+    }
+    return true;
+  }
+
+ private:
+  enum class Verdict { kGoOn, kFinest, kOverBudget };
+
+  Verdict measure(RivalMethod& method, Run& run) {
+    constexpr double kLong = 2.0;  // [s] of CPU beyond which a run is done once, with every read-out at once
+    constexpr double kFineEnough = 1e-6;  // [-] elastic error, a tenth of the least level asked for
+    RivalOptions options{run.step, run.tolerance, bench_.scale, {}};
+    double deadline = thread_cpu() + bench_.options.budget;
+    options.is_stopped = [&] { return thread_cpu() > deadline || bench_.is_stopped(); };
+    Motion motion;
+    const double start = thread_cpu();
+    const RivalRun done = follow(bench_, method, options, expects_long(run) ? 0.001 : kFramePeriod, motion);
+    const double taken = thread_cpu() - start;
+    run.steps = done.num_steps;
+    run.memory = done.memory;
+    run.failure = done.error;
+    last_[run.method] = taken;
+    if (done.error == "stopped" || done.error.find("stopped") != std::string::npos) {
+      study_.left_out.push_back({std::string(run.method) + " at " + setting_of(run) + " and finer",
+                                 format_text("takes more than %g s of CPU time", bench_.options.budget)});
+      return Verdict::kOverBudget;
+    }
+    if (!run.failure.empty()) return Verdict::kGoOn;
+    set_errors(bench_, motion, run.family == Family::kLinearised ? linear_ : nullptr, run);
+    if (expects_long(run) || taken > kLong) {
+      run.cpu.fill(taken / bench_.options.end);
+      run.repeats = 1;
+    } else {
+      time_read_outs(method, options, deadline, run);
+    }
+    const bool is_finest = run.integration_error < kFineEnough ||
+                           (run.family == Family::kLinearised && run.step > 0.0 && run.tolerance == 0.0 &&
+                            run.integration_error < 0.02 * run.model_error);
+    if (is_finest) return Verdict::kFinest;
+    // the next setting is twice as fine, at least as dear
+    if (run.tolerance == 0.0 && std::sqrt(2.0) * taken > bench_.options.budget) return Verdict::kFinest;
+    return Verdict::kGoOn;
+  }
+
+  bool expects_long(const Run& run) const {
+    const auto found = last_.find(run.method);
+    return found != last_.end() && found->second > 1.5;  // [s]
+  }
+
+  void time_read_outs(RivalMethod& method, const RivalOptions& options, double& deadline, Run& run) {
+    const std::array<double, kReadOuts> every{bench_.options.end, 0.01, 0.001};  // [s]
+    for (std::size_t load = 0; load < kReadOuts; ++load) {
+      const std::vector<double> times = reading_times(bench_.options.end, every[load]);
+      const Timing timing = time_work(
+          [&] {
+            deadline = thread_cpu() + bench_.options.budget;
+            method.run(times, options, [](std::size_t, const CartesianState&) {});
+          },
+          bench_.options.repeats);
+      run.cpu[load] = timing.seconds / bench_.options.end;
+      if (load == 0) run.repeats = timing.repeats;
+    }
+  }
+
+  const Bench& bench_;
+  const Eigen::Matrix3Xd* linear_;
+  Study& study_;
+  std::map<std::string, double> last_;  // [s] CPU of a method's last run
+};
+
+}  // namespace
+
+void run_rivals(const Bench& bench, const Eigen::Matrix3Xd* linear, Study& study,
+                const std::function<bool(double)>& told) {
+  Sweep sweep(bench, linear, study);
+  for (std::size_t k = 0; k < kEntries.size(); ++k) {
+    const bool goes_on = sweep.run(
+        kEntries[k], [&](double share) { return told((static_cast<double>(k) + share) / kEntries.size()); });
+    if (!goes_on) return;
+  }
+}
+
+}  // namespace freeflex::tools

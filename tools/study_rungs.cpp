@@ -1,0 +1,219 @@
+// The rungs of the fidelity ladder within a study.
+#include <algorithm>
+#include <cmath>
+#include <string>
+
+#include "core/model/compile.hpp"
+#include "core/reference/elastic_error.hpp"
+#include "core/step/readout.hpp"
+#include "core/step/step.hpp"
+#include "tools/console.hpp"
+#include "tools/study_runs.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+constexpr std::array kRungs{Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
+                            Fidelity::kExactBars};
+constexpr std::array kSteps{0.1, 0.05, 0.02, 0.01, 0.005, 0.002, 0.001, 0.0005};  // [s]
+constexpr double kFineStep = 0.00025;                                             // [s] for the exact motion
+
+/// A plan in motion.
+struct Rung {
+  Plan plan;
+  State state;
+  Workspace workspace;
+  StepReport report;
+
+  explicit Rung(Plan given)
+      : plan(std::move(given)), state(make_state(plan)), workspace(make_workspace(plan)) {}
+
+  /// False when the state stops being finite.
+  bool advance(std::int64_t ticks) {
+    const Inputs none{};
+    for (std::int64_t k = 0; k < ticks; ++k) {
+      step(plan, state, none, workspace, report);
+      if (report.status != StepStatus::kOk) return false;
+    }
+    return true;
+  }
+
+  void read(CartesianState& to) const {
+    for (std::size_t i = 0; i < plan.points.size(); ++i) {
+      const PointState point = read_point(plan, state, static_cast<int>(i));
+      const auto column = static_cast<Eigen::Index>(i);
+      to.p_W.col(column) = Eigen::Vector3d(point.p_W[0], point.p_W[1], point.p_W[2]);
+      to.v_W.col(column) = Eigen::Vector3d(point.v_W[0], point.v_W[1], point.v_W[2]);
+    }
+  }
+
+  double energy() const {
+    const Invariants now = read_invariants(plan, state);
+    return now.kinetic_rigid + now.kinetic_elastic + now.potential;
+  }
+
+  std::size_t memory() const {
+    const std::size_t arrays =
+        state.q.size() + state.q_low.size() + state.q_dot.size() + state.q_dot_low.size() + state.Q.size();
+    // the workspace holds the next state, and loads at both ends
+    return plan_to_bytes(plan).size() + (2 * arrays + 2 * state.Q.size()) * sizeof(double);
+  }
+};
+
+bool is_whole(double ratio) { return std::abs(ratio - std::round(ratio)) < 1e-6; }
+
+/// Why a step does not fit the scene; empty when it does.
+std::string find_misfit(const Bench& bench, double step) {
+  if (!is_whole(bench.options.end / step)) return "the end is no whole number of steps";
+  for (const double edge : discontinuities(bench.system, bench.options.end))
+    if (!is_whole(edge / step)) return "a load begins or ends between its steps";
+  return {};
+}
+
+/// Runs to the end, reading every `every` ticks (0: at the end only); frames each 10 ms where ticks allow.
+bool follow(const Bench& bench, Rung& rung, Motion& motion) {
+  const double period = rung.plan.period;
+  reset_state(rung.plan, rung.state);
+  const auto ticks = std::llround(bench.options.end / period);
+  const auto points = static_cast<Eigen::Index>(rung.plan.points.size());
+  motion.end = {bench.options.end, Eigen::Matrix3Xd(3, points), Eigen::Matrix3Xd(3, points)};
+  const bool has_frames = period <= kFramePeriod * (1.0 + 1e-9) && is_whole(kFramePeriod / period);
+  const std::int64_t per_frame = has_frames ? std::llround(kFramePeriod / period) : 0;
+  const auto free_tick = std::llround(bench.free_from / period);
+  if (free_tick == 0) motion.energy_start = rung.energy();
+  for (std::int64_t k = 1; k <= ticks; ++k) {
+    if (!rung.advance(1)) return false;
+    if (per_frame > 0 && k % per_frame == 0) {
+      rung.read(motion.end);
+      motion.frames.push_back(motion.end.p_W);
+    }
+    if (k == free_tick && k < ticks) motion.energy_start = rung.energy();
+  }
+  rung.read(motion.end);
+  if (motion.energy_start) motion.energy_end = rung.energy();
+  return motion.end.p_W.allFinite();
+}
+
+void time_read_outs(const Bench& bench, Rung& rung, Run& run) {
+  const double period = rung.plan.period;
+  const auto ticks = std::llround(bench.options.end / period);
+  CartesianState now{0.0, Eigen::Matrix3Xd(3, rung.plan.points.size()),
+                     Eigen::Matrix3Xd(3, rung.plan.points.size())};
+  constexpr std::array<double, kReadOuts> kEvery{0.0, 0.01, 0.001};  // [s]
+  for (std::size_t load = 0; load < kReadOuts; ++load) {
+    std::int64_t every = ticks;
+    if (load > 0) {
+      // what is read must stand at a tick
+      if (kEvery[load] < period * (1.0 - 1e-9) || !is_whole(kEvery[load] / period)) continue;
+      every = std::llround(kEvery[load] / period);
+    }
+    const Timing timing = time_work(
+        [&] {
+          reset_state(rung.plan, rung.state);
+          for (std::int64_t k = 0; k < ticks; k += every) {
+            rung.advance(std::min<std::int64_t>(every, ticks - k));
+            rung.read(now);
+          }
+        },
+        bench.options.repeats);
+    run.cpu[load] = timing.seconds / bench.options.end;
+    if (load == 0) run.repeats = timing.repeats;
+  }
+}
+
+std::string first_error(const Faults& faults) {
+  for (const Fault& fault : faults)
+    if (fault.severity == Fault::Severity::kError) return fault.message;
+  return "it does not compile";
+}
+
+Scene with_all_points(const Bench& bench, Fidelity fidelity) {
+  Scene scene = bench.scene;
+  scene.fidelity = fidelity;
+  scene.rate = 1.0 / kFineStep;
+  scene.groups.clear();
+  scene.publication = {};
+  scene.pushable.clear();
+  for (std::size_t i = 0; i < scene.points.size(); ++i)
+    scene.publication.points.push_back(static_cast<int>(i));
+  return scene;
+}
+
+}  // namespace
+
+const char* name_of(Fidelity fidelity) {
+  switch (fidelity) {
+    case Fidelity::kRigid:
+      return "rigid";
+    case Fidelity::kSeparated:
+      return "separated";
+    case Fidelity::kSpinLoaded:
+      return "spin-loaded";
+    case Fidelity::kCoupled:
+      return "coupled";
+    case Fidelity::kExactBars:
+      return "exact bars";
+  }
+  return "?";
+}
+
+std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::function<bool(double)>& told) {
+  std::vector<ExactRung> exact;
+  for (std::size_t r = 0; r < kRungs.size(); ++r) {
+    const Fidelity fidelity = kRungs[r];
+    const double start = thread_cpu();
+    Faults faults;
+    const Scene scene = with_all_points(bench, fidelity);
+    std::optional<Plan> plan = compile_plan(scene, bench.structure, faults);
+    const double set_up = bench.structure_cpu + thread_cpu() - start;
+    if (!plan || has_error(faults)) {
+      study.left_out.push_back({std::string("rung ") + name_of(fidelity), first_error(faults)});
+      continue;
+    }
+    Rung rung(std::move(*plan));
+    exact.push_back({fidelity, {}});
+    Motion fine;
+    if (follow(bench, rung, fine)) exact.back().p_W = fine.end.p_W;
+    for (std::size_t s = 0; s < kSteps.size(); ++s) {
+      if (!told((static_cast<double>(r) + static_cast<double>(s) / kSteps.size()) / kRungs.size()))
+        return exact;
+      const std::string misfit = find_misfit(bench, kSteps[s]);
+      if (!misfit.empty()) {
+        if (r == 0) study.left_out.push_back({format_text("rungs at %g ms", 1e3 * kSteps[s]), misfit});
+        continue;
+      }
+      set_rate(rung.plan, 1.0 / kSteps[s]);
+      Run& run = study.runs.emplace_back();
+      run.family = Family::kRung;
+      run.method = name_of(fidelity);
+      run.step = kSteps[s];
+      run.set_up = set_up;
+      run.memory = rung.memory();
+      run.steps = std::llround(bench.options.end / kSteps[s]);
+      Motion motion;
+      if (!follow(bench, rung, motion)) {
+        run.failure = "not finite: the step is beyond the method's stability";
+        continue;
+      }
+      set_errors(bench, motion, exact.back().p_W.cols() > 0 ? &exact.back().p_W : nullptr, run);
+      time_read_outs(bench, rung, run);
+    }
+  }
+  return exact;
+}
+
+void set_errors(const Bench& bench, const Motion& motion, const Eigen::Matrix3Xd* exact, Run& run) {
+  const Eigen::Matrix3Xd& p_W = motion.end.p_W;
+  run.elastic_error = bench.meter.elastic(p_W);
+  run.position_error = bench.meter.position(p_W);
+  run.attitude_error = bench.meter.attitude(p_W);
+  run.frequency_error = bench.meter.frequency(motion);
+  run.energy_drift = bench.meter.energy_drift(motion);
+  // a method on the full system has no model error: what is wrong with it is integration
+  run.integration_error = run.elastic_error;
+  if (exact == nullptr) return;
+  run.model_error = bench.meter.elastic(*exact);
+  run.integration_error = elastic_error(bench.meter.displacements(p_W), bench.meter.displacements(*exact));
+}
+
+}  // namespace freeflex::tools
