@@ -51,7 +51,7 @@ double thread_cpu() {
 }
 
 Timing time_work(const std::function<void()>& work, int repeats) {
-  constexpr double kLong = 2.0, kEnough = 0.05, kBatch = 1e-3;  // [s]
+  constexpr double kLong = 2.0, kOne = 0.015, kBatch = 1e-3;  // [s]
   const double begin = thread_cpu();
   work();
   const double once = thread_cpu() - begin;
@@ -60,7 +60,7 @@ Timing time_work(const std::function<void()>& work, int repeats) {
   const int batch = std::max(1, static_cast<int>(kBatch / std::max(once, 1e-9)));
   std::vector<double> samples;
   double total = 0.0;
-  while (static_cast<int>(samples.size()) < repeats || total < kEnough) {
+  while (static_cast<int>(samples.size()) < repeats || total < repeats * kOne) {
     const double start = thread_cpu();
     for (int k = 0; k < batch; ++k) work();
     const double taken = thread_cpu() - start;

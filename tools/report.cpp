@@ -114,6 +114,9 @@ void add_report(CLI::App& app, int& exit_code) {
       ->add_option("--budget", options->study.budget, "CPU time that one run of another method may take [s]")
       ->capture_default_str()
       ->check(positive_time());
+  command->add_option("--repeats", options->study.repeats, "timings of a run, of which the median is taken")
+      ->capture_default_str()
+      ->check(whole_number(1, 1000));
   command->add_flag("--rungs", options->only_rungs,
                     "no other methods, only the rungs against the full system");
   command->add_flag("--json", options->json, "one JSON object on standard output");

@@ -130,13 +130,22 @@ std::string first_error(const Faults& faults) {
 Scene with_all_points(const Bench& bench, Fidelity fidelity) {
   Scene scene = bench.scene;
   scene.fidelity = fidelity;
-  scene.rate = 1.0 / kFineStep;
   scene.groups.clear();
   scene.publication = {};
   scene.pushable.clear();
   for (std::size_t i = 0; i < scene.points.size(); ++i)
     scene.publication.points.push_back(static_cast<int>(i));
   return scene;
+}
+
+/// The scene on a rung at a step; nullopt and `why` when it is refused there.
+std::optional<Rung> make_rung(const Bench& bench, Scene& scene, double step, std::string& why) {
+  Faults faults;
+  scene.rate = 1.0 / step;
+  std::optional<Plan> plan = compile_plan(scene, bench.structure, faults);
+  if (plan && !has_error(faults)) return Rung(std::move(*plan));
+  why = first_error(faults);
+  return std::nullopt;
 }
 
 }  // namespace
@@ -160,43 +169,45 @@ const char* name_of(Fidelity fidelity) {
 std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::function<bool(double)>& told) {
   std::vector<ExactRung> exact;
   for (std::size_t r = 0; r < kRungs.size(); ++r) {
-    const Fidelity fidelity = kRungs[r];
-    const double start = thread_cpu();
-    Faults faults;
-    const Scene scene = with_all_points(bench, fidelity);
-    std::optional<Plan> plan = compile_plan(scene, bench.structure, faults);
-    const double set_up = bench.structure_cpu + thread_cpu() - start;
-    if (!plan || has_error(faults)) {
-      study.left_out.push_back({std::string("rung ") + name_of(fidelity), first_error(faults)});
+    const std::string name = name_of(kRungs[r]);
+    Scene scene = with_all_points(bench, kRungs[r]);
+    std::string why;
+    std::optional<Rung> fine = make_rung(bench, scene, kFineStep, why);
+    if (!fine) {
+      study.left_out.push_back({"rung " + name, why});
       continue;
     }
-    Rung rung(std::move(*plan));
-    exact.push_back({fidelity, {}});
-    Motion fine;
-    if (follow(bench, rung, fine)) exact.back().p_W = fine.end.p_W;
+    exact.push_back({kRungs[r], {}});
+    Motion motion;
+    if (follow(bench, *fine, motion)) exact.back().p_W = motion.end.p_W;
     for (std::size_t s = 0; s < kSteps.size(); ++s) {
       if (!told((static_cast<double>(r) + static_cast<double>(s) / kSteps.size()) / kRungs.size()))
         return exact;
-      const std::string misfit = find_misfit(bench, kSteps[s]);
-      if (!misfit.empty()) {
-        if (r == 0) study.left_out.push_back({format_text("rungs at %g ms", 1e3 * kSteps[s]), misfit});
+      why = find_misfit(bench, kSteps[s]);
+      if (!why.empty()) {
+        if (r == 0) study.left_out.push_back({format_text("rungs at %g ms", 1e3 * kSteps[s]), why});
         continue;
       }
-      set_rate(rung.plan, 1.0 / kSteps[s]);
+      const double start = thread_cpu();
+      std::optional<Rung> rung = make_rung(bench, scene, kSteps[s], why);
+      if (!rung) {
+        study.left_out.push_back({name + format_text(" at %g ms", 1e3 * kSteps[s]), why});
+        continue;
+      }
       Run& run = study.runs.emplace_back();
+      run.set_up = bench.structure_cpu + thread_cpu() - start;
       run.family = Family::kRung;
-      run.method = name_of(fidelity);
+      run.method = name;
       run.step = kSteps[s];
-      run.set_up = set_up;
-      run.memory = rung.memory();
+      run.memory = rung->memory();
       run.steps = std::llround(bench.options.end / kSteps[s]);
-      Motion motion;
-      if (!follow(bench, rung, motion)) {
+      motion = {};
+      if (!follow(bench, *rung, motion)) {
         run.failure = "not finite: the step is beyond the method's stability";
         continue;
       }
       set_errors(bench, motion, exact.back().p_W.cols() > 0 ? &exact.back().p_W : nullptr, run);
-      time_read_outs(bench, rung, run);
+      time_read_outs(bench, *rung, run);
     }
   }
   return exact;

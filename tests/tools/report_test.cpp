@@ -1,0 +1,266 @@
+// freeflex report: the measures and comparisons, and the program from end to end. No time is judged.
+#include "tools/report.hpp"
+
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "tests/tools/shell.hpp"
+#include "tools/measure.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using tools::Comparison;
+using tools::Family;
+using tools::ReadOut;
+using tools::Run;
+using tools::Study;
+
+/// Four points, six springs, a kick of 20 ms.
+const std::string kTetrahedron =
+    "name: tetrahedron\npoints:\n"
+    "  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+    "  - {name: c, mass: 1, at: [0, 1, 0]}\n  - {name: d, mass: 1, at: [0, 0, 1]}\n"
+    "links:\n  - {spring: [a, b, c, a, d, b], stiffness: 1e4}\n  - {spring: [c, d], stiffness: 1e4}\n"
+    "loads:\n  - {name: kick, forces: {d: [0.3, 0.5, 0.2]}, pulse: {start: 0, duration: 0.02}}\n";
+
+Run made_run(Family family, const std::string& method, double step, double error, double cpu) {
+  Run run;
+  run.family = family;
+  run.method = method;
+  run.step = step;
+  run.elastic_error = error;
+  run.cpu.fill(cpu);
+  run.steps = 100;
+  return run;
+}
+
+Study made_study() {
+  Study study;
+  study.scene = "made <up> & \"quoted\"";
+  study.end = 1.0;
+  study.runs = {made_run(Family::kRung, "separated", 0.1, 2e-4, 1e-6),
+                made_run(Family::kRung, "separated", 0.01, 1e-4, 1e-5),
+                made_run(Family::kRung, "coupled", 0.01, 1e-6, 1e-4),
+                made_run(Family::kHandWritten, "Runge-Kutta 4", 1e-3, 1e-1, 1e-3),
+                made_run(Family::kHandWritten, "Runge-Kutta 4", 1e-4, 1e-5, 1e-2),
+                made_run(Family::kPackaged, "CVODE Adams", 0.0, 1e-3, 2e-2),
+                made_run(Family::kLinearised, "Krylov, linear", 0.1, 2e-4, 3e-4)};
+  return study;
+}
+
+// error h^4, cost 1 / h: the line between 1e-1 at 1e-3 s/s and 1e-5 at 1e-2 s/s passes 2e-4 at 10^-(3 - 2.7 /
+// 4)
+TEST(ReportComparison, TakesTheCheapestOfOursAndReadsOthersOffTheirLine) {
+  const auto found = tools::compare_at(made_study(), 1e-3, ReadOut::kOnce);
+  ASSERT_TRUE(found.has_value());
+  EXPECT_EQ(found->ours, 0u);
+  EXPECT_DOUBLE_EQ(found->cpu, 1e-6);
+  EXPECT_EQ(found->hand_written.method, "Runge-Kutta 4");
+  const double error = 2e-4 * (1.0 + 1e-3);
+  EXPECT_NEAR(found->hand_written.cpu, std::pow(10.0, -3.0 + 0.25 * (-1.0 - std::log10(error))), 1e-9);
+  EXPECT_EQ(found->packaged.method, "") << "its error stays above ours";
+  EXPECT_EQ(found->linearised.method, "Krylov, linear");
+  EXPECT_NEAR(found->linearised.ratio, 300.0, 1e-9);
+  EXPECT_EQ(found->best.method, "Krylov, linear");
+}
+
+TEST(ReportComparison, ClimbsTheLadderOnlyWhereTheLevelAsksForIt) {
+  const Study study = made_study();
+  EXPECT_EQ(study.runs[tools::compare_at(study, 1e-5, ReadOut::kOnce)->ours].method, "coupled");
+  EXPECT_FALSE(tools::compare_at(study, 1e-7, ReadOut::kOnce).has_value());
+}
+
+TEST(ReportComparison, SaysWhereOthersAreCheaper) {
+  tools::Report report;
+  report.studies.push_back(made_study());
+  report.studies[0].runs[6].cpu[2] = 1e-7;
+  const std::vector<std::string> sentences = tools::findings(report);
+  EXPECT_NE(sentences[2].find("We lose"), std::string::npos) << sentences[2];
+  EXPECT_NE(sentences[2].find("10 times cheaper"), std::string::npos) << sentences[2];
+  EXPECT_EQ(sentences[0].find("We lose"), std::string::npos);
+}
+
+TEST(ReportPage, EscapesWhatAScenesNameMayHold) {
+  tools::Report report;
+  report.studies.push_back(made_study());
+  for (const std::string& text : {tools::to_html(report), tools::work_precision_svg(report)}) {
+    EXPECT_NE(text.find("made &lt;up&gt; &amp; &quot;quoted&quot;"), std::string::npos);
+    EXPECT_EQ(text.find("<up>"), std::string::npos);
+    EXPECT_EQ(text.find("nan"), std::string::npos);
+    EXPECT_EQ(text.find("inf"), std::string::npos);
+  }
+}
+
+/// A cube of springs and its motion, for the measures.
+class Measures : public ::testing::Test {
+ protected:
+  Measures() {
+    Scene scene;
+    for (int i = 0; i < 8; ++i) {
+      PointMass point;
+      point.mass = 1.0 + 0.1 * i;
+      point.position = Eigen::Vector3d(i / 4, i / 2 % 2, i % 2);
+      scene.points.push_back(point);
+    }
+    for (int i = 0; i < 8; ++i)
+      for (int j = i + 1; j < 8; ++j) {
+        Link link;
+        link.points = {i, j};
+        link.kind = Spring{1e3};
+        scene.links.push_back(link);
+      }
+    std::string error;
+    system = make_cartesian_system(scene, error);
+    Faults faults;
+    structure = build_structure(scene, faults);
+  }
+
+  /// Mode l at amplitude q [m] and frequency omega [rad/s], read each 10 ms for 2 s.
+  tools::Motion vibration(Eigen::Index l, double q, double omega) const {
+    tools::Motion motion;
+    const Eigen::Map<const Eigen::Matrix3Xd> shape(structure->shapes.col(l).data(), 3, 8);
+    for (int k = 1; k <= 200; ++k)
+      motion.frames.emplace_back(system->r + q * std::sin(omega * tools::kFramePeriod * k) * shape);
+    motion.end = {2.0, motion.frames.back(), Eigen::Matrix3Xd::Zero(3, 8)};
+    return motion;
+  }
+
+  std::optional<CartesianSystem> system;
+  std::optional<Structure> structure;
+};
+
+TEST_F(Measures, FrequencyErrorIsThatOfTheModeThatMoves) {
+  const double omega = structure->omega[2];
+  const tools::ErrorMeter meter(*system, *structure, 0.0, vibration(2, 1e-6, omega));
+  for (const double error : {1e-2, 1e-4, 1e-6})
+    EXPECT_NEAR(*meter.frequency(vibration(2, 1e-6, omega * (1.0 + error))), error, 1e-4 * error + 1e-9);
+  EXPECT_FALSE(meter.frequency({}).has_value()) << "a motion without frames has no frequency";
+}
+
+TEST_F(Measures, PositionAttitudeAndElasticErrorAreToldApart) {
+  const tools::Motion motion = vibration(1, 1e-6, structure->omega[1]);
+  const tools::ErrorMeter meter(*system, *structure, 0.0, motion);
+  const double angle = 1e-7;
+  Eigen::Matrix3d turn = Eigen::AngleAxisd(angle, Eigen::Vector3d(1, 2, 2) / 3.0).toRotationMatrix();
+  Eigen::Matrix3Xd p_W = turn * motion.end.p_W;
+  p_W.row(1).array() += 0.25;
+  EXPECT_NEAR(meter.attitude(p_W), angle, 1e-14);
+  EXPECT_NEAR(meter.position(p_W), 0.25, 1e-6);
+  EXPECT_LT(meter.elastic(p_W), 1e-8) << "a rigid motion is no elastic error";
+}
+
+/// One report of everything, shared by the tests below.
+class ReportProgram : public ::testing::Test {
+ protected:
+  static void SetUpTestSuite() {
+    folder = new TemporaryFolder;
+    write_text(*folder / "scene.yaml", kTetrahedron);
+    outcome = run(kFreeflex + " report --repeats 1 --until 0.1 --json --out " + *folder / "out" + " " +
+                  *folder / "scene.yaml");
+  }
+  static void TearDownTestSuite() { delete folder; }
+  static inline TemporaryFolder* folder = nullptr;
+  static inline Outcome outcome;
+};
+
+TEST_F(ReportProgram, MeasuresEveryRungAndEveryOtherMethod) {
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  ASSERT_EQ(json["scenes"].size(), 1u);
+  const auto& scene = json["scenes"][0];
+  EXPECT_EQ(scene["elastic_freedoms"], 6);
+  EXPECT_LT(scene["reference"]["accuracy"], 1e-6);
+  std::set<std::string> methods;
+  for (const auto& item : scene["runs"]) {
+    methods.insert(item["method"]);
+    if (item.contains("failure")) continue;
+    EXPECT_GT(item["cpu_once"], 0.0);
+    EXPECT_GE(item["elastic_error"], 0.0);
+  }
+  for (const char* method : {"rigid", "separated", "spin-loaded", "coupled", "exact bars", "velocity Verlet",
+                             "Runge-Kutta 4", "ARKODE explicit 4", "ARKODE explicit 8", "ARKODE implicit 5",
+                             "CVODE Adams", "CVODE BDF", "leapfrog, linear", "Krylov, linear"})
+    EXPECT_TRUE(methods.count(method)) << method;
+  for (const char* key : {"processor", "compiler", "flags", "commit", "date"})
+    EXPECT_FALSE(json["machine"][key].get<std::string>().empty()) << key;
+  EXPECT_FALSE(json["findings"].empty());
+}
+
+// each rung of the ladder is nearer to the full system, and what a linear method leaves is the model's
+TEST_F(ReportProgram, ModelErrorFallsUpTheLadderAndIsSharedByTheLinearMethods) {
+  const auto json = nlohmann::json::parse(outcome.out);
+  std::map<std::string, double> model, least;
+  for (const auto& item : json["scenes"][0]["runs"]) {
+    if (item.contains("failure")) continue;
+    model[item["method"]] = item["model_error"];
+    auto [found, is_new] = least.try_emplace(item["method"], item["elastic_error"]);
+    if (!is_new) found->second = std::min(found->second, item["elastic_error"].get<double>());
+  }
+  EXPECT_DOUBLE_EQ(model["rigid"], 1.0) << "nothing elastic is all of it missing";
+  EXPECT_LT(model["separated"], 0.01);
+  EXPECT_LT(model["coupled"], model["separated"]);
+  EXPECT_LT(model["exact bars"], 0.1 * model["coupled"]);
+  EXPECT_EQ(model["Krylov, linear"], model["spin-loaded"]);
+  EXPECT_NEAR(least["Krylov, linear"] / model["spin-loaded"], 1.0, 0.05);
+  EXPECT_EQ(model["Runge-Kutta 4"], 0.0);
+  EXPECT_LT(least["Runge-Kutta 4"], 1e-5);
+}
+
+TEST_F(ReportProgram, WritesATableAPageAndAPictureThatNeedNothingElse) {
+  const std::string csv = read_text(*folder / "out/report.csv");
+  const auto json = nlohmann::json::parse(read_text(*folder / "out/report.json"));
+  std::istringstream lines(csv);
+  std::string line;
+  std::getline(lines, line);
+  const auto columns = std::count(line.begin(), line.end(), ',');
+  EXPECT_EQ(line.find("scene,family,method,step,tolerance,elastic_error,integration_error,model_error"), 0u);
+  std::size_t rows = 0;
+  while (std::getline(lines, line)) {
+    ++rows;
+    if (line.find('"') == std::string::npos)
+      EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns) << line;
+  }
+  EXPECT_EQ(rows, json["scenes"][0]["runs"].size());
+  const std::string page = read_text(*folder / "out/report.html"),
+                    svg = read_text(*folder / "out/work-precision.svg");
+  EXPECT_TRUE(contains(page, "<svg")) << "the picture stands in the page";
+  for (const std::string& text : {page, svg}) {
+    // the name of the SVG language is no address that anybody opens
+    std::string rest = text;
+    const std::string name = "http://www.w3.org/2000/svg";
+    for (std::size_t at = rest.find(name); at != std::string::npos; at = rest.find(name))
+      rest.erase(at, name.size());
+    for (const char* part : {"http:", "https:", "src=", "href=", "@import", "url("})
+      EXPECT_FALSE(contains(rest, part)) << part;
+    EXPECT_FALSE(contains(text, "nan"));
+  }
+  for (const char* part : {"tetrahedron", "exact bars", "Krylov, linear", "<title>"})
+    EXPECT_TRUE(contains(svg, part)) << part;
+}
+
+TEST(ReportArguments, WhatCannotBeReportedIsSaid) {
+  const TemporaryFolder folder;
+  write_text(folder / "beam.yaml",
+             "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+             "links:\n  - {beam: [a, b], EA: 1, GJ: 1, EIy: 1, EIz: 1}\n");
+  const Outcome beam = run(kFreeflex + " report " + folder / "beam.yaml");
+  EXPECT_EQ(beam.exit_code, 2);
+  EXPECT_TRUE(contains(beam.err, "full system")) << beam.err;
+  EXPECT_EQ(run(kFreeflex + " report " + folder / "none.yaml").exit_code, 2);
+  EXPECT_EQ(run(kFreeflex + " report").exit_code, 2);
+  EXPECT_EQ(run(kFreeflex + " report --until -1 " + folder / "beam.yaml").exit_code, 2);
+  write_text(folder / "tetrahedron.yaml", kTetrahedron);
+  write_text(folder / "file", "");
+  const Outcome blocked = run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --out " + folder / "file" +
+                              " " + folder / "tetrahedron.yaml");
+  EXPECT_EQ(blocked.exit_code, 1);
+  EXPECT_TRUE(contains(blocked.out, "exact bars")) << "the table is printed all the same";
+}
+
+}  // namespace
+}  // namespace freeflex::testing
