@@ -49,8 +49,8 @@ void set_horizon(double horizon, Plan& plan) {
 
 bool is_within(double error, const std::optional<double>& tolerance) { return !tolerance || error <= *tolerance; }
 
-RungError try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
-  RungError result;
+PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
+  PlanRung result;
   result.rung = rung;
   Scene tried = scene;
   tried.fidelity = rung;
@@ -79,23 +79,23 @@ RungError try_rung(const Scene& scene, const Structure& structure, Fidelity rung
     if (k * kRungSamples < sample * ticks) continue;
     ++sample;
     const ErrorSize error = read_budget(*plan, state, budget).total;
-    result.worst.position = std::max(result.worst.position, error.position);
-    result.worst.attitude = std::max(result.worst.attitude, error.attitude);
-    result.worst.elastic = std::max(result.worst.elastic, error.elastic);
+    result.position = std::max(result.position, error.position);
+    result.attitude = std::max(result.attitude, error.attitude);
+    result.elastic = std::max(result.elastic, error.elastic);
   }
-  result.is_finite = std::isfinite(result.worst.position) && std::isfinite(result.worst.elastic);
+  result.is_finite = std::isfinite(result.position) && std::isfinite(result.elastic);
   const AutomaticRung& asked = *scene.automatic;
-  result.meets = result.is_finite && is_within(result.worst.position, asked.position) &&
-                 is_within(result.worst.attitude, asked.attitude) && is_within(result.worst.elastic, asked.elastic);
+  result.meets = result.is_finite && is_within(result.position, asked.position) &&
+                 is_within(result.attitude, asked.attitude) && is_within(result.elastic, asked.elastic);
   return result;
 }
 
-std::string describe(const std::vector<RungError>& tried) {
+std::string describe(const std::vector<PlanRung>& tried) {
   std::string text;
-  for (const RungError& each : tried) {
+  for (const PlanRung& each : tried) {
     text += (text.empty() ? "" : ", ") + std::string(name_of(each.rung));
-    text += each.is_finite ? join_text(" ", each.worst.position, " m, ", each.worst.attitude, " rad, elastic ",
-                                       each.worst.elastic)
+    text += each.is_finite ? join_text(" ", each.position, " m, ", each.attitude, " rad, elastic ",
+                                       each.elastic)
                            : std::string(" leaves the numbers");
   }
   return text;
@@ -131,7 +131,7 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
   if (lacks_modes) add_shadow(scene, structure, PlanShadow::Kind::kWhole, plan.fidelity, 1, plan, faults);
 }
 
-std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<RungError>& tried,
+std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<PlanRung>& tried,
                                     Faults& faults) {
   for (const Fidelity rung : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
                               Fidelity::kExactBars}) {

@@ -16,21 +16,13 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
 /// A horizon [s] in ticks, at least 1.
 std::int64_t horizon_in_ticks(double horizon, double period);
 
-/// What a rung comes to over the horizon of scene.automatic, under the loads of the scene.
-struct RungError {
-  Fidelity rung = Fidelity::kRigid;
-  ErrorSize worst;         // estimates, as BudgetReading::total, largest over the samples
-  bool is_finite = false;  // false: the rung, or the best one beside it, left the numbers
-  bool meets = false;      // every tolerance that is stated
-};
-
 /// Samples at which errors are judged over a horizon.
 inline constexpr int kRungSamples = 16;
 
-/// The cheapest rung within the tolerances of scene.automatic, and what the rungs before it come to (X99). Without one
-/// that does: an error at the place of the tolerance, and nullopt.
+/// The cheapest rung within the tolerances of scene.automatic, the last of `tried` (X99). Without one that is: an error
+/// at the place of the tolerance, and nullopt.
 /// Cost: up to five runs over the horizon, each with the best rung beside it.
-std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<RungError>& tried,
+std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<PlanRung>& tried,
                                     Faults& faults);
 
 /// "rigid", "separated", "spin-loaded", "coupled", "exact-bars".

@@ -4,6 +4,7 @@
 #include <array>
 #include <numeric>
 
+#include "core/model/budget.hpp"
 #include "core/model/faults.hpp"
 #include "core/model/motion_scope.hpp"
 #include "core/model/reach.hpp"
@@ -232,11 +233,23 @@ class Lean {
 
 }  // namespace
 
-std::optional<Plan> compile_lean_plan(const Scene& scene, const Structure& structure, Faults& faults) {
+std::optional<Plan> compile_lean_plan(const Scene& given, const Structure& structure, Faults& faults) {
+  Scene scene = given;
+  std::vector<PlanRung> tried;
+  if (scene.automatic) {
+    const std::optional<Fidelity> rung = choose_rung(scene, structure, tried, faults);
+    if (!rung) return std::nullopt;
+    scene.fidelity = *rung;
+  }
   // with everything in it first: what is wrong with a scene is said of the scene
   std::optional<Plan> full = compile_plan(scene, structure, faults);
   if (!full) return std::nullopt;
-  return Lean(scene, structure, std::move(*full)).compile(faults);
+  std::optional<Plan> plan = Lean(scene, structure, std::move(*full)).compile(faults);
+  if (!plan) return std::nullopt;
+  plan->tried_rungs = std::move(tried);
+  compile_budget(scene, structure, *plan, faults);
+  if (has_error(faults)) return std::nullopt;
+  return plan;
 }
 
 const char* name_of(Part part) {

@@ -7,7 +7,7 @@
 
 namespace freeflex {
 
-/// compile_plan, less what the scene does not need, with an account of every part in Plan::parts   (THEORY section
+/// The plan that programs run: the rung that `fidelity: auto` chooses, less what the scene does not need, with an account of every part in Plan::parts   (THEORY section
 /// 14). What changes nothing beyond rounding goes unless scene.leave_out keeps it; modes of a small share go within
 /// its tolerance; what only commands could need goes as its on_need says. nullopt on an error.
 /// Cost: up to three times that of compile_plan, and the steps over the horizon.

@@ -104,6 +104,11 @@ void fields(Archive& archive, T& s) {
   all_of(archive, s.force_W, s.force_B, s.group_force_W, s.group_torque_W, s.group_force_B, s.group_torque_B);
 }
 
+template <typename Archive, Is<PlanRung> T>
+void fields(Archive& archive, T& r) {
+  all_of(archive, r.rung, r.position, r.attitude, r.elastic, r.is_finite, r.meets);
+}
+
 template <typename Archive, Is<PlanShadow> T>
 void fields(Archive& archive, T& s) {
   all_of(archive, s.kind, s.substeps, s.plan);
@@ -138,7 +143,7 @@ void fields(Archive& archive, T& p) {
   all_of(archive, p.damps, p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers, p.scope,
          p.wide_modes);
   archive.nested(p.wide);
-  all_of(archive, p.budget.horizon, p.budget.horizon_ticks);
+  all_of(archive, p.tried_rungs, p.budget.horizon, p.budget.horizon_ticks);
   archive.nested(p.budget.shadows);
 }
 

@@ -234,6 +234,14 @@ struct CommandScope {
   Mat3 R_WB{};      // [-] attitude at the start, which stays but for turns about the normal
 };
 
+/// What a rung came to when `fidelity: auto` tried it over a horizon: the largest estimates   (THEORY X99).
+struct PlanRung {
+  Fidelity rung = Fidelity::kRigid;
+  double position = 0.0, attitude = 0.0, elastic = 0.0;  // [m] rms, [rad], [-]
+  bool is_finite = false;                                // false: it left the numbers
+  bool meets = false;                                    // every tolerance asked for
+};
+
 struct PlanShadow;
 
 /// The live error budget: what steps beside the state   (THEORY X96). Empty: none.
@@ -300,6 +308,7 @@ struct Plan {
   double horizon = 0.0;                           // [s] over which their errors were judged
   std::vector<std::int32_t> mode_numbers;         // (num_elastic) from 1, of the scene's modes; empty: all
   CommandScope scope;
+  std::vector<PlanRung> tried_rungs;  // with `fidelity: auto`, cheapest first; the last was taken
   PlanBudget budget;
   // none or one: the plan that is stepped from the tick at which a command needs a part left out here
   std::vector<Plan> wide;

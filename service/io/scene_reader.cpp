@@ -28,7 +28,7 @@ SceneResult read_scene(const std::string& path) {
 namespace reader {
 namespace {
 
-const std::vector<std::string_view> kSections{"name",   "rate",     "fidelity", "points",    "links",
+const std::vector<std::string_view> kSections{"name",   "rate",     "fidelity", "tolerance", "error_budget", "points",    "links",
                                               "groups", "damping",  "gravity",  "attractor", "initial",
                                               "loads",  "feedback", "leave_out", "publish",  "commands"};
 constexpr Quantity kRate{"Hz", Bound::kPositive};
@@ -78,10 +78,8 @@ void SceneReader::read_sections(const Node& root) {
   if (const Node* name = fields.find("name"))
     if (const auto text = read_name(report_, *name, "scene: name")) scene_.name = *text;
   fields.read("rate", kRate, scene_.rate);
-  if (const Node* fidelity = fields.find("fidelity"))
-    if (const auto rung = read_word(report_, *fidelity, "scene: fidelity",
-                                    {"rigid", "separated", "spin-loaded", "coupled", "exact-bars"}))
-      scene_.fidelity = static_cast<Fidelity>(*rung);
+  read_fidelity(fields.find("fidelity"), fields.find("tolerance"));
+  if (const Node* budget = fields.find("error_budget")) read_error_budget(*budget);
   // in the order of reference: points, what joins them, what names them
   const Node* points = fields.require("points", "must be a list of {name, mass, at} or {csv: FILE}");
   if (points)

@@ -72,6 +72,8 @@ class SceneReader {
 
   // scene_leave_out.cpp
   void read_leave_out(const Node& node);
+  void read_fidelity(const Node* fidelity, const Node* tolerance);
+  void read_error_budget(const Node& node);
 
   // scene_feedback.cpp
   void read_feedbacks(const Node& node);

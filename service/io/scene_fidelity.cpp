@@ -1,0 +1,56 @@
+// Which rung of the fidelity ladder a scene takes, and the budget of its errors.
+#include "core/model/budget.hpp"
+#include "service/io/scene_reader.hpp"
+
+namespace freeflex::io::reader {
+namespace {
+
+constexpr Quantity kHorizon{"s", Bound::kPositive};
+
+std::vector<std::string_view> rung_names() {
+  std::vector<std::string_view> names;
+  for (int k = 0; k <= static_cast<int>(Fidelity::kExactBars); ++k)
+    names.emplace_back(name_of(static_cast<Fidelity>(k)));
+  names.emplace_back("auto");
+  return names;
+}
+
+}  // namespace
+
+void SceneReader::read_fidelity(const Node* fidelity, const Node* tolerance) {
+  std::optional<std::size_t> word;
+  if (fidelity) word = read_word(report_, *fidelity, "scene: fidelity", rung_names());
+  const bool is_auto = word && *word + 1 == rung_names().size();
+  if (word && !is_auto) scene_.fidelity = static_cast<Fidelity>(*word);
+  if (is_auto && !tolerance)
+    report_.error(fidelity->origin,
+                  "scene: fidelity is auto without a tolerance; add tolerance: {position: [m], attitude: [rad], "
+                  "elastic: share, horizon: [s]}, with at least one of the first three");
+  if (!tolerance) return;
+  if ((!fidelity || word) && !is_auto)
+    report_.error(tolerance->origin, "scene: tolerance has no effect but with fidelity: auto; add that or leave it out");
+  const Fields fields(report_, *tolerance, "tolerance", {"position", "attitude", "elastic", "horizon"});
+  if (!fields.is_mapping()) return;
+  AutomaticRung& automatic = scene_.automatic.emplace();
+  automatic.origin = tolerance->origin;
+  const auto read = [&](const char* key, const char* unit, std::optional<double>& value) {
+    if (fields.find(key) == nullptr) return;
+    double number = 0.0;
+    fields.read(key, {unit, Bound::kPositive}, number);
+    value = number;
+  };
+  read("position", "m", automatic.position);
+  read("attitude", "rad", automatic.attitude);
+  read("elastic", "-", automatic.elastic);
+  fields.require("horizon", kHorizon, automatic.horizon);
+  if (!automatic.position && !automatic.attitude && !automatic.elastic)
+    report_.error(tolerance->origin, "tolerance: none is stated; give position [m], attitude [rad] or elastic (share)");
+}
+
+void SceneReader::read_error_budget(const Node& node) {
+  const Fields fields(report_, node, "error_budget", {"horizon"});
+  scene_.error_budget.origin = node.origin;
+  if (fields.is_mapping()) fields.require("horizon", kHorizon, scene_.error_budget.horizon);
+}
+
+}  // namespace freeflex::io::reader
