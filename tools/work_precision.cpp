@@ -82,6 +82,8 @@ std::string power_of_ten(int exponent) {
   return format_text("10<tspan dy=\"-5\" font-size=\"9\">%d</tspan>", exponent);
 }
 
+constexpr int kLeastDecade = -8;  // of the error: what is finer is not drawn
+
 struct Range {
   int low = 0, high = 0;  // decades
   double width() const { return high - low; }
@@ -89,7 +91,8 @@ struct Range {
 
 bool is_shown(const Run& run, std::size_t load) {
   constexpr double kWrong = 3.0;  // [-] beyond which a motion has nothing to do with the reference's
-  return run.failure.empty() && run.cpu[load] && run.elastic_error > 0.0 && run.elastic_error < kWrong;
+  return run.failure.empty() && run.cpu[load] && run.elastic_error > std::pow(10.0, kLeastDecade) &&
+         run.elastic_error < kWrong;
 }
 
 /// Decades that hold every point of a scene, the same for its three panels.
@@ -109,7 +112,7 @@ Scales axes_of(const Study& study) {
   const auto floor_of = [](double value) { return static_cast<int>(std::floor(std::log10(value))); };
   if (most_cpu == 0.0) return {{-6, 0}, {-6, 1}};
   return {{floor_of(0.8 * least_cpu), floor_of(1.25 * most_cpu) + 1},
-          {std::max(-12, floor_of(0.8 * least_error)), 1}};
+          {std::max(kLeastDecade, floor_of(0.8 * least_error)), 1}};
 }
 
 /// One panel: the ranges, and where its inside lies.
@@ -124,7 +127,8 @@ struct Panel {
   }
 };
 
-std::string grid(const Panel& panel, bool has_y_labels) {
+/// The last decade of a panel has its label only when no other panel begins beside it.
+std::string grid(const Panel& panel, bool is_first, bool is_last) {
   std::string text =
       format_text("<rect x=\"%.1f\" y=\"%.1f\" width=\"%.1f\" height=\"%.1f\" class=\"frame\"/>", panel.x0,
                   panel.y0, kPanelWidth, kPanelHeight);
@@ -132,13 +136,13 @@ std::string grid(const Panel& panel, bool has_y_labels) {
   for (int k = panel.axes.cpu.low; k <= panel.axes.cpu.high; ++k) {
     const double x = panel.x(std::pow(10.0, k));
     text += format_text("<path d=\"M%.1f %.1fV%.1f\" class=\"grid\"/>", x, panel.y0, below);
-    text += label(x, below + 17.0, "middle", power_of_ten(k));
+    if (is_last || k < panel.axes.cpu.high) text += label(x, below + 17.0, "middle", power_of_ten(k));
   }
   const int every = panel.axes.error.width() > 8 ? 2 : 1;
   for (int k = panel.axes.error.low; k <= panel.axes.error.high; ++k) {
     const double y = panel.y(std::pow(10.0, k));
     text += format_text("<path d=\"M%.1f %.1fH%.1f\" class=\"grid\"/>", panel.x0, y, panel.x0 + kPanelWidth);
-    if (has_y_labels && k % every == 0) text += label(panel.x0 - 6.0, y + 4.0, "end", power_of_ten(k));
+    if (is_first && k % every == 0) text += label(panel.x0 - 6.0, y + 4.0, "end", power_of_ten(k));
   }
   return text +
          label(panel.x0 + 0.5 * kPanelWidth, below + 36.0, "middle", "CPU time per simulated time [s/s]");
@@ -185,7 +189,7 @@ std::string curves(const Panel& panel, const Study& study, const std::vector<std
     const Style& style = style_of(*method);
     std::string line, marks;
     for (const Run* run : runs) {
-      const double x = panel.x(*run->cpu[load]), y = panel.y(std::max(run->elastic_error, 1e-12));
+      const double x = panel.x(*run->cpu[load]), y = panel.y(run->elastic_error);
       line += format_text("%s%.1f %.1f", line.empty() ? "M" : "L", x, y);
       marks += marker(x, y, style,
                       format_text("%s, %s: elastic error %.2e, %.2e s/s", method->c_str(),
@@ -275,7 +279,7 @@ std::string work_precision_svg(const Report& report) {
     for (std::size_t load = 0; load < kReadOuts; ++load) {
       const Panel panel{axes, kLeft + static_cast<double>(load) * (kPanelWidth + kBetween), panel_top};
       text += label(panel.x0 + 0.5 * kPanelWidth, panel_top - 8.0, "middle", kReadOutNames[load], "sub");
-      text += grid(panel, load == 0) + curves(panel, study, methods, load);
+      text += grid(panel, load == 0, load + 1 == kReadOuts) + curves(panel, study, methods, load);
     }
     const double middle = panel_top + 0.5 * kPanelHeight;
     text +=
