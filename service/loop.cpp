@@ -98,6 +98,7 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
       loads_every_(ticks_between(plan.loads_rate, plan.period)),
       state_(make_state(plan)),
       workspace_(make_workspace(plan)),
+      budget_(make_budget(plan)),
       pacer_(plan.period / settings.timing.scale * 1e9),
       inbound_entry_(std::make_unique<InboundEntry>()),
       applied_entry_(std::make_unique<AppliedEntry>()) {
@@ -160,8 +161,10 @@ void Simulation::set_steps(std::int64_t steps) noexcept {
 void Simulation::advance(std::int64_t woken_ns) noexcept {
   const std::span<const ForceCommand> due = desk_.take_due(state_.tick);
   const std::int64_t tick = state_.tick;
+  prepare_budget(plan_, state_, budget_);
   step(plan_, state_, Inputs{due}, workspace_, report_);
   if (report_.status != StepStatus::kOk) return enter_fault(due);
+  follow_step(plan_, state_, !due.empty() || report_.num_expiries > 0, budget_);
   // ends come before commands, as the step takes them
   for (int i = 0; i < report_.num_expiries; ++i) {
     const Expiry& expiry = report_.expiries[static_cast<std::size_t>(i)];
@@ -237,6 +240,7 @@ void Simulation::offer(Box<Snapshot>& box) noexcept {
   draft.num_slots = state_.num_slots;
   draft.mode = mode();
   draft.fault = fault_;
+  if (&box == &output_.status) draft.budget = read_budget(plan_, state_, budget_);
   box.offer();
 }
 

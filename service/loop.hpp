@@ -93,6 +93,7 @@ class Simulation {
 
   State state_;
   Workspace workspace_;
+  Budget budget_;
   StepReport report_;
   CommandDesk desk_;
   Pacer pacer_;

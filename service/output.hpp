@@ -6,7 +6,7 @@
 #include <atomic>
 #include <cstdint>
 
-#include "core/step/step.hpp"
+#include "core/step/budget.hpp"
 #include "service/box.hpp"
 #include "service/histogram.hpp"
 #include "service/shared.hpp"
@@ -57,6 +57,7 @@ struct Snapshot {
   std::int32_t num_slots = 0;       // in force
   Mode mode = Mode::kStarting;
   FaultNote fault;
+  BudgetReading budget;  // status only
 };
 Snapshot make_snapshot(const Plan& plan);
 

@@ -118,11 +118,31 @@ void StatusReporter::fill_validity(const Snapshot& snapshot, const Invariants& i
   status.max_displacement = V;
   status.displacement_ratio = validity_.displacement_ratio(V);
   status.spin_ratio = validity_.spin_ratio(norm(angular_velocity(plan_, snapshot.state)), V);
+  fill_budget(snapshot, status);
   if (V > 0.0) {
     const double translation = norm(invariants.eckart_translation) / (plan_.mass * V);
     const double rotation = norm(invariants.eckart_rotation) / (plan_.mass * validity_.size() * V);
     status.eckart_residual = std::max(translation, rotation);
   }
+}
+
+void StatusReporter::fill_budget(const Snapshot& snapshot, freeflex_msgs::status_t& status) const {
+  const BudgetReading& reading = snapshot.budget;
+  const bool has_budget = !plan_.budget.shadows.empty();
+  Verdict verdict = judge_ratios(plan_, status.displacement_ratio, status.spin_ratio);
+  if (has_budget) {
+    verdict = judge_budget(reading, validity_.size(), status.displacement_ratio, status.spin_ratio);
+    status.budget_horizon = plan_.budget.horizon;
+    status.budget_age = reading.age;
+    const ErrorSize* const parts[] = {&reading.total, &reading.integration, &reading.truncation, &reading.model};
+    for (std::size_t k = 0; k < std::size(parts); ++k) {
+      status.error_position[k] = parts[k]->position;
+      status.error_attitude[k] = parts[k]->attitude;
+      status.error_elastic[k] = parts[k]->elastic;
+    }
+  }
+  status.validity = static_cast<std::int32_t>(verdict.word);
+  status.validity_cause = verdict.cause;
 }
 
 std::string replan_name(const State& state) {

@@ -46,6 +46,7 @@ class StatusReporter {
   void fill_drift(const Snapshot& snapshot, const Invariants& invariants, freeflex_msgs::status_t& status);
   void fill_validity(const Snapshot& snapshot, const Invariants& invariants,
                      freeflex_msgs::status_t& status) const;
+  void fill_budget(const Snapshot& snapshot, freeflex_msgs::status_t& status) const;
 
   const Plan& plan_;
   const Identity& identity_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 
 namespace freeflex::service {
 
@@ -10,6 +11,80 @@ double norm(const Vec3& v) noexcept { return std::hypot(v[0], v[1], v[2]); }
 double bounded_ratio(double numerator, double denominator) noexcept {
   constexpr double kLargest = 1e9;  // what an unbounded ratio is published as
   return numerator == 0.0 ? 0.0 : std::min(numerator / denominator, kLargest);
+}
+
+namespace {
+
+std::string number(double value) {
+  char text[32];
+  std::snprintf(text, sizeof text, "%.2g", value);
+  return text;
+}
+
+Verdict::Word worse(Verdict::Word a, Verdict::Word b) { return std::max(a, b); }
+
+Verdict::Word grade(double value, double good, double most) {
+  if (value <= good) return Verdict::Word::kGood;
+  return value <= most ? Verdict::Word::kWatch : Verdict::Word::kOutside;
+}
+
+/// Limits of the ratios on a rung, as shares of those of the separated one. What a rung holds itself has none.
+struct RungLimits {
+  double displacement, spin;
+};
+RungLimits limits_of(Fidelity rung) {
+  constexpr double kNone = 1e300;
+  switch (rung) {
+    case Fidelity::kRigid:
+    case Fidelity::kSeparated:
+      return {1.0, 1.0};
+    case Fidelity::kSpinLoaded:
+      return {1.0, 10.0};  // its error in the ratio is that of Coriolis forces, a tenth of the whole and less
+    case Fidelity::kCoupled:
+      return {10.0, kNone};
+    case Fidelity::kExactBars:
+      break;
+  }
+  return {100.0, kNone};  // the frame is lost when V reaches a tenth of the size
+}
+
+}  // namespace
+
+Verdict judge_ratios(const Plan& plan, double displacement_ratio, double spin_ratio) {
+  constexpr double kGoodShare = 0.1;  // of the limit
+  const RungLimits limits = limits_of(plan.fidelity);
+  const double d = displacement_ratio / (limits.displacement * kMaxDisplacementRatio),
+               s = spin_ratio / (limits.spin * kMaxSpinRatio);
+  Verdict verdict{worse(grade(d, kGoodShare, 1.0), grade(s, kGoodShare, 1.0)), {}};
+  if (verdict.word != Verdict::Word::kGood)
+    verdict.cause = d > s ? "deformation: displacement ratio " + number(displacement_ratio)
+                          : "spin: spin ratio " + number(spin_ratio);
+  return verdict;
+}
+
+Verdict judge_budget(const BudgetReading& reading, double size, double displacement_ratio, double spin_ratio) {
+  if (reading.is_lost) return {Verdict::Word::kOutside, "the full equations beside it left the numbers"};
+  const ErrorSize& total = reading.total;
+  const double position = size > 0.0 ? total.position / size : 0.0;
+  Verdict verdict{worse(grade(total.elastic, kGoodElastic, kMostElastic),
+                        grade(position, kGoodPosition, kMostPosition)),
+                  {}};
+  if (verdict.word == Verdict::Word::kGood) return verdict;
+  const bool by_elastic = total.elastic / kGoodElastic > position / kGoodPosition;
+  const auto part = [&](const ErrorSize& error) { return by_elastic ? error.elastic : error.position; };
+  const double model = part(reading.model), integration = part(reading.integration),
+               truncation = part(reading.truncation);
+  if (integration > std::max(model, truncation))
+    verdict.cause = "integration: raise the rate";
+  else if (truncation > model)
+    verdict.cause = "truncation: modes left out; lower leave_out: tolerance";
+  else if (displacement_ratio / kMaxDisplacementRatio > spin_ratio / kMaxSpinRatio)
+    verdict.cause = "model, by deformation: displacement ratio " + number(displacement_ratio);
+  else
+    verdict.cause = "model, by spin: spin ratio " + number(spin_ratio);
+  verdict.cause += by_elastic ? "; elastic error " + number(total.elastic)
+                              : "; position error " + number(total.position) + " m";
+  return verdict;
 }
 
 Validity::Validity(const Plan& plan) : plan_(plan) {

@@ -1,6 +1,9 @@
 // Whether the method's assumptions hold: displacements small against size, spin slow against vibration.
 #pragma once
 
+#include <string>
+
+#include "core/step/budget.hpp"
 #include "core/step/readout.hpp"
 
 namespace freeflex::service {
@@ -8,6 +11,23 @@ namespace freeflex::service {
 /// Beyond these a motion is outside what the method can answer (README, "When not to trust it").
 inline constexpr double kMaxDisplacementRatio = 1e-3;  // [-] elastic error some 10 %
 inline constexpr double kMaxSpinRatio = 0.1;           // [-] elastic error some 3 %
+
+/// Largest estimates that are good, and that are still worth watching.
+inline constexpr double kGoodElastic = 0.01, kMostElastic = 0.1;      // [-]
+inline constexpr double kGoodPosition = 1e-4, kMostPosition = 1e-2;  // [-] of the size
+
+/// One word on a motion, and its cause.
+struct Verdict {
+  enum class Word { kGood = 0, kWatch = 1, kOutside = 2 };
+  Word word = Word::kGood;
+  std::string cause;  // empty when good
+};
+
+/// What the ratios of a motion say where no budget is kept: an order of magnitude.
+Verdict judge_ratios(const Plan& plan, double displacement_ratio, double spin_ratio);
+/// What a budget says; the ratios name the cause.
+/// \param size  [m] max |r|
+Verdict judge_budget(const BudgetReading& reading, double size, double displacement_ratio, double spin_ratio);
 
 /// The ratios of status_t for one plan. Allocates nothing after construction.
 class Validity {

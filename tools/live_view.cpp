@@ -205,8 +205,25 @@ std::string LiveView::elastic_text(std::size_t num_modes) const {
   if (!status_->replan.empty())
     out += format_text("replan     %s is back since tick %" PRId64 ": a command needs it\n", status_->replan.c_str(),
                        status_->replan_tick);
-  out += format_text("validity   displacement ratio %.1e, spin ratio %.1e (both must be small)\n\n",
-                     status_->displacement_ratio, status_->spin_ratio);
+  return out + validity_text() + "\n";
+}
+
+std::string LiveView::validity_text() const {
+  const auto& s = *status_;
+  static constexpr std::array kWords{"good", "watch", "outside"};
+  const std::string word = s.validity >= 0 && s.validity < 3 ? kWords[static_cast<std::size_t>(s.validity)] : "?";
+  const bool is_good = s.validity == freeflex_msgs::status_t::GOOD;
+  std::string out = "validity   " + (is_good ? bold(word) : std::string(kAlarm) + word + kPlain);
+  out += s.validity_cause.empty() ? "" : "  " + s.validity_cause;
+  out += format_text("\n           displacement ratio %.1e, spin ratio %.1e (both must be small)\n",
+                     s.displacement_ratio, s.spin_ratio);
+  if (s.budget_horizon == 0.0) return out;
+  out += format_text("errors     over %.3g s (of %.3g)   position m   attitude rad   elastic\n", s.budget_age,
+                     s.budget_horizon);
+  static constexpr std::array kParts{"estimate", "integration", "truncation", "model"};
+  for (std::size_t k = 0; k < kParts.size(); ++k)
+    out += format_text("  %-12s %20.1e %14.1e %9.1e\n", kParts[k], s.error_position[k], s.error_attitude[k],
+                       s.error_elastic[k]);
   return out;
 }
 

@@ -46,6 +46,7 @@ class LiveView {
   std::string rate_text() const;
   std::string header_text() const;
   std::string motion_text() const;
+  std::string validity_text() const;
   std::string elastic_text(std::size_t num_modes) const;
   std::string timing_text() const;
   std::string commands_text() const;

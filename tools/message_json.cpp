@@ -239,7 +239,14 @@ Json fields_of(const status_t& m) {
               {"eckart_residual", m.eckart_residual},
               {"max_displacement", m.max_displacement},
               {"displacement_ratio", m.displacement_ratio},
-              {"spin_ratio", m.spin_ratio}});
+              {"spin_ratio", m.spin_ratio},
+              {"budget_horizon", m.budget_horizon},
+              {"budget_age", m.budget_age},
+              {"error_position", array_of(m.error_position)},
+              {"error_attitude", array_of(m.error_attitude)},
+              {"error_elastic", array_of(m.error_elastic)},
+              {"validity", m.validity},
+              {"validity_cause", m.validity_cause}});
   return out;
 }
 

@@ -51,6 +51,7 @@ class Extremes {
     displacement_ = std::max(displacement_, validity_.max_displacement(state));
     spin_ = std::max(spin_, service::norm(angular_velocity(plan_, state)));
   }
+  double size() const { return validity_.size(); }  // [m] max |r|
   /// False when the scene publishes no points: then nobody looks at displacements.
   bool is_known() const { return !plan_.published_points.empty(); }
   double displacement_ratio() const { return validity_.displacement_ratio(displacement_); }
@@ -77,6 +78,12 @@ std::string ratios_text(const Extremes& extremes) {
 /// Says so when a run went beyond the method.
 void warn_beyond_limits(const Plan& plan, const Extremes& extremes) {
   if (!extremes.is_known()) return;
+  if (is_coupled(plan)) {
+    const service::Verdict verdict = service::judge_ratios(plan, extremes.displacement_ratio(), extremes.spin_ratio());
+    if (verdict.word == service::Verdict::Word::kOutside)
+      print_warning(verdict.cause + ": outside what this rung can answer (README, 'When not to trust it')");
+    return;
+  }
   const char* reference = "outside what the method can answer (README, 'When not to trust it')";
   if (extremes.displacement_ratio() > service::kMaxDisplacementRatio) {
     print_warning(
@@ -158,6 +165,7 @@ struct Result {
   int exit_code = kExitOk;
   std::string error;
   std::int64_t ticks = 0;
+  std::optional<BudgetReading> budget = std::nullopt;  // at the end, when the scene asks for one
 };
 
 /// What a record that cannot be fed means.
@@ -174,6 +182,7 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);
   StepReport report;
+  Budget budget = make_budget(plan);
   std::vector<ForceCommand> commands;
   std::vector<applied_t> ended;
   Progress progress("run");
@@ -193,6 +202,7 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
       const std::string error = feed->take_commands(tick, commands, ended);
       if (!error.empty()) return refuse_record(error, log.is_foreign, tick);
     }
+    prepare_budget(plan, state, budget);
     step(plan, state, Inputs{commands}, workspace, report);
     if (report.status != StepStatus::kOk) {
       if (feed != nullptr && feed->next_kind(tick) == applied_t::RESET) continue;
@@ -204,12 +214,35 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
                   "and stiffnesses, and take smaller loads",
               tick};
     }
+    follow_step(plan, state, !commands.empty() || report.num_expiries > 0, budget);
     output.applied_step(tick, report, commands);
     output.publish(state, state.tick == last);
     if (state.tick % kLookEvery == 0 || state.tick == last) extremes.take(state);
     progress.update(static_cast<double>(state.tick) / static_cast<double>(last));
   }
-  return {kExitOk, "", state.tick};
+  Result result{kExitOk, "", state.tick};
+  if (!plan.budget.shadows.empty()) result.budget = read_budget(plan, state, budget);
+  return result;
+}
+
+Json json_of(const ErrorSize& error) {
+  return {{"position", error.position}, {"attitude", error.attitude}, {"elastic", error.elastic}};
+}
+
+/// The error budget at the end of a run.
+void print_budget(const BudgetReading& reading, const service::Verdict& verdict) {
+  static constexpr std::array kWords{"good", "watch", "outside"};
+  std::printf("errors over the last %.3g s: %s%s%s\n", reading.age, kWords[static_cast<std::size_t>(verdict.word)],
+              verdict.cause.empty() ? "" : ", ", verdict.cause.c_str());
+  if (reading.is_lost) return;
+  const auto row = [](const char* name, const ErrorSize& error) {
+    std::printf("  %-12s position %.1e m, attitude %.1e rad, elastic %.1e\n", name, error.position, error.attitude,
+                error.elastic);
+  };
+  row("estimate", reading.total);
+  row("integration", reading.integration);
+  row("truncation", reading.truncation);
+  row("model", reading.model);
 }
 
 /// What was done and how far it can be trusted.
@@ -217,17 +250,32 @@ void report(const Options& options, const std::string& file, const Result& resul
             const Plan& plan, const Extremes& extremes) {
   const bool is_complete = result.exit_code == kExitOk;
   const double seconds = static_cast<double>(result.ticks) * plan.period;
+  std::optional<service::Verdict> verdict;
+  if (result.budget)
+    verdict = service::judge_budget(*result.budget, extremes.size(), extremes.displacement_ratio(), extremes.spin_ratio());
   if (options.json) {
+    Json errors;
+    if (result.budget)
+      errors = {{"age", result.budget->age},
+                {"lost", result.budget->is_lost},
+                {"validity", static_cast<int>(verdict->word)},
+                {"cause", verdict->cause},
+                {"estimate", json_of(result.budget->total)},
+                {"integration", json_of(result.budget->integration)},
+                {"truncation", json_of(result.budget->truncation)},
+                {"model", json_of(result.budget->model)}};
     const auto known = [&](double ratio) { return extremes.is_known() ? Json(ratio) : Json(); };
     print_json({{"output", file},
                 {"ticks", result.ticks},
                 {"time", seconds},
                 {"complete", is_complete},
                 {"displacement_ratio", known(extremes.displacement_ratio())},
-                {"spin_ratio", known(extremes.spin_ratio())}});
+                {"spin_ratio", known(extremes.spin_ratio())},
+                {"errors", errors}});
   } else if (is_complete) {
     std::printf("%s: %s, %.10g s; %s\n", file.c_str(), counted(result.ticks, "tick").c_str(), seconds,
                 ratios_text(extremes).c_str());
+    if (result.budget) print_budget(*result.budget, *verdict);
   } else {
     std::fprintf(stderr, "freeflex: interrupted: %s holds %" PRId64 " of %" PRId64 " ticks; %s\n",
                  file.c_str(), result.ticks, last, ratios_text(extremes).c_str());

@@ -101,7 +101,7 @@ std::string_view layout_of(const freeflex_msgs::state_t&) {
   return "8888 88 888 8888 888 888 888 # [0:8][0:8]";
 }
 std::string_view layout_of(const freeflex_msgs::status_t&) {
-  return "8888 4ss8 8888 8 4 8888 8888 8888 88 #[0:48] 84 8s 888 888 888";
+  return "8888 4ss8 8888 8 4 8888 8888 8888 88 #[0:48] 84 8s 888 888 888 88 8888 8888 8888 4s";
 }
 
 }  // namespace freeflex::tools
