@@ -26,7 +26,7 @@ INSTANTIATE_TEST_SUITE_P(
                  {"scene.yaml:5:13: error: leave_out: unknown key 'tolerence' (did you mean 'tolerance'?); allowed: "
                   "tolerance, horizon, on_need, keep"}),
         bad_line("OutOfRange", "leave_out: {tolerance: -1, horizon: 0}",
-                 {"scene.yaml:5:24: error: leave_out: tolerance -1 -, must be >= 0",
+                 {"scene.yaml:5:24: error: leave_out: tolerance -1, must be >= 0",
                   "scene.yaml:5:37: error: leave_out: horizon 0 s, must be > 0"}),
         bad_line("AllMayGo", "leave_out: {tolerance: 1}",
                  {"scene.yaml:5:24: error: leave_out: tolerance is 1, must be a share below 1"}),

@@ -17,10 +17,11 @@ INSTANTIATE_TEST_SUITE_P(
     BadScene, Surroundings,
     ::testing::Values(
         bad_line("UnknownFidelity", "fidelity: spinloaded",
-                 {"scene.yaml:5:11: error: scene: fidelity is the text 'spinloaded', must be separated or "
-                  "spin-loaded (did you mean 'spin-loaded'?)"}),
+                 {"scene.yaml:5:11: error: scene: fidelity is the text 'spinloaded', must be rigid, "
+                  "separated, spin-loaded, coupled, exact-bars or auto (did you mean 'spin-loaded'?)"}),
         bad_line("FidelityIsAList", "fidelity: [separated]",
-                 {"scene.yaml:5:11: error: scene: fidelity is a list, must be separated or spin-loaded"}),
+                 {"scene.yaml:5:11: error: scene: fidelity is a list, must be rigid, separated, spin-loaded, "
+                  "coupled, exact-bars or auto"}),
         bad_line("AttractorIsANumber", "attractor: 3.986e14",
                  {"scene.yaml:5:12: error: attractor is the text '3.986e14', must be a mapping of at, mu"}),
         bad_line("AttractorWithoutStrength", "attractor: {at: [0, 0, 7e6]}",
