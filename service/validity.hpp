@@ -13,8 +13,8 @@ inline constexpr double kMaxDisplacementRatio = 1e-3;  // [-] elastic error some
 inline constexpr double kMaxSpinRatio = 0.1;           // [-] elastic error some 3 %
 
 /// Largest estimates that are good, and that are still worth watching.
-inline constexpr double kGoodElastic = 0.01, kMostElastic = 0.1;      // [-]
-inline constexpr double kGoodPosition = 1e-4, kMostPosition = 1e-2;  // [-] of the size
+inline constexpr double kGoodElastic = 0.05, kMostElastic = 0.2;     // [-]
+inline constexpr double kGoodPosition = 1e-3, kMostPosition = 1e-2;  // [-] of the size
 
 /// One word on a motion, and its cause.
 struct Verdict {
