@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/model/compile.hpp"
+#include "core/model/leave_out.hpp"
 #include "core/model/structure.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
@@ -35,7 +35,7 @@ Checked check_file(const std::string& path) {
   Checked checked{std::nullopt, std::move(read.faults), std::move(read.sources)};
   std::optional<Structure> structure;
   if (read.scene) structure = build_structure(*read.scene, checked.faults);
-  if (structure) checked.plan = compile_plan(*read.scene, *structure, checked.faults);
+  if (structure) checked.plan = compile_lean_plan(*read.scene, *structure, checked.faults);
   return checked;
 }
 
