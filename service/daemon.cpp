@@ -11,6 +11,7 @@
 #include <stdexcept>
 #include <thread>
 
+#include "core/model/leave_out.hpp"
 #include "service/bus.hpp"
 #include "service/ingress.hpp"
 #include "service/io/input.hpp"
@@ -229,6 +230,15 @@ void Daemon::supervise() {
 void Daemon::log_start() const {
   spdlog::info("{}: {} points, {:.6g} kg, {} rigid freedoms, {} elastic modes", plan_.name,
                plan_.points.size(), plan_.mass, plan_.rigid_freedoms, plan_.num_elastic);
+  std::string left_out;
+  for (const PlanPart& part : plan_.parts)
+    if (part.is_left_out) left_out += (left_out.empty() ? "" : ", ") + std::string(name_of(part.part));
+  if (!left_out.empty())
+    spdlog::info("left out: {}{}", left_out,
+                 !plan_.wide.empty() ? "; a command that needs rotation or out_of_plane brings it back"
+                 : plan_.scope.lacks_rotation || plan_.scope.lacks_out_of_plane
+                     ? "; a command that needs rotation or out_of_plane is refused"
+                     : "");
   spdlog::info("{:.9g} Hz, {}, on {} with prefix {}", 1.0 / plan_.period, timing_name(options_.timing), url_,
                options_.prefix);
 }

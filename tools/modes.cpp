@@ -1,6 +1,7 @@
 // freeflex modes: mass properties, freedoms and frequencies of a scene or plan.
 #include <CLI/App.hpp>
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -81,6 +82,17 @@ std::vector<std::vector<std::string>> mechanism_names(const Plan& plan) {
   return out;
 }
 
+/// Number of a mode in the scene, from 1: those left out count.
+int number_of(const Plan& plan, std::size_t mode) {
+  return plan.mode_numbers.empty() ? static_cast<int>(mode) + 1 : plan.mode_numbers[mode];
+}
+
+bool leaves_modes_out(const Plan& plan) {
+  return std::any_of(plan.parts.begin(), plan.parts.end(), [](const PlanPart& part) {
+    return part.is_left_out && part.count > 0 && part.part != Part::kPointRows;
+  });
+}
+
 /// What keeps modes from being independent, in words; empty when nothing does.
 std::string coupling_text(const Plan& plan) {
   const PlanCoupling& coupling = plan.coupling;
@@ -119,9 +131,9 @@ void print_modes_json(const Plan& plan, const Principal& principal) {
   out["elastic_freedoms"] = plan.num_elastic;
   out["frequency_accuracy"] = plan.frequency_accuracy;
   Json modes = Json::array();
-  int mode = 0;
+  std::size_t mode = 0;
   for (const Frequency& frequency : frequencies(plan)) {
-    modes.push_back({{"mode", ++mode},
+    modes.push_back({{"mode", number_of(plan, mode++)},
                      {"frequency", frequency.hertz},
                      {"damping_ratio", frequency.damping},
                      {"cluster", frequency.cluster}});
@@ -143,7 +155,7 @@ void print_frequencies(const Plan& plan, int limit) {
     while (last + 1 < all.size() && all[last + 1].cluster == all[first].cluster) ++last;
     if (limit > 0 && shown >= static_cast<std::size_t>(limit)) break;
     for (std::size_t i = first; i <= last; ++i, ++shown) {
-      std::printf("  %4zu  %-16.10g  %-9.4g", i + 1, all[i].hertz, all[i].damping);
+      std::printf("  %4d  %-16.10g  %-9.4g", number_of(plan, i), all[i].hertz, all[i].damping);
       if (last > first) std::printf("  one of %zu equal", last - first + 1);
       std::printf("\n");
     }
@@ -179,7 +191,8 @@ int modes(const Options& options) {
     std::printf("  axis %d           % .6f % .6f % .6f\n", k + 1, axis(0), axis(1), axis(2));
   }
   std::printf("rigid freedoms     %d%s\n", plan->rigid_freedoms, kind);
-  std::printf("elastic freedoms   %d\n", plan->num_elastic);
+  std::printf("elastic freedoms   %d%s\n", plan->num_elastic,
+              leaves_modes_out(*plan) ? ", others are left out (freeflex plan says why)" : "");
   if (const std::string text = coupling_text(*plan); !text.empty())
     std::printf("coupled            %s: dashpots or feedback\n", text.c_str());
   if (const auto names = dependent_loads(*plan); !names.empty())
