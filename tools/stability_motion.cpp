@@ -1,0 +1,166 @@
+// Rotation beside the middle axis; forces and structures from very small to very large.
+#include <algorithm>
+#include <array>
+#include <boost/multiprecision/cpp_bin_float.hpp>
+#include <cmath>
+#include <limits>
+
+#include "core/reference/elastic_error.hpp"
+#include "tools/stability_ride.hpp"
+#include "tools/stability_scenes.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+using Wide = boost::multiprecision::cpp_bin_float_50;
+
+/// Attitude of a body of moments 2, 3 and 4 kg m^2 that starts 0.01 rad beside its middle axis, 20 / spin [s] later: by
+/// Taylor series of order 48 of Euler's equations in fifty digits (tests/support/wide_rotation.hpp; tests/tools
+/// computes it anew). The same at every spin, but for the rounding of 0.01 and 0.005.
+constexpr std::array kAttitude{"-0.592107085853884653853244", "-0.7083135176948120392994942",
+                               "-0.3833440364697522620363971", "-0.02735889682532735840419484"};
+
+/// Angle of the rotation that takes one attitude to the other [rad].
+double angle_to_answer(const std::array<Wide, 4>& q) {
+  const std::array<Wide, 4> p{Wide(kAttitude[0]), Wide(kAttitude[1]), Wide(kAttitude[2]), Wide(kAttitude[3])};
+  const std::array<Wide, 3> d = {p[0] * q[1] - p[1] * q[0] - p[2] * q[3] + p[3] * q[2],
+                                 p[0] * q[2] - p[2] * q[0] - p[3] * q[1] + p[1] * q[3],
+                                 p[0] * q[3] - p[3] * q[0] - p[1] * q[2] + p[2] * q[1]};
+  return 2.0 * static_cast<double>(sqrt(d[0] * d[0] + d[1] * d[1] + d[2] * d[2]));
+}
+
+Scene beside_middle_axis(double spin) {
+  Scene scene = octahedron(1e6);
+  scene.initial.angular_velocity = spin * Eigen::Vector3d(0.01, 1.0, 0.005);
+  return scene;
+}
+
+Outcome attitude_beside_middle_axis(double spin, const StabilityOptions& options) {
+  const Scene scene = beside_middle_axis(spin);
+  const double end = 20.0 / spin;
+  Ride ride(scene);
+  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.run(std::llround(end * 1000.0))) return no_answer("a state is not finite");
+  std::array<Wide, 4> q;
+  for (std::size_t a = 0; a < 4; ++a) q[a] = Wide(ride.state.q_WB[a]) + Wide(ride.state.q_WB_low[a]);
+  Eigen::VectorXd mass = Eigen::VectorXd::Ones(6);
+  Eigen::Matrix3Xd rest(3, 6);
+  for (int i = 0; i < 6; ++i) rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+  return {angle_to_answer(q), "of the rigid body; others also deform",
+          run_peers(scene, 1e-3, end, options, [&](const CartesianState& state) {
+            const Eigen::Quaterniond fit(fit_rotation(mass, rest, state.p_W));
+            return angle_to_answer({fit.w(), fit.x(), fit.y(), fit.z()});
+          })};
+}
+
+Outcome energy_beside_middle_axis(double spin, const StabilityOptions& options) {
+  Ride ride(beside_middle_axis(spin));
+  if (!ride.has_plan()) return no_answer(ride.said());
+  const double start = read_invariants(ride.plan, ride.state).kinetic_rigid;
+  const Vec3 H = ride.state.H_W;
+  const int blocks = options.is_quick ? 20 : 1000;
+  double worst = 0.0;
+  for (int k = 0; k < blocks; ++k) {
+    if (!ride.run(1000)) return no_answer("a state is not finite");
+    worst = std::max(worst, std::abs(read_invariants(ride.plan, ride.state).kinetic_rigid / start - 1.0));
+  }
+  if (H != ride.state.H_W) return no_answer("the angular momentum changed");
+  return {worst, format_text("%d ticks; angular momentum the same to the bit", 1000 * blocks), {}};
+}
+
+/// Elastic displacements after 200 ticks of a truss that rests, under a force on its corner.
+std::optional<Eigen::Matrix3Xd> pushed(double force, Fidelity rung, std::string& why) {
+  Scene scene = square_truss(3, 1e5);
+  scene.fidelity = rung;
+  add_force(scene, 10, force * Eigen::Vector3d(0.48, 0.6, 0.64));
+  Ride ride(scene);
+  if (!ride.has_plan() || !ride.run(200)) {
+    why = ride.has_plan() ? "a state is not finite" : ride.said();
+    return std::nullopt;
+  }
+  return ride.displacements_B();
+}
+
+/// Displacement per force against that of one small force: the separated equations are linear but for the turn that
+/// the force brings about, which goes with the force.
+Outcome small_force(double force, Fidelity rung) {
+  std::string why;
+  const auto V = pushed(force, rung, why), unit = pushed(1e-6, rung, why);
+  if (!V || !unit) return no_answer(why);
+  // in units of the force first: squares of such numbers vanish
+  const Eigen::Matrix3Xd per_force = *V / force, expected = *unit / 1e-6;
+  return {(per_force - expected).norm() / expected.norm(), {}, {}};
+}
+
+/// Below the smallest normal number a displacement has fewer digits, and no more than that is lost.
+Outcome denormal_force(Fidelity rung) {
+  constexpr double kForce = 1e-310;
+  std::string why;
+  const auto V = pushed(kForce, rung, why), unit = pushed(1e-6, rung, why);
+  if (!V || !unit) return no_answer(why);
+  const double smallest = std::numeric_limits<double>::denorm_min();
+  return {((*V) / smallest - *unit / 1e-6 * kForce / smallest).cwiseAbs().maxCoeff(), "in units of 4.9e-324 m", {}};
+}
+
+/// The same motion at another size: lengths, forces and initial displacements times the size.
+Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
+  const auto scene_of = [rung](double times) {
+    Scene scene = square_truss(3, 1e5, times);
+    scene.fidelity = rung;
+    add_force(scene, 10, 50.0 * times * Eigen::Vector3d(0.48, 0.6, 0.64), PulseHistory{0.0, 0.1});
+    scene.initial.angular_velocity = {0.1, -0.2, 0.3};
+    return scene;
+  };
+  Ride small(scene_of(1.0)), large(scene_of(size));
+  if (!small.has_plan() || !large.has_plan()) return no_answer(large.said());
+  if (!small.run(1000) || !large.run(1000)) return no_answer("a state is not finite");
+  const Eigen::Matrix3Xd expected = small.displacements_B();
+  const auto error = [&](const Eigen::Matrix3Xd& V) { return (V / size - expected).norm() / expected.norm(); };
+  Outcome outcome{error(large.displacements_B()), "against the same truss of 1 m", {}};
+  if (rung == Fidelity::kSeparated) return outcome;
+  const Scene scene = scene_of(size);
+  Eigen::VectorXd mass = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(scene.points.size()));
+  Eigen::Matrix3Xd rest(3, mass.size());
+  for (Eigen::Index i = 0; i < rest.cols(); ++i) rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+  outcome.peers = run_peers(scene, 1e-3, 1.0, options, [&](const CartesianState& state) {
+    return error(elastic_displacements(mass, rest, state.p_W));
+  });
+  return outcome;
+}
+
+}  // namespace
+
+void add_motion_cases(std::vector<StabilityCase>& cases) {
+  const auto add = [&cases](const char* group, std::string name, const char* quantity, double limit, auto run) {
+    cases.push_back({group, std::move(name), quantity, limit, false, run});
+  };
+  constexpr const char* kSpin = "spin beside the middle axis";
+  // below 1e-3 (spin h)^6 of truncation; rounding grows a thousandfold until the body has turned over
+  for (const double spin : {1.0, 5.0, 50.0})
+    add(kSpin, format_text("%g rad/s, 20 rad on", spin), "attitude [rad] against fifty digits",
+        1e-12 + 1e-3 * std::pow(1e-3 * spin, 6), [spin](const StabilityOptions& options) {
+          return attitude_beside_middle_axis(spin, options);
+        });
+  for (const double spin : {1.0, 5.0})
+    add(kSpin, format_text("%g rad/s, 1e6 ticks", spin), "largest relative change of the energy", 1e-11,
+        [spin](const StabilityOptions& options) { return energy_beside_middle_axis(spin, options); });
+  constexpr const char* kForces = "size of forces";
+  constexpr const char* kPerForce = "displacement per force against that at 1e-6 N";
+  for (const double force : {1e-300, 1e-200, 1e-30, 1e-3})
+    add(kForces, format_text("%g N, separated", force), kPerForce, force < 1e-290 ? 1e-6 : 1e-9,
+        [force](const StabilityOptions&) { return small_force(force, Fidelity::kSeparated); });
+  for (const double force : {1e-300, 1e-30, 1e-3})
+    add(kForces, format_text("%g N, coupled", force), kPerForce, force < 1e-290 ? 1e-6 : 1e-6,
+        [force](const StabilityOptions&) { return small_force(force, Fidelity::kCoupled); });
+  for (const auto& [rung, name] : {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kCoupled, "coupled"},
+                                   {Fidelity::kExactBars, "exact bars"}})
+    add(kForces, format_text("1e-310 N, a denormal, %s", name), "displacement off, in units of the least double", 1e4,
+        [rung](const StabilityOptions&) { return denormal_force(rung); });
+  for (const double size : {1e-9, 1e9})
+    for (const auto& [rung, name] : {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kExactBars, "exact bars"}})
+      add("size of structures", format_text("%g m across, %s", 2.0 * size, name),
+          "elastic difference from 1 m, after 1 s", 1e-9,
+          [size, rung](const StabilityOptions& options) { return at_size(size, rung, options); });
+}
+
+}  // namespace freeflex::tools

@@ -1,0 +1,106 @@
+// Every rung of the fidelity ladder at steps across omega h = k pi of its stiffest mode, where kick schemes resonate.
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+
+#include "core/reference/elastic_error.hpp"
+#include "tools/stability_ride.hpp"
+#include "tools/stability_scenes.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+/// A truss that turns under a steady force, with some links 1e8 times as stiff as others.
+Scene turning_truss(Fidelity rung) {
+  Scene scene = stiff_truss(1e8, 1.0);
+  for (Link& link : scene.links) std::get<Spring>(link.kind).stiffness *= 10.0;
+  scene.initial.angular_velocity = {0.02, -0.03, 0.05};
+  scene.fidelity = rung;
+  add_force(scene, 9, {0.0, 0.1, 0.2});
+  return scene;
+}
+
+/// Positions after `ticks` at a step [s].
+std::optional<Eigen::Matrix3Xd> run_at(Fidelity rung, double step, std::int64_t ticks, std::string& why) {
+  Scene scene = turning_truss(rung);
+  scene.rate = 1.0 / step;
+  Ride ride(scene);
+  if (!ride.has_plan() || !ride.run(ticks)) {
+    why = format_text("h = %.6g ms: ", 1e3 * step) + (ride.has_plan() ? "a state is not finite" : ride.said());
+    return std::nullopt;
+  }
+  return ride.positions_W();
+}
+
+struct Shape {
+  Eigen::VectorXd mass;
+  Eigen::Matrix3Xd rest;
+  explicit Shape(const Scene& scene)
+      : mass(static_cast<Eigen::Index>(scene.points.size())), rest(3, static_cast<Eigen::Index>(scene.points.size())) {
+    for (Eigen::Index i = 0; i < mass.size(); ++i) {
+      mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
+      rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+    }
+  }
+  double difference(const Eigen::Matrix3Xd& p, const Eigen::Matrix3Xd& q) const {
+    return elastic_error(elastic_displacements(mass, rest, p), elastic_displacements(mass, rest, q));
+  }
+};
+
+Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
+  const Ride probe(turning_truss(Fidelity::kSeparated));
+  if (!probe.has_plan()) return no_answer(probe.said());
+  const double top = probe.plan.omega[static_cast<std::size_t>(probe.plan.num_elastic) - 1];
+  // the exact-bars rung refuses omega h above 1000; k pi near the same steps of some 0.4 ms for all rungs
+  const double k0 = std::floor(0.4e-3 * top / std::numbers::pi);
+  const std::int64_t ticks = options.is_quick ? 100 : 500;
+  const Shape shape(turning_truss(rung));
+  Outcome outcome;
+  outcome.measured = 0.0;
+  double at = 0.0;
+  for (const double k : {1.0, 2.0, 3.0, 10.0, k0 - 1.0, k0 - 0.5, k0, k0 + 0.5, k0 + 1.0})
+    for (const double off : {0.0, 1e-9, -1e-3, 1e-3}) {
+      if (options.is_stopped()) return no_answer("interrupted");
+      const double step = k * std::numbers::pi / top * (1.0 + off);
+      const auto once = run_at(rung, step, ticks, outcome.said), half = run_at(rung, 0.5 * step, 2 * ticks, outcome.said);
+      if (!once || !half) return no_answer(outcome.said);
+      const double error = rung == Fidelity::kRigid ? (*once - *half).norm() / half->norm()
+                                                    : shape.difference(*once, *half);
+      if (!(error <= outcome.measured)) {
+        outcome.measured = error;
+        at = k * (1.0 + off);
+      }
+    }
+  outcome.said = format_text("36 steps, omega h of %.3g to %.4g; worst at %.6g pi", std::numbers::pi, (k0 + 1.0) * std::numbers::pi, at);
+  // others at one of the steps, against our exact bars at an eighth of it
+  if (rung != Fidelity::kExactBars || !options.has_peers) return outcome;
+  const double step = k0 * std::numbers::pi / top;
+  std::string why;
+  const auto best = run_at(rung, 0.125 * step, 8 * ticks, why);
+  if (!best) return outcome;
+  outcome.peers = run_peers(turning_truss(rung), step, step * static_cast<double>(ticks), options,
+                            [&](const CartesianState& state) { return shape.difference(state.p_W, *best); });
+  return outcome;
+}
+
+}  // namespace
+
+void add_rung_cases(std::vector<StabilityCase>& cases) {
+  struct Row {
+    Fidelity rung;
+    const char* name;
+    const char* quantity;
+    double limit;
+  };
+  constexpr const char* kElastic = "elastic difference from half the step, the worst";
+  for (const Row& row : {Row{Fidelity::kRigid, "rigid", "position from that at half the step, the worst", 1e-12},
+                         Row{Fidelity::kSeparated, "separated", kElastic, 1e-5},
+                         Row{Fidelity::kSpinLoaded, "spin-loaded", kElastic, 1e-5},
+                         Row{Fidelity::kCoupled, "coupled", kElastic, 1e-5},
+                         Row{Fidelity::kExactBars, "exact bars", kElastic, 1e-2}})
+    cases.push_back({"steps across omega h = k pi", row.name, row.quantity, row.limit, false,
+                     [rung = row.rung](const StabilityOptions& options) { return across_pi(rung, options); }});
+}
+
+}  // namespace freeflex::tools
