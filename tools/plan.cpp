@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/model/budget.hpp"
 #include "core/model/leave_out.hpp"
 #include "tools/commands.hpp"
 #include "tools/console.hpp"
@@ -88,6 +89,36 @@ const char* on_need_name(const Plan& plan) {
   return plan.wide.empty() ? "refuse" : "replan";
 }
 
+Json rungs_json(const Plan& plan) {
+  Json rungs = Json::array();
+  for (const PlanRung& each : plan.tried_rungs)
+    rungs.push_back({{"rung", name_of(each.rung)},
+                     {"finite", each.is_finite},
+                     {"position", each.position},
+                     {"attitude", each.attitude},
+                     {"elastic", each.elastic},
+                     {"meets", each.meets}});
+  return rungs;
+}
+
+/// What `fidelity: auto` tried, and what the error budget runs beside.
+void print_rungs(const Plan& plan) {
+  std::printf("rung               %s\n", name_of(plan.fidelity));
+  for (const PlanRung& each : plan.tried_rungs) {
+    if (each.is_finite)
+      std::printf("  %-16s estimate %.2g m, %.2g rad, elastic %.2g: %s\n", name_of(each.rung), each.position,
+                  each.attitude, each.elastic, each.meets ? "meets the tolerance, taken" : "not within the tolerance");
+    else
+      std::printf("  %-16s leaves the numbers\n", name_of(each.rung));
+  }
+  if (plan.budget.shadows.empty()) return;
+  std::string beside;
+  for (const PlanShadow& shadow : plan.budget.shadows)
+    beside += std::string(beside.empty() ? "" : ", ") + name_of(shadow.plan.fidelity) +
+              (shadow.substeps > 1 ? " twice a tick" : "");
+  std::printf("error budget       over %.6g s; steps beside the state: %s\n", plan.budget.horizon, beside.c_str());
+}
+
 Json parts_json(const Plan& plan) {
   Json parts = Json::array();
   for (const PlanPart& part : plan.parts)
@@ -114,6 +145,9 @@ void print_plan_json(const Plans& plans) {
   out["tolerance"] = plan.tolerance;
   out["horizon"] = plan.horizon;
   out["on_need"] = on_need_name(plan);
+  out["rung"] = name_of(plan.fidelity);
+  out["rungs_tried"] = rungs_json(plan);
+  out["budget_horizon"] = plan.budget.horizon;
   out["parts"] = parts_json(plan);
   Json present = Json::object();
   for (const auto& [name, is_there] : features(plan)) present[name] = is_there;
@@ -197,6 +231,7 @@ int show(const Options& options) {
     std::printf("everything is kept\n");
   else
     print_parts(plan);
+  print_rungs(plan);
   print_cost(plans);
   return kExitOk;
 }

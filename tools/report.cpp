@@ -21,6 +21,7 @@ struct Options {
   std::vector<std::string> scenes;
   std::string folder;
   StudyOptions study;
+  EstimateOptions estimates;
   bool only_rungs = false;
   bool json = false;
 };
@@ -69,6 +70,14 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
 }
 
 int report(const Options& options) {
+  if (options.estimates.count > 0) {
+    if (!options.scenes.empty() || !options.folder.empty())
+      return print_error("--estimates draws its own scenes and writes to standard output: no SCENE and no --out"), kExitUsage;
+    EstimateOptions estimates = options.estimates;
+    estimates.json = options.json;
+    return report_estimates(estimates);
+  }
+  if (options.scenes.empty()) return print_error("SCENE is required (or --estimates N)"), kExitUsage;
   const std::vector<Scene> scenes = read_scenes(options.scenes);
   if (scenes.empty()) return kExitUsage;
   Report report;
@@ -102,7 +111,12 @@ void add_report(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand(
       "report", "error against run time of every rung, beside other methods on the same scene");
-  command->add_option("SCENE", options->scenes, "scene files of springs and bars")->required();
+  command->add_option("SCENE", options->scenes, "scene files of springs and bars");
+  command
+      ->add_option("--estimates", options->estimates.count,
+                   "random scenes on which the error estimate is held against the full system")
+      ->check(whole_number(1, 100000));
+  command->add_option("--seed", options->estimates.seed, "of the random scenes")->capture_default_str();
   command
       ->add_option("--out", options->folder,
                    "folder for report.csv, report.json, report.html and work-precision.svg")

@@ -1,6 +1,7 @@
 // A report on several scenes: as text, JSON, CSV, one page and one picture.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <vector>
 
@@ -30,6 +31,15 @@ std::string to_html(const Report& report);
 
 /// Elastic error over CPU time, a row of panels a scene, one panel a read-out; for the page and by itself.
 std::string work_precision_svg(const Report& report);
+
+/// `--estimates`: random scenes, of a seed.
+struct EstimateOptions {
+  std::uint64_t seed = 2;  // the factor of the estimate was set on seed 1
+  int count = 0;
+  bool json = false;
+};
+/// Runs the study and prints it; an exit code.
+int report_estimates(const EstimateOptions& options);
 
 /// Text for HTML and SVG.
 std::string escaped(const std::string& text);

@@ -11,6 +11,7 @@
 #include <vector>
 
 #include "core/model/compile.hpp"
+#include "core/step/budget.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 
@@ -81,7 +82,16 @@ void add_motion(const State& s, Hash& hash) {
     hash.add(*v);
   hash.add(s.q_WB);
   hash.add(s.q_WB_low);
-  for (const Array* a : {&s.q, &s.q_low, &s.q_dot, &s.q_dot_low, &s.Q}) hash.add(*a);
+  for (const Array* a : {&s.q, &s.q_low, &s.q_dot, &s.q_dot_low, &s.Q, &s.coupled.momentum, &s.coupled.rate_q,
+                         &s.coupled.rate_p})
+    hash.add(*a);
+  hash.add(s.coupled.w_B);
+  hash.add(s.coupled.moment_B);
+}
+
+void add_budget(const BudgetReading& reading, Hash& hash) {
+  for (const ErrorSize* e : {&reading.total, &reading.integration, &reading.truncation, &reading.model})
+    hash.add(Vec3{e->position, e->attitude, e->elastic});
 }
 
 void add_readout(const Plan& plan, const State& state, Hash& hash) {
@@ -122,6 +132,7 @@ int main(int argc, char** argv) {
 
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
+  Budget budget = make_budget(*plan);
   StepReport report;
   Commands commands(*plan);
   Hash hash;
@@ -140,11 +151,15 @@ int main(int argc, char** argv) {
       }
       if (has_slot_for(state, command)) now.push_back(command);
     }
+    prepare_budget(*plan, state, budget);
     step(*plan, state, {now}, workspace, report);
     if (report.status != StepStatus::kOk)
       return std::fprintf(stderr, "not finite at tick %lld\n", static_cast<long long>(tick)), 1;
+    follow_step(*plan, state, !now.empty() || report.num_expiries > 0, budget);
     add_motion(state, hash);
-    if (tick % 64 == 0) add_readout(*plan, state, hash);
+    if (tick % 64 != 0) continue;
+    add_readout(*plan, state, hash);
+    add_budget(read_budget(*plan, state, budget), hash);
   }
   std::printf("%016llx\n", hash.value());
 }
