@@ -10,6 +10,7 @@
 #include <memory>
 #include <stdexcept>
 #include <thread>
+#include <utility>
 
 #include "core/model/leave_out.hpp"
 #include "service/bus.hpp"
@@ -233,12 +234,12 @@ void Daemon::log_start() const {
   std::string left_out;
   for (const PlanPart& part : plan_.parts)
     if (part.is_left_out) left_out += (left_out.empty() ? "" : ", ") + std::string(name_of(part.part));
-  if (!left_out.empty())
-    spdlog::info("left out: {}{}", left_out,
-                 !plan_.wide.empty() ? "; a command that needs rotation or out_of_plane brings it back"
-                 : plan_.scope.lacks_rotation || plan_.scope.lacks_out_of_plane
-                     ? "; a command that needs rotation or out_of_plane is refused"
-                     : "");
+  if (!left_out.empty()) spdlog::info("left out: {}", left_out);
+  for (const auto& [is_lacking, part] : {std::pair{plan_.scope.lacks_rotation, Part::kRotation},
+                                         std::pair{plan_.scope.lacks_out_of_plane, Part::kOutOfPlane}})
+    if (is_lacking)
+      spdlog::info("a command that needs {} {}", name_of(part),
+                   plan_.wide.empty() ? "is refused" : "brings it back, and all that commands can reach");
   spdlog::info("{:.9g} Hz, {}, on {} with prefix {}", 1.0 / plan_.period, timing_name(options_.timing), url_,
                options_.prefix);
 }

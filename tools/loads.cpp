@@ -1,11 +1,13 @@
 // freeflex loads: what a steady load does to the structure, by inertia relief.
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <memory>
 #include <string>
 #include <vector>
 
+#include "core/model/compile.hpp"
 #include "core/model/quasi_static.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
@@ -132,12 +134,33 @@ void print_loads(const Plan& plan, const State& state) {
   }
 }
 
+/// The plan with every part in it: the load asked about need not be one that the scene knows. Prints the faults.
+std::optional<Plan> load_whole_or_explain(const std::string& path) {
+  if (io::is_plan_file(path)) {
+    std::optional<Plan> plan = load_or_explain(path, 0.0);
+    const auto lacks = [](const PlanPart& part) {
+      return part.is_left_out && (part.part == Part::kRotation || part.part == Part::kOutOfPlane ||
+                                  part.part == Part::kUnreachedModes || part.part == Part::kSmallModes);
+    };
+    if (!plan || std::none_of(plan->parts.begin(), plan->parts.end(), lacks)) return plan;
+    print_error(path + " leaves modes or rotation out, which this load may need: name the scene that it was made from");
+    return std::nullopt;
+  }
+  io::SceneResult read = io::read_scene(path);
+  std::optional<Structure> structure;
+  if (read.scene) structure = build_structure(*read.scene, read.faults);
+  std::optional<Plan> plan;
+  if (structure) plan = compile_plan(*read.scene, *structure, read.faults);
+  print_faults(read.faults, read.sources);
+  return plan;
+}
+
 int loads(const Options& options) {
   if (options.forces.empty() && options.wrenches.empty() && options.spin.empty()) {
     print_error("no load is given; give --force, --wrench or --spin");
     return kExitUsage;
   }
-  const std::optional<Plan> plan = load_or_explain(options.input, 0.0);
+  const std::optional<Plan> plan = load_whole_or_explain(options.input);
   if (!plan) return kExitUsage;
   std::vector<PointForce> forces;
   std::vector<Wrench> wrenches;

@@ -356,6 +356,7 @@ void PlanCheck::check_wide() {
   const auto fits = [&](bool holds) { require(holds, "the wide plan is of another structure"); };
   fits(wide.wide.empty() && !wide.scope.lacks_rotation && !wide.scope.lacks_out_of_plane);
   fits(plan_.fidelity < Fidelity::kCoupled && wide.fidelity == plan_.fidelity);
+  require(plan_.budget.shadows.empty(), "an error budget and a wide plan");
   fits(wide.period == plan_.period && wide.points.size() == plan_.points.size() &&
        wide.groups.size() == plan_.groups.size() && wide.link_outputs.size() == plan_.link_outputs.size() &&
        wide.histories.size() == plan_.histories.size() && wide.published_points == plan_.published_points &&

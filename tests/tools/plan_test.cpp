@@ -143,5 +143,22 @@ TEST(Plan, ARecordedCommandThatThePlanCannotFollowIsRefused) {
   EXPECT_TRUE(contains(refused.err, "rotation is left out")) << refused.err;
 }
 
+TEST(Plan, SteadyLoadsAreAnsweredWithEveryModeInWhateverTheSceneLeavesOut) {
+  const TemporaryFolder folder;
+  write_text(folder / "whole.yaml", square(""));
+  write_text(folder / "lean.yaml", square("leave_out: {on_need: refuse}\ncommands: {points: [b]}\n"));
+  const std::string load = " --force d=0,0,1 --json";
+  const Outcome whole = run(kFreeflex + " loads " + folder / "whole.yaml" + load),
+                lean = run(kFreeflex + " loads " + folder / "lean.yaml" + load);
+  ASSERT_EQ(whole.exit_code, 0) << whole.err;
+  ASSERT_EQ(lean.exit_code, 0) << lean.err;
+  const Json a = Json::parse(whole.out), b = Json::parse(lean.out);
+  EXPECT_EQ(a["points"], b["points"]);
+  ASSERT_EQ(run(kFreeflex + " compile " + folder / "lean.yaml -o " + folder / "lean.plan").exit_code, 0);
+  const Outcome refused = run(kFreeflex + " loads " + folder / "lean.plan" + load);
+  EXPECT_EQ(refused.exit_code, 2);
+  EXPECT_TRUE(contains(refused.err, "name the scene")) << refused.err;
+}
+
 }  // namespace
 }  // namespace freeflex::testing

@@ -1,0 +1,145 @@
+// Plans that leave parts out, and hold the plan that has them, as bytes.
+#include <gtest/gtest.h>
+#include <xxhash.h>
+
+#include <cstring>
+#include <random>
+
+#include "core/step/scope.hpp"
+#include "tests/support/omissions.hpp"
+#include "tests/support/structures.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+constexpr std::size_t kHeaderSize = 28;  // magic 8, version 4, length 8, checksum 8
+
+/// Five points in a plane that are told to replan, with a group and a load.
+Plan wide_plan() {
+  Scene scene = square_truss(2);
+  scene.points.resize(5);
+  scene.links.clear();
+  for (int i = 0; i < 5; ++i) {
+    scene.points[static_cast<std::size_t>(i)].position = {static_cast<double>(i), 0.4 * (i % 2), 0.0};
+    if (i == 0) continue;
+    Link link;
+    link.name = std::to_string(i);
+    link.points = {i - 1, i};
+    link.kind = Beam{.EA = 1e5, .GJ = 30.0, .EI_y = 40.0, .EI_z = 50.0, .y_axis = Eigen::Vector3d::UnitZ()};
+    scene.links.push_back(link);
+  }
+  publish_everything(scene);
+  scene.publication.links = {0};
+  scene.groups = {{"end", {3, 4}, {}}};
+  Load load;
+  load.name = "kick";
+  load.axes = Axes::kBody;
+  load.forces = {{4, {1.0, 2.0, 0.0}}};
+  load.history = PulseHistory{0.0, 0.01};
+  scene.loads = {load};
+  scene.leave_out.on_need = OnNeed::kReplan;
+  return lean_plan_of(scene);
+}
+
+void seal(std::vector<std::byte>& bytes) {
+  const std::uint64_t checksum = XXH3_64bits(bytes.data() + kHeaderSize, bytes.size() - kHeaderSize);
+  const std::uint64_t length = bytes.size() - kHeaderSize;
+  std::memcpy(bytes.data() + 12, &length, 8);
+  std::memcpy(bytes.data() + 20, &checksum, 8);
+}
+
+/// Steps, replans where it can, goes on, resets: no access out of bounds.
+void exercise(const Plan& plan) {
+  State state = make_state(plan);
+  Workspace workspace = make_workspace(plan);
+  StepReport report;
+  ForceCommand command = make_command(0, 1, Axes::kBody, 5);
+  add_force(command, 0, {0.1, 0.2, 0.3});
+  const auto read = [&] {
+    for (const std::int32_t point : plan.published_points) read_point(plan, state, point);
+    for (const std::int32_t group : plan.published_groups) read_group(plan, state, group);
+    std::array<double, 12> forces{};
+    for (std::size_t k = 0; k < plan.link_outputs.size(); ++k)
+      if (plan.link_outputs[k].num_rows <= 12)
+        read_link(plan, state, static_cast<int>(k),
+                  std::span(forces).first(static_cast<std::size_t>(plan.link_outputs[k].num_rows)));
+    read_invariants(plan, state);
+  };
+  for (int tick = 0; tick < 6; ++tick) {
+    const bool pushes = tick == 2 && plan.points[0].row >= 0 && plan.points[0].pushable;
+    step(plan, state, {{&command, pushes ? 1U : 0U}}, workspace, report);
+    read();
+    if (tick == 4) reset_state(plan, state);
+  }
+}
+
+TEST(WidePlan, ComesBackFromBytesToTheBit) {
+  const Plan plan = wide_plan();
+  ASSERT_EQ(plan.wide.size(), 1U);
+  const std::vector<std::byte> bytes = plan_to_bytes(plan);
+  std::string error;
+  const auto back = plan_from_bytes(bytes, error);
+  ASSERT_TRUE(back.has_value()) << error;
+  EXPECT_EQ(plan_to_bytes(*back), bytes);
+  EXPECT_EQ(back->wide_modes, plan.wide_modes);
+  EXPECT_EQ(back->wide.front().omega, plan.wide.front().omega);
+  EXPECT_EQ(back->parts.size(), static_cast<std::size_t>(kNumParts));
+  EXPECT_EQ(back->parts[3].why, plan.parts[3].why);
+  exercise(*back);
+}
+
+TEST(WidePlan, WhatDoesNotFitTheNarrowOneIsRefused) {
+  const auto error_of = [](const auto& spoil) {
+    Plan plan = wide_plan();
+    spoil(plan);
+    std::string error;
+    EXPECT_FALSE(plan_from_bytes(plan_to_bytes(plan), error).has_value());
+    return error;
+  };
+  const auto names = [](const std::string& error, const char* what) {
+    EXPECT_NE(error.find(what), std::string::npos) << error;
+  };
+  names(error_of([](Plan& p) { p.wide.push_back(p.wide.front()); }), "more than one wide plan");
+  names(error_of([](Plan& p) { p.wide.front().wide.push_back(p.wide.front()); }), "holds another");
+  names(error_of([](Plan& p) { p.wide_modes.back() = p.wide.front().num_elastic; }), "places of modes");
+  names(error_of([](Plan& p) { p.wide_modes.pop_back(); }), "places of modes");
+  names(error_of([](Plan& p) { p.wide.front().period *= 2.0; }), "another structure");
+  names(error_of([](Plan& p) { p.wide.front().points[1].r[0] += 1.0; }), "another structure");
+  names(error_of([](Plan& p) { p.wide.front().omega[0] = -1.0; }), "wide plan: a frequency is negative");
+  names(error_of([](Plan& p) { p.wide.clear(); }), "without a wide plan");
+  names(error_of([](Plan& p) { p.propagator.undamped.pop_back(); }), "one value a mode");
+}
+
+TEST(WidePlan, SealedDamageIsRefusedOrHarmless) {
+  const std::vector<std::byte> bytes = plan_to_bytes(wide_plan());
+  std::mt19937_64 engine(7);
+  int num_refused = 0, num_taken = 0;
+  for (int trial = 0; trial < 4000; ++trial) {
+    std::vector<std::byte> damaged = bytes;
+    const std::size_t at = kHeaderSize + engine() % (bytes.size() - kHeaderSize - 8);
+    if (trial % 3 == 0)
+      damaged[at] ^= static_cast<std::byte>(1U << (engine() % 8));
+    else if (trial % 3 == 1)
+      std::memset(damaged.data() + at, 0xff, 4);
+    else
+      damaged.erase(damaged.begin() + static_cast<std::ptrdiff_t>(at));
+    seal(damaged);
+    std::string error;
+    const auto plan = plan_from_bytes(damaged, error);
+    if (plan) exercise(*plan);
+    ++(plan ? num_taken : num_refused);
+  }
+  EXPECT_GT(num_refused, 1000);
+  EXPECT_GT(num_taken, 100);
+}
+
+TEST(WidePlan, AnotherRateIsThatOfBothPlans) {
+  Plan plan = wide_plan();
+  set_rate(plan, 500.0);
+  EXPECT_EQ(plan.wide.front().period, plan.period);
+  EXPECT_EQ(find_inconsistency(plan), "");
+  exercise(plan);
+}
+
+}  // namespace
+}  // namespace freeflex::testing
