@@ -18,8 +18,8 @@ struct Timing {
   double seconds = 0.0;  // median CPU time of one call
   int repeats = 0;       // calls
 };
-/// Calls `work` at least `repeats` times and for at least 15 ms each on the whole; once when one call takes more than
-/// 2 s.
+/// Calls `work` at least `repeats` times and for at least 15 ms each on the whole; once when one call takes
+/// more than 1 s.
 Timing time_work(const std::function<void()>& work, int repeats);
 
 /// What one run leaves for the errors: the end, and the motion each 10 ms.

@@ -6,10 +6,12 @@
 namespace freeflex::tools {
 namespace {
 
-constexpr const char* kHead =
+constexpr const char* kStart =
     "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">"
     "<meta name=\"viewport\" content=\"width=device-width,initial-scale=1\">"
-    "<title>freeflex: error against run time</title><style>\n"
+    "<title>freeflex: ";
+constexpr const char* kStyle =
+    "</title><style>\n"
     ":root{color-scheme:light dark;--ink:#1b1b1b;--paper:#fff;--line:#ccc;--soft:#f3f4f6;--mark:#1a6fc4}\n"
     "@media (prefers-color-scheme:dark){:root{--ink:#e8e8e8;--paper:#14171a;--line:#41474d;--soft:#1e2226;"
     "--mark:#6ab0f3}}\n"
@@ -138,7 +140,7 @@ constexpr const char* kColumns =
     "<i>each 1 "
     "ms</i>: how often positions and velocities of all points are read. A rung is read at its ticks, so a "
     "step longer "
-    "than the interval has no figure. A run over 2 s is done once, read each 10 ms or 1 ms, and its time "
+    "than the interval has no figure. A run over 1 s is done once, read each 10 ms or 1 ms, and its time "
     "stands in all "
     "three.</dd>\n"
     "<dt>ratio</dt><dd>What the cheapest other method costs at no more elastic error than ours, over our "
@@ -150,9 +152,11 @@ constexpr const char* kColumns =
 
 }  // namespace
 
+std::string page_head(const std::string& title) { return kStart + escaped(title) + kStyle; }
+
 std::string to_html(const Report& report) {
   const Machine& machine = report.machine;
-  std::string text = kHead;
+  std::string text = page_head("error against run time");
   text += "<h1>Error against run time</h1>\n<p>freeflex " + escaped(machine.version) + ", commit " +
           escaped(machine.commit) + ", " + escaped(machine.date) + ". " + escaped(machine.processor) +
           format_text(", %d cores, ", machine.cores) + escaped(machine.system) + ". " +

@@ -170,7 +170,9 @@ const char* name_of(Family family) {
 
 std::string setting_of(const Run& run) {
   std::string text;
-  if (run.step >= 1e-4)
+  if (run.step >= 1.0)
+    text = format_text("%.3g s", run.step);
+  else if (run.step >= 1e-4)
     text = format_text("%.3g ms", 1e3 * run.step);
   else if (run.step > 0.0)
     text = format_text("%.3g us", 1e6 * run.step);

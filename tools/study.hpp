@@ -15,8 +15,8 @@ namespace freeflex::tools {
 /// How much is read while a method runs: positions and velocities of all points.
 enum class ReadOut { kOnce = 0, kEach10ms = 1, kEach1ms = 2 };
 inline constexpr std::size_t kReadOuts = 3;
-inline constexpr std::array<const char*, kReadOuts> kReadOutNames{
-    "all points once, at the end", "all points each 10 ms", "all points each 1 ms"};
+inline constexpr std::array<const char*, kReadOuts> kReadOutNames{"all points once", "all points each 10 ms",
+                                                                  "all points each 1 ms"};
 
 enum class Family { kRung, kHandWritten, kPackaged, kLinearised };
 
@@ -39,7 +39,7 @@ struct Run {
   std::optional<double> frequency_error;  // [-] of the mode that moves most, after the loads   (X118)
   std::optional<double> energy_drift;     // [-] of the elastic energy when the loads end   (X119)
   // parts of the elastic error: against its own equations solved exactly, and those against the full system
-  double integration_error = 0.0, model_error = 0.0;  // [-]
+  double integration_error = 0.0, model_error = 0.0;  // [-] the first not a number for a rigid body
 };
 
 /// A method, or a setting of it, that did not run, and why.

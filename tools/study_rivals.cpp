@@ -44,12 +44,13 @@ std::vector<Setting> settings_of(Rival rival, double top_frequency, double end) 
   const bool is_second_order = rival == Rival::kVerlet || rival == Rival::kLeapfrog;
   if (is_second_order || rival == Rival::kRungeKutta4) {
     const double limit = kInside * (is_second_order ? 2.0 : 2.0 * std::sqrt(2.0)) / top_frequency;
-    // halvings of the step, in between by square roots: costs between them are interpolated
-    for (int k = 0; k < (is_second_order ? 22 : 16); ++k)
-      settings.push_back({std::min(limit, end) * std::pow(2.0, -0.5 * k), 0.0});
+    // two powers of two of the error a setting; costs between two are interpolated
+    const double factor = is_second_order ? 0.5 : std::sqrt(0.5);
+    for (int k = 0; k < (is_second_order ? 12 : 18); ++k)
+      settings.push_back({std::min(limit, end) * std::pow(factor, k), 0.0});
     return settings;
   }
-  for (int k = 2; k <= 10; ++k) settings.push_back({0.0, std::pow(10.0, -k)});
+  for (int k = 3; k <= 10; ++k) settings.push_back({0.0, std::pow(10.0, -k)});
   return settings;
 }
 
@@ -116,8 +117,8 @@ class Sweep {
   enum class Verdict { kGoOn, kFinest, kOverBudget };
 
   Verdict measure(RivalMethod& method, Run& run) {
-    constexpr double kLong = 2.0;  // [s] of CPU beyond which a run is done once, with every read-out at once
-    constexpr double kFineEnough = 1e-6;  // [-] elastic error, a tenth of the least level asked for
+    constexpr double kLong = 1.0;  // [s] of CPU beyond which a run is done once, with every read-out at once
+    constexpr double kFineEnough = 3e-7;  // [-] elastic error, well below the least level asked for
     RivalOptions options{run.step, run.tolerance, bench_.scale, {}};
     double deadline = thread_cpu() + bench_.options.budget;
     options.is_stopped = [&] { return thread_cpu() > deadline || bench_.is_stopped(); };
@@ -147,13 +148,13 @@ class Sweep {
                             run.integration_error < 0.02 * run.model_error);
     if (is_finest) return Verdict::kFinest;
     // the next setting is twice as fine, at least as dear
-    if (run.tolerance == 0.0 && std::sqrt(2.0) * taken > bench_.options.budget) return Verdict::kFinest;
+    if (run.tolerance == 0.0 && 1.4 * taken > bench_.options.budget) return Verdict::kFinest;
     return Verdict::kGoOn;
   }
 
   bool expects_long(const Run& run) const {
     const auto found = last_.find(run.method);
-    return found != last_.end() && found->second > 1.5;  // [s]
+    return found != last_.end() && found->second > 0.7;  // [s]
   }
 
   void time_read_outs(RivalMethod& method, const RivalOptions& options, double& deadline, Run& run) {
@@ -165,7 +166,7 @@ class Sweep {
             deadline = thread_cpu() + bench_.options.budget;
             method.run(times, options, [](std::size_t, const CartesianState&) {});
           },
-          bench_.options.repeats);
+          load == 0 ? bench_.options.repeats : 1);
       run.cpu[load] = timing.seconds / bench_.options.end;
       if (load == 0) run.repeats = timing.repeats;
     }
