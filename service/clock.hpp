@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <string>
 
 namespace freeflex::service {
 
@@ -48,5 +49,8 @@ class Pacer {
   std::int64_t num_overruns_ = 0;
   std::int64_t num_slips_ = 0;
 };
+
+/// What is said of a loop that slipped.  \param period  [s] simulated, of a tick
+std::string slip_text(double period, std::int64_t num_slips);
 
 }  // namespace freeflex::service

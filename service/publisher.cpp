@@ -228,8 +228,7 @@ void Publisher::send_each_second(std::int64_t now_ns) {
   }
   const std::int64_t slips = output_.num_slips.load(std::memory_order_relaxed);
   if (slips > noted_slips_) {
-    spdlog::warn("the loop fell behind by more than {} ms and gave up the lost time ({} slips so far)",
-                 Pacer::kCatchUp / 1'000'000, slips);
+    spdlog::warn("{}", slip_text(plan_.period, slips));
     noted_slips_ = slips;
   }
 }

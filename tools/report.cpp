@@ -2,6 +2,7 @@
 #include "tools/report.hpp"
 
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -12,6 +13,7 @@
 #include "core/reference/cartesian.hpp"
 #include "service/io/input.hpp"
 #include "tools/commands.hpp"
+#include "tools/stability.hpp"
 #include "tools/usage.hpp"
 
 namespace freeflex::tools {
@@ -23,6 +25,8 @@ struct Options {
   StudyOptions study;
   EstimateOptions estimates;
   bool only_rungs = false;
+  bool stability = false;
+  bool quick = false;
   bool json = false;
 };
 
@@ -35,17 +39,21 @@ bool write_file(const std::filesystem::path& path, const std::string& text) {
   return false;
 }
 
-bool write_folder(const Report& report, const std::filesystem::path& folder) {
+struct NamedText {
+  const char* name;
+  std::string text;
+};
+
+/// Writes the files that are named into a folder, which is made.
+bool write_folder(const std::filesystem::path& folder, const std::vector<NamedText>& files) {
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
     print_error(folder.string() + ": " + error.message());
     return false;
   }
-  return write_file(folder / "report.csv", to_csv(report)) &&
-         write_file(folder / "report.json", to_json(report).dump(2) + "\n") &&
-         write_file(folder / "report.html", to_html(report)) &&
-         write_file(folder / "work-precision.svg", work_precision_svg(report));
+  return std::all_of(files.begin(), files.end(),
+                     [&folder](const NamedText& file) { return write_file(folder / file.name, file.text); });
 }
 
 /// Every scene read before the first is measured; empty on an error, which is printed.
@@ -67,6 +75,40 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
     scenes.push_back(std::move(*read.scene));
   }
   return scenes;
+}
+
+int stability(const Options& options) {
+  StabilityOptions settings;
+  settings.is_quick = options.quick;
+  settings.has_peers = !options.only_rungs;
+  settings.is_stopped = [] { return is_interrupted(); };
+  StabilityReport report;
+  {
+    Progress progress("stability");
+    report = check_stability(settings, [&progress](double share) { progress.update(share); });
+  }
+  if (options.json)
+    print_json(to_json(report));
+  else
+    print_text(report);
+  const bool is_written =
+      options.folder.empty() || write_folder(options.folder, {{"stability.csv", to_csv(report)},
+                                                              {"stability.json", to_json(report).dump(2) + "\n"},
+                                                              {"stability.html", to_html(report)}});
+  if (report.is_interrupted) return kExitInterrupted;
+  return is_written && report.holds() ? kExitOk : kExitDiffers;
+}
+
+/// Options that do not go together. Empty: none.
+std::string find_conflict(const CLI::App& command, const Options& options) {
+  if (!options.stability) {
+    if (options.scenes.empty()) return "SCENE is needed, or --stability, whose cases are built in";
+    return options.quick ? "--quick goes with --stability" : "";
+  }
+  if (!options.scenes.empty()) return "--stability takes no SCENE: its cases are built in";
+  for (const char* option : {"--until", "--budget"})
+    if (command.count(option) > 0) return std::string(option) + " does not go with --stability";
+  return {};
 }
 
 int report(const Options& options) {
@@ -101,7 +143,11 @@ int report(const Options& options) {
     print_json(to_json(report));
   else
     print_text(report);
-  if (!options.folder.empty() && !write_folder(report, options.folder)) return kExitDiffers;
+  if (!options.folder.empty() && !write_folder(options.folder, {{"report.csv", to_csv(report)},
+                                                                {"report.json", to_json(report).dump(2) + "\n"},
+                                                                {"report.html", to_html(report)},
+                                                                {"work-precision.svg", work_precision_svg(report)}}))
+    return kExitDiffers;
   return is_interrupted_now ? kExitInterrupted : kExitOk;
 }
 
@@ -119,7 +165,8 @@ void add_report(CLI::App& app, int& exit_code) {
   command->add_option("--seed", options->estimates.seed, "of the random scenes")->capture_default_str();
   command
       ->add_option("--out", options->folder,
-                   "folder for report.csv, report.json, report.html and work-precision.svg")
+                   "folder for report.csv, report.json, report.html and work-precision.svg; with --stability "
+                   "stability.csv, stability.json and stability.html")
       ->check(file_name());
   command->add_option("--until", options->study.end, "simulated time [s]")
       ->capture_default_str()
@@ -133,12 +180,24 @@ void add_report(CLI::App& app, int& exit_code) {
       ->check(whole_number(1, 1000));
   command->add_flag("--rungs", options->only_rungs,
                     "no other methods, only the rungs against the full system");
+  command->add_flag("--stability", options->stability,
+                    "stiff and extreme cases in place of scenes, each beside the figure that it must meet");
+  command->add_flag("--quick", options->quick, "with --stability: fewer ticks");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(
       "Example:\n  freeflex report service/scenes/truss-s1.yaml --out report\n"
-      "Exit codes: 0 done, 1 not written, 2 wrong arguments or a scene without a full system, 130 "
+      "  freeflex report --stability --out report\n"
+      "Exit codes: 0 done, 1 not written, or a case of --stability fails, 2 wrong arguments or a scene without a full system, 130 "
       "interrupted.");
-  command->callback([options, &exit_code] { exit_code = report(*options); });
+  command->callback([options, command, &exit_code] {
+    const std::string conflict = find_conflict(*command, *options);
+    if (!conflict.empty()) {
+      print_error(conflict);
+      exit_code = kExitUsage;
+      return;
+    }
+    exit_code = options->stability ? stability(*options) : report(*options);
+  });
 }
 
 }  // namespace freeflex::tools

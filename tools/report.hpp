@@ -41,6 +41,9 @@ struct EstimateOptions {
 /// Runs the study and prints it; an exit code.
 int report_estimates(const EstimateOptions& options);
 
+/// What every page begins with, its style included, up to the body.
+std::string page_head(const std::string& title);
+
 /// Text for HTML and SVG.
 std::string escaped(const std::string& text);
 

@@ -4,6 +4,7 @@
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
 #include <limits>
+#include <memory>
 
 #include "core/reference/elastic_error.hpp"
 #include "tools/stability_ride.hpp"
@@ -68,27 +69,37 @@ Outcome energy_beside_middle_axis(double spin, const StabilityOptions& options) 
   return {worst, format_text("%d ticks; angular momentum the same to the bit", 1000 * blocks), {}};
 }
 
-/// Elastic displacements after 200 ticks of a truss that rests, under a force on its corner.
+constexpr double kMaxForce = 1e6;  // [N] of the scene
+
+/// Elastic displacements after 200 ticks of a truss that rests, under a force on its corner, in body axes, by a command.
 std::optional<Eigen::Matrix3Xd> pushed(double force, Fidelity rung, std::string& why) {
   Scene scene = square_truss(3, 1e5);
   scene.fidelity = rung;
-  add_force(scene, 10, force * Eigen::Vector3d(0.48, 0.6, 0.64));
+  scene.force_limit = kMaxForce;
   Ride ride(scene);
-  if (!ride.has_plan() || !ride.run(200)) {
+  const auto command = std::make_unique<ForceCommand>();
+  command->sender[0] = 'a';
+  command->axes = static_cast<std::int32_t>(Axes::kBody);
+  command->start_tick = -1;
+  command->duration_ticks = 1000;
+  command->num_points = 1;
+  command->points[0] = {10, 0, {0.6 * force, 0.0, 0.8 * force}};
+  if (!ride.has_plan() || !ride.run(200, {command.get(), 1})) {
     why = ride.has_plan() ? "a state is not finite" : ride.said();
     return std::nullopt;
   }
   return ride.displacements_B();
 }
 
-/// Displacement per force against that of one small force: the separated equations are linear but for the turn that
-/// the force brings about, which goes with the force.
+constexpr double kSmallForce = 1e-12;  // [N] nothing that goes with its square is left
+
+/// Displacement per force against that of a small force: the separated equations are linear in forces in body axes.
 Outcome small_force(double force, Fidelity rung) {
   std::string why;
-  const auto V = pushed(force, rung, why), unit = pushed(1e-6, rung, why);
+  const auto V = pushed(force, rung, why), unit = pushed(kSmallForce, rung, why);
   if (!V || !unit) return no_answer(why);
   // in units of the force first: squares of such numbers vanish
-  const Eigen::Matrix3Xd per_force = *V / force, expected = *unit / 1e-6;
+  const Eigen::Matrix3Xd per_force = *V / force, expected = *unit / kSmallForce;
   return {(per_force - expected).norm() / expected.norm(), {}, {}};
 }
 
@@ -96,10 +107,10 @@ Outcome small_force(double force, Fidelity rung) {
 Outcome denormal_force(Fidelity rung) {
   constexpr double kForce = 1e-310;
   std::string why;
-  const auto V = pushed(kForce, rung, why), unit = pushed(1e-6, rung, why);
+  const auto V = pushed(kForce, rung, why), unit = pushed(kSmallForce, rung, why);
   if (!V || !unit) return no_answer(why);
   const double smallest = std::numeric_limits<double>::denorm_min();
-  return {((*V) / smallest - *unit / 1e-6 * kForce / smallest).cwiseAbs().maxCoeff(), "in units of 4.9e-324 m", {}};
+  return {((*V) / smallest - *unit / kSmallForce * kForce / smallest).cwiseAbs().maxCoeff(), "in units of 4.9e-324 m", {}};
 }
 
 /// The same motion at another size: lengths, forces and initial displacements times the size.
@@ -145,13 +156,14 @@ void add_motion_cases(std::vector<StabilityCase>& cases) {
     add(kSpin, format_text("%g rad/s, 1e6 ticks", spin), "largest relative change of the energy", 1e-11,
         [spin](const StabilityOptions& options) { return energy_beside_middle_axis(spin, options); });
   constexpr const char* kForces = "size of forces";
-  constexpr const char* kPerForce = "displacement per force against that at 1e-6 N";
-  for (const double force : {1e-300, 1e-200, 1e-30, 1e-3})
-    add(kForces, format_text("%g N, separated", force), kPerForce, force < 1e-290 ? 1e-6 : 1e-9,
-        [force](const StabilityOptions&) { return small_force(force, Fidelity::kSeparated); });
-  for (const double force : {1e-300, 1e-30, 1e-3})
-    add(kForces, format_text("%g N, coupled", force), kPerForce, force < 1e-290 ? 1e-6 : 1e-6,
-        [force](const StabilityOptions&) { return small_force(force, Fidelity::kCoupled); });
+  constexpr const char* kPerForce = "displacement per force against that at 1e-12 N";
+  for (const double force : {1e-300, 1e-200, 1e-30, 1.0, kMaxForce})
+    add(kForces, format_text(force == kMaxForce ? "%g N, max_force, separated" : "%g N, separated", force), kPerForce,
+        1e-12, [force](const StabilityOptions&) { return small_force(force, Fidelity::kSeparated); });
+  for (const auto& [rung, name] : {std::pair{Fidelity::kCoupled, "coupled"}, {Fidelity::kExactBars, "exact bars"}})
+    for (const double force : {1e-300, 1e-30})
+      add(kForces, format_text("%g N, %s", force, name), kPerForce, 1e-12,
+          [force, rung](const StabilityOptions&) { return small_force(force, rung); });
   for (const auto& [rung, name] : {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kCoupled, "coupled"},
                                    {Fidelity::kExactBars, "exact bars"}})
     add(kForces, format_text("1e-310 N, a denormal, %s", name), "displacement off, in units of the least double", 1e4,

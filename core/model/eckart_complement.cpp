@@ -53,6 +53,10 @@ Eigen::MatrixXd EckartComplement::reduce(const Eigen::MatrixXd& rows) const {
   return turned;
 }
 
+Eigen::VectorXd EckartComplement::sizes(const Eigen::MatrixXd& rows) const {
+  return (rows(Eigen::all, order_) * root_mass_.cwiseInverse().asDiagonal()).rowwise().norm();
+}
+
 Eigen::MatrixXd EckartComplement::to_displacements(Eigen::MatrixXd y) const {
   for (auto stage = stages_.rbegin(); stage != stages_.rend(); ++stage) {
     Eigen::MatrixXd lower = y.bottomRows(y.rows() - stage->first);

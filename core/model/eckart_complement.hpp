@@ -25,6 +25,8 @@ class EckartComplement {
 
   /// A M^-1/2 H   [rows' unit / sqrt(kg)] (num_rows x dimension)
   Eigen::MatrixXd reduce(const Eigen::MatrixXd& rows) const;
+  /// Norms of the same rows before anything is taken out of them: what their rounding goes with.
+  Eigen::VectorXd sizes(const Eigen::MatrixXd& rows) const;
 
   /// Unit elastic displacements b of vectors of H coordinates, sum m b.b = M for unit vectors   (THEORY 3.3).
   /// \param coordinates  [-] (dimension x count)

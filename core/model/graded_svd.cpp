@@ -72,19 +72,20 @@ double scaled_condition(const Eigen::MatrixXd& R) {
 
 }  // namespace
 
-void sort_rows(Eigen::MatrixXd& matrix) {
+std::vector<int> sort_rows(Eigen::MatrixXd& matrix) {
   const Eigen::VectorXd size = matrix.rowwise().lpNorm<Eigen::Infinity>();
   std::vector<int> order(static_cast<std::size_t>(matrix.rows()));
   std::iota(order.begin(), order.end(), 0);
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return size[a] > size[b]; });
   matrix = matrix(order, Eigen::all).eval();
+  return order;
 }
 
 GradedSvd graded_svd(Eigen::MatrixXd matrix) {
   GradedSvd svd;
   const Eigen::Index n = matrix.cols();
   if (n == 0) return svd;
-  sort_rows(matrix);
+  const std::vector<int> place = sort_rows(matrix);
   const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(matrix);
   const Eigen::MatrixXd R = qr.matrixR().topRows(n).triangularView<Eigen::Upper>();
 
@@ -116,6 +117,13 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return values[a] < values[b]; });
   svd.values = values(order);
   svd.vectors = qr.colsPermutation() * left(Eigen::all, order).eval();
+  // R' W = left values: a triangular solve keeps small components beside large ones
+  Eigen::VectorXd lowest = Eigen::VectorXd::Zero(matrix.rows());
+  lowest.head(n) = left.col(order[0]) * svd.values[0];
+  R.transpose().triangularView<Eigen::Lower>().solveInPlace(lowest.head(n));
+  lowest.applyOnTheLeft(qr.householderQ());
+  svd.lowest_left.resize(matrix.rows());
+  svd.lowest_left(place) = lowest;
   return svd;
 }
 

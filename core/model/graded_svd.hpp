@@ -2,17 +2,19 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <vector>
 
 namespace freeflex {
 
 /// Reorders rows by falling largest entry. Householder QR with column pivoting is then accurate row by row,
 /// so that a soft link keeps its digits beside a stiff one   (Cox and Higham 1998, stability of Householder
-/// QR).
-void sort_rows(Eigen::MatrixXd& matrix);
+/// QR). Returns where each row stood before.
+std::vector<int> sort_rows(Eigen::MatrixXd& matrix);
 
 struct GradedSvd {
   Eigen::VectorXd values;   // ascending (num_columns)
   Eigen::MatrixXd vectors;  // right singular vectors, one a column (num_columns x num_columns)
+  Eigen::VectorXd lowest_left;  // left singular vector of the smallest value (num_rows)
   double accuracy = 0.0;    // [-] stated relative accuracy of the smallest value
 };
 

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
+#include <tuple>
 
 #include "core/model/check_scene.hpp"
 #include "core/model/eckart_complement.hpp"
@@ -68,6 +70,35 @@ void warn_of_mechanisms(const Scene& scene, const std::vector<Mechanism>& mechan
   }
 }
 
+// two points in one place are one slip of the pen away from one; nothing else would tell
+void warn_of_coincident_points(const Scene& scene, Faults& faults) {
+  std::vector<std::size_t> order(scene.points.size());
+  std::iota(order.begin(), order.end(), std::size_t{0});
+  const auto place = [&](std::size_t i) {
+    const Eigen::Vector3d& at = scene.points[i].position;
+    return std::make_tuple(at[0], at[1], at[2]);
+  };
+  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return place(a) < place(b); });
+  for (std::size_t k = 1; k < order.size(); ++k) {
+    if (place(order[k - 1]) != place(order[k])) continue;
+    const PointMass& point = scene.points[order[k]];
+    add_warning(faults, point.origin,
+                join_text("point ", quoted(point.name, static_cast<int>(order[k])), " and point ",
+                          quoted(scene.points[order[k - 1]].name, static_cast<int>(order[k - 1])),
+                          " are in one place; they stay two points, and only links to others hold them together: make "
+                          "them one, or move one of them"));
+  }
+}
+
+// relative error of the lowest frequency by the rounding of each row before its rigid part is taken out: where links
+// are strained far less than points move, as in a thin shape, that part is nearly all of the row   (THEORY X52)
+double reduction_rounding(const Eigen::VectorXd& sizes, const GradedSvd& svd) {
+  constexpr double kRoundings = 2.0;  // of each row, by its direction and six reflectors
+  if (svd.values.size() == 0 || !(svd.values[0] > 0.0)) return 0.0;
+  return kRoundings * std::numeric_limits<double>::epsilon() * svd.lowest_left.cwiseProduct(sizes).norm() /
+         svd.values[0];
+}
+
 // modes from the singular values of sqrt(D) B M^-1/2 H (THEORY X52); mechanisms first, with omega exactly
 // zero
 void find_modes(const LinkFactor& factor, const EckartComplement& complement, Structure& structure) {
@@ -80,7 +111,8 @@ void find_modes(const LinkFactor& factor, const EckartComplement& complement, St
   structure.shapes << complement.mechanism_shapes(), complement.shapes(svd.vectors);
   fix_signs(structure.shapes);
   structure.damping_rows = factor.damping_rows * structure.shapes;
-  structure.frequency_accuracy = std::max(svd.accuracy, factor.matrix_accuracy);
+  structure.frequency_accuracy =
+      std::max({svd.accuracy, factor.matrix_accuracy, reduction_rounding(complement.sizes(factor.rows), svd)});
   if (svd.values.size() > 0) structure.conditioning = svd.values[svd.values.size() - 1] / svd.values[0];
 }
 
@@ -135,6 +167,7 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
   Structure structure;
   structure.mass_properties = check_physics(scene, faults);
   if (has_error(faults)) return std::nullopt;
+  warn_of_coincident_points(scene, faults);
 
   const LinkFactor factor = factor_links(scene, needs_rotations(scene), faults);
   if (has_error(faults)) return std::nullopt;

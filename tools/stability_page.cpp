@@ -1,0 +1,64 @@
+// The stability table as one HTML page.
+#include <cmath>
+
+#include "tools/report.hpp"
+#include "tools/stability.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+constexpr const char* kEnd = "</tbody></table></div>\n";
+
+std::string number(double value) { return std::isfinite(value) ? format_text("%.1e", value) : "&ndash;"; }
+
+/// Rows of one group; those that must be refused have words for figures.
+std::string table_head(const StabilityCase& what) {
+  std::string text = "<h2>" + escaped(what.group) + "</h2>\n<div class=\"wide\"><table><thead><tr><th class=\"t\">case</th>";
+  text += what.must_refuse ? "<th class=\"t\">verdict</th><th class=\"t\">what is said</th>"
+                           : "<th class=\"t\">method</th><th class=\"t\">verdict</th><th>measured</th><th>at most</th>"
+                             "<th class=\"t\">quantity</th><th class=\"t\">remark</th>";
+  return text + "</tr></thead><tbody>\n";
+}
+
+std::string words(const std::string& text) { return "<td class=\"t said\">" + escaped(text) + "</td>"; }
+
+std::string rows_of(const StabilityRow& row) {
+  const std::string verdict =
+      std::string("<td class=\"t ") + (row.holds() ? "ours" : "fails") + "\">" + row.verdict() + "</td>";
+  const std::string name = "<tr><td class=\"t\">" + escaped(row.what.name) + "</td>";
+  if (row.what.must_refuse) return name + verdict + words(row.outcome.said) + "</tr>\n";
+  std::string text = name + "<td class=\"t ours\">freeflex</td>" + verdict + "<td>" + number(row.outcome.measured) +
+                     "</td><td>" + number(row.what.limit) + "</td>" + words(row.what.quantity) +
+                     words(row.outcome.said) + "</tr>\n";
+  for (const PeerFigure& peer : row.outcome.peers)
+    text += "<tr><td></td><td class=\"t\">" + escaped(peer.method) + "</td><td></td><td>" + number(peer.figure) +
+            "</td><td></td><td></td>" + words(peer.failure) + "</tr>\n";
+  return text;
+}
+
+}  // namespace
+
+std::string to_html(const StabilityReport& report) {
+  const Machine& machine = report.machine;
+  std::size_t failed = 0;
+  for (const StabilityRow& row : report.rows) failed += row.holds() ? 0 : 1;
+  std::string text = page_head("stability") +
+                     "<style>td.fails{color:#c22;font-weight:600}td.said{white-space:normal;max-width:34em}</style>\n";
+  text += "<h1>Stiff and extreme cases</h1>\n<p>freeflex " + escaped(machine.version) + ", commit " +
+          escaped(machine.commit) + ", " + escaped(machine.date) + ". " + escaped(machine.processor) + ", " +
+          escaped(machine.compiler) + ", " + escaped(machine.flags) + ".</p>\n<p>" +
+          format_text("%zu cases, %zu of them fail. ", report.rows.size(), failed) +
+          "Each has a figure that must be met, stated beside the measured one; what cannot be answered must be refused "
+          "or flagged by name. Hand-written methods run at our step, packaged ones at a local error of 1e-8 of the "
+          "elastic scale; they solve the full system, so where the body turns or deforms much their figure holds our "
+          "model error too.</p>\n";
+  std::string group;
+  for (const StabilityRow& row : report.rows) {
+    if (row.what.group != group) text += (group.empty() ? "" : kEnd) + table_head(row.what);
+    group = row.what.group;
+    text += rows_of(row);
+  }
+  return text + (group.empty() ? "" : kEnd) + "</body></html>\n";
+}
+
+}  // namespace freeflex::tools

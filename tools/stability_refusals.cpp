@@ -1,0 +1,161 @@
+// What must be refused or flagged by name: none of it may go on silently.
+#include <array>
+#include <initializer_list>
+#include <memory>
+
+#include "core/model/budget.hpp"
+#include "service/clock.hpp"
+#include "service/io/codec.hpp"
+#include "service/validity.hpp"
+#include "tools/stability_ride.hpp"
+#include "tools/stability_scenes.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+/// Counts the words that are missing in what was said.
+Outcome named(const std::string& said, std::initializer_list<const char*> words) {
+  Outcome outcome{0.0, said.empty() ? "nothing was said" : said, {}};
+  for (const char* word : words) outcome.measured += said.find(word) == std::string::npos ? 1.0 : 0.0;
+  return outcome;
+}
+
+Outcome coincident_points(bool is_joined) {
+  Scene scene = square_truss(2, 1e4);
+  add_point(scene, 1.0, scene.points[3].position);
+  for (const int i : {0, 1, 2, 4}) add_link(scene, {i, 8}, Spring{1e4});
+  if (is_joined) add_link(scene, {3, 8}, Spring{1e4});
+  const Ride ride(scene);
+  if (is_joined && ride.has_plan()) return no_answer("a link of no length was taken");
+  return named(ride.said(), {"in one place", "'p3'", "'p8'"});
+}
+
+/// What the validity of a motion says after 0.1 s.
+Outcome verdict_of(const Scene& scene, const char* cause) {
+  Ride ride(scene);
+  if (!ride.has_plan()) return no_answer(ride.said());
+  if (!ride.run(100)) return no_answer("a state is not finite");
+  const service::Validity validity(ride.plan);
+  const double displacement = validity.max_displacement(ride.state);
+  const service::Verdict verdict =
+      service::judge_ratios(ride.plan, validity.displacement_ratio(displacement),
+                   validity.spin_ratio(service::norm(angular_velocity(ride.plan, ride.state)), displacement));
+  const bool is_outside = verdict.word == service::Verdict::Word::kOutside;
+  return named((is_outside ? "outside: " : "not outside: ") + verdict.cause, {"outside: ", cause});
+}
+
+Outcome too_much_spin() {
+  Scene scene = square_truss(5, 1e5);
+  scene.initial.angular_velocity = {0.0, 0.0, 5.0};
+  add_force(scene, 18, {0.48, 0.6, 0.64});
+  return verdict_of(scene, "spin");
+}
+
+Outcome too_much_deformation(Fidelity rung, double force) {
+  Scene scene = square_truss(5, 1e5);
+  scene.fidelity = rung;
+  add_force(scene, 18, force * Eigen::Vector3d(0.48, 0.6, 0.64));
+  return verdict_of(scene, "deformation");
+}
+
+/// The step leaves the state as it was and says so.
+Outcome beyond_numbers() {
+  Scene scene = square_truss(3, 1e5);
+  scene.fidelity = Fidelity::kCoupled;
+  add_force(scene, 10, {0.0, 1e200, 0.0});
+  Ride ride(scene);
+  if (!ride.has_plan()) return no_answer(ride.said());
+  if (ride.run(10'000)) return named("every state was finite", {"not finite"});
+  const bool is_kept = ride.positions_W().allFinite();
+  return named(is_kept ? "the step reports a state that is not finite, and keeps the one before" : "not finite",
+               {"not finite", "keeps the one before"});
+}
+
+/// At the limit a command is taken, above it is refused.
+Outcome too_much_force(bool is_over) {
+  constexpr double kLimit = 1e6;  // [N]
+  Scene scene = square_truss(3, 1e5);
+  scene.force_limit = kLimit;
+  const Ride ride(scene);
+  if (!ride.has_plan()) return no_answer(ride.said());
+  const auto table = std::make_unique<io::NameTable>();
+  io::fill_name_table(ride.plan, *table);
+  const auto command = std::make_unique<ForceCommand>();
+  command->sender[0] = 'a';
+  command->sequence = 1;
+  command->start_tick = -1;
+  command->duration_ticks = 1;
+  command->num_points = 1;
+  command->points[0] = {5, 0, {0.0, is_over ? kLimit * (1.0 + 1e-12) : kLimit, 0.0}};
+  std::array<char, 160> text{};
+  const io::Reason reason = io::check_command(*command, *table, text);
+  if (!is_over) return named(io::reason_name(reason), {"accepted"});
+  return named(std::string(io::reason_name(reason)) + ": " + text.data(), {"over_limit", "the scene allows at most"});
+}
+
+Outcome unmet_tolerance() {
+  Scene scene = square_truss(3, 1e5);
+  scene.initial.angular_velocity = {0.0, 0.0, 3.0};
+  add_force(scene, 10, {5.0, 20.0, 30.0});
+  scene.automatic = AutomaticRung{1e-18, {}, {}, 0.2, {}};
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  if (!structure) return no_answer("no structure");
+  std::vector<PlanRung> tried;
+  const auto rung = choose_rung(scene, *structure, tried, faults);
+  if (rung) return named(std::string("took ") + name_of(*rung), {"no rung meets"});
+  return named(faults.empty() ? "" : faults.back().message, {"no rung meets the tolerance", "exact-bars"});
+}
+
+Outcome bars_at_a_long_period() {
+  Scene scene = stiff_truss(1e15, 1.0);
+  scene.fidelity = Fidelity::kExactBars;
+  const Ride ride(scene);
+  if (ride.has_plan()) return no_answer("a plan was made");
+  return named(ride.said(), {"exact-bars", "the stiffest mode"});
+}
+
+/// The daemon's pacer over a step that costs more than its period, on the clock of this machine.
+Outcome unheld_period(const StabilityOptions& options) {
+  constexpr double kRateOfScene = 1e6;      // [Hz] the highest a scene may ask for
+  constexpr std::int64_t kMostTicks = 20'000'000;
+  Scene scene = square_truss(8, 1e5);
+  scene.fidelity = Fidelity::kExactBars;
+  scene.rate = kRateOfScene;
+  Ride ride(scene);
+  if (!ride.has_plan()) return no_answer(ride.said());
+  service::MonotonicClock clock;
+  service::Pacer pacer(1e9 / kRateOfScene);
+  pacer.rebase(clock.now_ns());
+  while (pacer.num_slips() == 0 && ride.state.tick < kMostTicks && !options.is_stopped()) {
+    clock.sleep_until(pacer.deadline_ns());
+    if (!ride.run(1)) return no_answer("a state is not finite");
+    pacer.finish_tick(clock.now_ns());
+  }
+  if (pacer.num_slips() == 0) return named("the period was held", {"does not hold the period"});
+  return named(service::slip_text(ride.plan.period, pacer.num_slips()), {"does not hold the period of 1 us"});
+}
+
+}  // namespace
+
+void add_refusal_cases(std::vector<StabilityCase>& cases) {
+  const auto add = [&cases](const char* name, auto run) {
+    cases.push_back({"must be refused or flagged", name, "words that are missing", 0.0, true, run});
+  };
+  using Options = StabilityOptions;
+  add("coincident points, joined", [](const Options&) { return coincident_points(true); });
+  add("coincident points, apart in links", [](const Options&) { return coincident_points(false); });
+  add("spin beyond validity", [](const Options&) { return too_much_spin(); });
+  add("deformation beyond validity, separated",
+      [](const Options&) { return too_much_deformation(Fidelity::kSeparated, 1e4); });
+  add("deformation beyond validity, coupled",
+      [](const Options&) { return too_much_deformation(Fidelity::kCoupled, 1e5); });
+  add("a force beyond numbers", [](const Options&) { return beyond_numbers(); });
+  add("force at max_force is taken", [](const Options&) { return too_much_force(false); });
+  add("force over max_force", [](const Options&) { return too_much_force(true); });
+  add("a tolerance no rung meets", [](const Options&) { return unmet_tolerance(); });
+  add("exact bars at a period too long for them", [](const Options&) { return bars_at_a_long_period(); });
+  add("a period this machine cannot hold", [](const Options& options) { return unheld_period(options); });
+}
+
+}  // namespace freeflex::tools
