@@ -73,25 +73,27 @@ struct Small {
   }
 };
 
-// each halving divides the error by 2^order; the fastest mode turns 0.4 rad in the coarsest step
+// each halving divides the error by 2^order; the fastest mode turns 0.15 rad in the coarsest step
 TEST(Rivals, FixedStepMethodsHaveTheirOrderOnTheFullSystem) {
   const Small small;
-  for (const auto [rival, order] : {std::pair{Rival::kVerlet, 2.0}, {Rival::kRungeKutta4, 4.0}}) {
+  for (const auto& [rival, order] : {std::pair{Rival::kVerlet, 2.0}, {Rival::kRungeKutta4, 4.0}}) {
     double before = 0.0;
-    for (double step = 4e-4; step > 4e-5; step *= 0.5) {
+    for (double step = 2e-4; step > 2e-5; step *= 0.5) {
       const double error = small.error(rival, step, 0.0);
-      if (before > 0.0) EXPECT_NEAR(std::log2(before / error), order, 0.15) << "step " << step;
+      if (before > 0.0) {
+        EXPECT_NEAR(std::log2(before / error), order, 0.15) << "step " << step;
+      }
       before = error;
     }
   }
 }
 
-// the error follows the tolerance down; phase errors of many periods add up, hence the factor
+// the error follows the tolerance down; 28 periods of the fastest mode add up, hence the factor of 1e5
 TEST(Rivals, PackagedMethodsFollowTheirToleranceOnTheFullSystem) {
   const Small small;
   for (const Rival rival : {Rival::kErk4, Rival::kErk8, Rival::kDirk5, Rival::kAdams, Rival::kBdf}) {
     const double loose = small.error(rival, 0.0, 1e-5), tight = small.error(rival, 0.0, 1e-9);
-    EXPECT_LT(tight, 1e-5) << static_cast<int>(rival);
+    EXPECT_LT(tight, 1e-4) << static_cast<int>(rival);
     EXPECT_LT(tight, 0.02 * loose) << static_cast<int>(rival);
   }
 }
@@ -100,19 +102,22 @@ TEST(Rivals, LeapfrogIsOfSecondOrderOnTheLinearSystem) {
   const Small small;
   const Eigen::Matrix3Xd exact = small.linear();
   double before = 0.0;
-  for (double step = 4e-4; step > 4e-5; step *= 0.5) {
+  for (double step = 2e-4; step > 2e-5; step *= 0.5) {
     const double error = elastic_error(small.run(Rival::kLeapfrog, step, 0.0), exact);
-    if (before > 0.0) EXPECT_NEAR(std::log2(before / error), 2.0, 0.1);
+    if (before > 0.0) {
+      EXPECT_NEAR(std::log2(before / error), 2.0, 0.1) << "step " << step;
+    }
     before = error;
   }
 }
 
-// at rest but for the kick the load turns by 1e-3 rad: linear in time within 1e-7 however long the step is
+// the load is taken as linear in time over a step; the kick turns it by some 1e-3 rad in its 0.1 s, as t^2,
+// so a step of that length is off by some 1e-5, and shorter ones by the square of the step
 TEST(Rivals, KrylovSolvesTheLinearSystemWhateverItsStep) {
   const Small small;
   const Eigen::Matrix3Xd exact = small.linear();
-  for (const double step : {kEnd, 0.05, 0.01, 0.001})
-    EXPECT_LT(elastic_error(small.run(Rival::kKrylov, step, 1e-10), exact), 1e-6) << step;
+  for (const auto& [step, allowed] : {std::pair{kEnd, 3e-5}, {0.05, 8e-6}, {0.01, 1e-6}, {0.001, 1e-6}})
+    EXPECT_LT(elastic_error(small.run(Rival::kKrylov, step, 1e-10), exact), allowed) << step;
 }
 
 // a spin of 0.2 rad/s: the linear methods carry its centrifugal load
@@ -148,13 +153,13 @@ TEST(Rivals, ARunStopsWhenAsked) {
 // what is read between steps agrees with a run whose end stands there
 TEST(Rivals, ReadingOnTheWayAgreesWithAnEndThere) {
   const Small small;
-  for (const auto [rival, step, tolerance, allowed] : {std::tuple{Rival::kVerlet, 1e-4, 0.0, 2e-3},
-                                                       {Rival::kRungeKutta4, 1e-4, 0.0, 1e-4},
-                                                       {Rival::kErk8, 0.0, 1e-9, 1e-4},
-                                                       {Rival::kAdams, 0.0, 1e-9, 1e-4},
-                                                       {Rival::kDirk5, 0.0, 1e-9, 1e-4},
-                                                       {Rival::kLeapfrog, 1e-4, 0.0, 2e-3},
-                                                       {Rival::kKrylov, 0.2, 1e-10, 1e-6}}) {
+  for (const auto& [rival, step, tolerance, allowed] : {std::tuple{Rival::kVerlet, 1e-4, 0.0, 2e-3},
+                                                        {Rival::kRungeKutta4, 1e-4, 0.0, 1e-4},
+                                                        {Rival::kErk8, 0.0, 1e-9, 1e-4},
+                                                        {Rival::kAdams, 0.0, 1e-9, 1e-4},
+                                                        {Rival::kDirk5, 0.0, 1e-9, 1e-4},
+                                                        {Rival::kLeapfrog, 1e-4, 0.0, 2e-3},
+                                                        {Rival::kKrylov, 0.2, 1e-10, 1e-6}}) {
     std::string error;
     const auto method = make_rival(rival, *small.system, error);
     const double times[] = {0.0503, 0.1337, kEnd};
