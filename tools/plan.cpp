@@ -1,4 +1,5 @@
-// freeflex plan: what a plan keeps and leaves out of a scene, why, what that may change, and what a step costs.
+// freeflex plan: what a plan keeps and leaves out of a scene, why, what that may change, and what a step
+// costs.
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <cstdio>
@@ -47,7 +48,8 @@ Plans load(const Options& options) {
   Plans plans;
   if (io::is_plan_file(options.input)) {
     if (!options.keep.empty()) {
-      print_error(options.input + " is a plan, which is fixed: name the scene that it was made from to --keep parts");
+      print_error(options.input +
+                  " is a plan, which is fixed: name the scene that it was made from to --keep parts");
       return plans;
     }
     plans.plan = load_or_explain(options.input, 0.0);
@@ -80,8 +82,8 @@ std::vector<std::pair<const char*, bool>> features(const Plan& plan) {
 }
 
 Json to_json(const StepCost& cost) {
-  return {{"step", cost.step()},     {"rigid", cost.rigid},       {"modes", cost.modes}, {"loads", cost.loads},
-          {"fields", cost.fields},   {"coupling", cost.coupling}, {"push", cost.push},   {"point", cost.point}};
+  return {{"step", cost.step()},   {"rigid", cost.rigid},       {"modes", cost.modes}, {"loads", cost.loads},
+          {"fields", cost.fields}, {"coupling", cost.coupling}, {"push", cost.push},   {"point", cost.point}};
 }
 
 const char* on_need_name(const Plan& plan) {
@@ -107,7 +109,8 @@ void print_rungs(const Plan& plan) {
   for (const PlanRung& each : plan.tried_rungs) {
     if (each.is_finite)
       std::printf("  %-16s estimate %.2g m, %.2g rad, elastic %.2g: %s\n", name_of(each.rung), each.position,
-                  each.attitude, each.elastic, each.meets ? "meets the tolerance, taken" : "not within the tolerance");
+                  each.attitude, each.elastic,
+                  each.meets ? "meets the tolerance, taken" : "not within the tolerance");
     else
       std::printf("  %-16s leaves the numbers\n", name_of(each.rung));
   }
@@ -116,7 +119,8 @@ void print_rungs(const Plan& plan) {
   for (const PlanShadow& shadow : plan.budget.shadows)
     beside += std::string(beside.empty() ? "" : ", ") + name_of(shadow.plan.fidelity) +
               (shadow.substeps > 1 ? " twice a tick" : "");
-  std::printf("error budget       over %.6g s; steps beside the state: %s\n", plan.budget.horizon, beside.c_str());
+  std::printf("error budget       over %.6g s; steps beside the state: %s\n", plan.budget.horizon,
+              beside.c_str());
 }
 
 Json parts_json(const Plan& plan) {
@@ -162,12 +166,15 @@ void print_plan_json(const Plans& plans) {
 void print_errors(const Plan& plan, const PlanPart& part) {
   if (part.part != Part::kSmallModes) return;
   if (part.share > 0.0 || part.error > 0.0)
-    std::printf("    built-in loads and initial state, %.6g s: at most %.3g m, %.2g of the largest displacement\n",
-                plan.horizon, part.error, part.share);
+    std::printf(
+        "    built-in loads and initial state, %.6g s: at most %.3g m, %.2g of the largest displacement\n",
+        plan.horizon, part.error, part.share);
   if (part.error_per_force > 0.0)
-    std::printf("    commands: at most %.3g m a newton, %.2g of the static displacement, times the force that stands\n"
-                "    plus the sum of its changes\n",
-                part.error_per_force, part.share_per_force);
+    std::printf(
+        "    commands: at most %.3g m a newton, %.2g of the static displacement, times the force that "
+        "stands\n"
+        "    plus the sum of its changes\n",
+        part.error_per_force, part.share_per_force);
   if (part.link_error > 0.0 || part.link_error_per_force > 0.0)
     std::printf("    published link forces: at most %.3g N, and %.3g a newton; right for steady loads\n",
                 part.link_error, part.link_error_per_force);
@@ -183,12 +190,13 @@ void print_parts(const Plan& plan) {
   std::printf("  %-16s %-9s %6s  why\n", "part", "", "count");
   for (const PlanPart& part : plan.parts) {
     const std::string count = part.count > 0 ? std::to_string(part.count) : "";
-    std::printf("  %-16s %-9s %6s  %s\n", name_of(part.part), part.is_left_out ? "left out" : "kept", count.c_str(),
-                part.why.c_str());
+    std::printf("  %-16s %-9s %6s  %s\n", name_of(part.part), part.is_left_out ? "left out" : "kept",
+                count.c_str(), part.why.c_str());
     if (part.is_left_out) print_errors(plan, part);
   }
   std::string absent, present;
-  for (const auto& [name, is_there] : features(plan)) (is_there ? present : absent) += std::string(" ") + name;
+  for (const auto& [name, is_there] : features(plan))
+    (is_there ? present : absent) += std::string(" ") + name;
   std::printf("the scene asks for %s\n", present.empty() ? " none of the rest" : present.c_str());
   std::printf("it has no          %s\n", absent.c_str());
   if (plan.scope.lacks_rotation || plan.scope.lacks_out_of_plane)
@@ -207,8 +215,9 @@ void print_cost(const Plans& plans) {
     return;
   }
   const StepCost cost = predict_step(*plans.plan);
-  std::printf("step               %.0f ns predicted: body %.0f, modes %.0f, loads %.0f, fields %.0f, coupling %.0f\n",
-              cost.step(), cost.rigid, cost.modes, cost.loads, cost.fields, cost.coupling);
+  std::printf(
+      "step               %.0f ns predicted: body %.0f, modes %.0f, loads %.0f, fields %.0f, coupling %.0f\n",
+      cost.step(), cost.rigid, cost.modes, cost.loads, cost.fields, cost.coupling);
   std::printf("                   each pushed point adds %.0f ns; reading a point takes %.0f ns\n", cost.push,
               cost.point);
   if (plans.whole)
@@ -240,15 +249,16 @@ int show(const Options& options) {
 
 void add_plan(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<Options>();
-  CLI::App* command =
-      app.add_subcommand("plan", "what is kept and left out of a scene, why, what that may change, ns a step");
+  CLI::App* command = app.add_subcommand(
+      "plan", "what is kept and left out of a scene, why, what that may change, ns a step");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
   command->add_option("--keep", options->keep, "parts that stay whatever the scene needs, or all")
       ->check(CLI::IsMember(keep_names()))
       ->type_name("PART...");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(
-      "Example:\n  freeflex plan service/scenes/boom.yaml\n  freeflex plan boom.yaml --keep rotation small_modes\n"
+      "Example:\n  freeflex plan service/scenes/boom.yaml\n  freeflex plan boom.yaml --keep rotation "
+      "small_modes\n"
       "Exit codes: 0 done, 2 the scene or plan has errors.");
   command->callback([options, &exit_code] { exit_code = show(*options); });
 }

@@ -56,9 +56,9 @@ Plan rigid_part(const Plan& plan) {
 
 // what one pass over the modes costs [ns]
 struct Constants {
-  double modes = 0.0;  // advance of all
+  double modes = 0.0;                           // advance of all
   double direct = 0.0, table = 0.0, row = 0.0;  // projection of a point, of a table, of one row
-  double dot = 0.0;    // sum over one row
+  double dot = 0.0;                             // sum over one row
 };
 
 Constants measure(const Plan& plan) {
@@ -123,8 +123,8 @@ StepCost predict_step(const Plan& plan) {
   for (const PlanHistory& history : plan.histories) cost.loads += pattern_cost(history.pattern, constants);
   if (plan.histories.empty()) cost.loads = constants.row;  // cleared at each tick
   if (plan.has_spin_load || plan.attractor_mu > 0.0) cost.fields = 6.0 * constants.row;
-  // loads are evaluated at both ends where they are not carried over from the step before, and the step is made
-  // twice where they follow it
+  // loads are evaluated at both ends where they are not carried over from the step before, and the step is
+  // made twice where they follow it
   if (has_dependent || plan.coupling.path != PlanCoupling::Path::kNone) {
     cost.loads *= has_dependent ? 3.0 : 2.0;
     cost.fields *= has_dependent ? 3.0 : 2.0;
@@ -132,8 +132,8 @@ StepCost predict_step(const Plan& plan) {
   }
   cost.coupling = coupling_cost(plan, constants);
   cost.push = plan.turns ? constants.direct : constants.row;
-  const auto with_rows =
-      std::find_if(plan.points.begin(), plan.points.end(), [](const PlanPoint& point) { return point.row >= 0; });
+  const auto with_rows = std::find_if(plan.points.begin(), plan.points.end(),
+                                      [](const PlanPoint& point) { return point.row >= 0; });
   if (with_rows != plan.points.end()) {
     const State still = make_state(plan);
     double sum = 0.0;

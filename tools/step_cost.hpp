@@ -18,8 +18,8 @@ struct StepCost {
   double step() const { return rigid + modes + loads + fields + coupling; }
 };
 
-/// Measures the constants for some tens of milliseconds, at the plan's own sizes, and adds up. Below the coupled
-/// rungs only.
+/// Measures the constants for some tens of milliseconds, at the plan's own sizes, and adds up. Below the
+/// coupled rungs only.
 StepCost predict_step(const Plan& plan);
 
 }  // namespace freeflex::tools

@@ -101,8 +101,9 @@ class Lean {
 
   // damping, gravity, rotation, rows of points
   void judge_code() {
-    const bool damps = structure_.damping_rows.rows() > 0 ||
-                       std::any_of(full_.decay.begin(), full_.decay.end(), [](double decay) { return decay > 0.0; });
+    const bool damps =
+        structure_.damping_rows.rows() > 0 ||
+        std::any_of(full_.decay.begin(), full_.decay.end(), [](double decay) { return decay > 0.0; });
     if (damps)
       part(Part::kDamping).why = "modes are damped";
     else if (keeps(Part::kDamping))
@@ -119,8 +120,8 @@ class Lean {
       part(Part::kRotation).why = scope_.why_turns;
     else
       leave(Part::kRotation, 0, scope_.why_turns);
-    const auto without_rows =
-        std::count_if(full_.points.begin(), full_.points.end(), [](const PlanPoint& point) { return point.row < 0; });
+    const auto without_rows = std::count_if(full_.points.begin(), full_.points.end(),
+                                            [](const PlanPoint& point) { return point.row < 0; });
     if (keeps(Part::kPointRows))
       part(Part::kPointRows).why = "told to stay";
     else if (without_rows == 0)
@@ -136,11 +137,13 @@ class Lean {
   // which modes nothing reaches, and of those which move along the normal
   void judge_modes() {
     if (full_.num_elastic == 0) {
-      for (const Part which : {Part::kOutOfPlane, Part::kUnreachedModes}) part(which).why = "there are no modes";
+      for (const Part which : {Part::kOutOfPlane, Part::kUnreachedModes})
+        part(which).why = "there are no modes";
       return;
     }
     align_modes(scene_, reach_rows(scene_, structure_, scope_, initial_), structure_, initial_);
-    const std::vector<int> reached = reached_modes(reach_rows(scene_, structure_, scope_, initial_), structure_);
+    const std::vector<int> reached =
+        reached_modes(reach_rows(scene_, structure_, scope_, initial_), structure_);
     int num_out = 0, num_unreached = 0;
     for (int mode = 0; mode < full_.num_elastic; ++mode) {
       const bool is_reached = std::binary_search(reached.begin(), reached.end(), mode);
@@ -156,16 +159,19 @@ class Lean {
             std::string("shape, loads and spin lie in one plane") +
                 (scope_.binds_plane ? "; commands that leave it are held back" : ""));
     else
-      part(Part::kOutOfPlane).why = scope_.why_not_planar.empty() ? "no mode leaves the plane unreached" : scope_.why_not_planar;
+      part(Part::kOutOfPlane).why =
+          scope_.why_not_planar.empty() ? "no mode leaves the plane unreached" : scope_.why_not_planar;
     if (num_unreached > 0)
-      leave(Part::kUnreachedModes, num_unreached, "no load, command, field, feedback or initial state reaches them");
+      leave(Part::kUnreachedModes, num_unreached,
+            "no load, command, field, feedback or initial state reaches them");
     else
-      part(Part::kUnreachedModes).why = keeps(Part::kUnreachedModes) ? "told to stay" : "every mode can be reached";
+      part(Part::kUnreachedModes).why =
+          keeps(Part::kUnreachedModes) ? "told to stay" : "every mode can be reached";
   }
 
   // the plan of some modes, numbered as the scene's
-  std::optional<Plan> compile_modes(const Reduced& reduced, const std::vector<int>& kept, const CodeLeftOut& code,
-                                    Faults& faults) const {
+  std::optional<Plan> compile_modes(const Reduced& reduced, const std::vector<int>& kept,
+                                    const CodeLeftOut& code, Faults& faults) const {
     Faults repeated;  // of the scene, already said
     std::optional<Plan> plan = compile_plan(reduced.scene, reduced.structure, repeated, code);
     if (!plan) {
@@ -188,11 +194,13 @@ class Lean {
     if (small.part.is_left_out) {
       std::vector<int> all(exact.structure.omega.size()), gone, kept;
       std::iota(all.begin(), all.end(), 0);
-      std::set_difference(all.begin(), all.end(), small.kept.begin(), small.kept.end(), std::back_inserter(gone));
+      std::set_difference(all.begin(), all.end(), small.kept.begin(), small.kept.end(),
+                          std::back_inserter(gone));
       for (const int mode : small.kept) kept.push_back(kept_[static_cast<std::size_t>(mode)]);
       kept_ = std::move(kept);
       Reduced few = reduce(scene_, structure_, initial_, kept_);
-      keep_static_link_forces(exact.structure, gone, load_directions(scene_, structure_, scope_), few.structure);
+      keep_static_link_forces(exact.structure, gone, load_directions(scene_, structure_, scope_),
+                              few.structure);
       if (plan = compile_modes(few, kept_, code_, faults); !plan) return std::nullopt;
     }
     plan->parts = parts_;
@@ -203,8 +211,10 @@ class Lean {
 
   // everything that commands can reach
   std::optional<Plan> compile_wide(const MotionScope& open, Faults& faults) {
-    const std::vector<int> reached = reached_modes(reach_rows(scene_, structure_, open, initial_), structure_);
-    std::set_union(reached.begin(), reached.end(), kept_.begin(), kept_.end(), std::back_inserter(wide_kept_));
+    const std::vector<int> reached =
+        reached_modes(reach_rows(scene_, structure_, open, initial_), structure_);
+    std::set_union(reached.begin(), reached.end(), kept_.begin(), kept_.end(),
+                   std::back_inserter(wide_kept_));
     CodeLeftOut code = code_;
     code.turns = open.turns;
     code.scope = {};
@@ -253,8 +263,8 @@ std::optional<Plan> compile_lean_plan(const Scene& given, const Structure& struc
 }
 
 const char* name_of(Part part) {
-  static constexpr std::array<const char*, kNumParts> kNames{"damping",         "gravity",     "rotation",  "out_of_plane",
-                                                             "unreached_modes", "small_modes", "point_rows"};
+  static constexpr std::array<const char*, kNumParts> kNames{
+      "damping", "gravity", "rotation", "out_of_plane", "unreached_modes", "small_modes", "point_rows"};
   return kNames[index(part)];
 }
 

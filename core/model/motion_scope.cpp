@@ -24,8 +24,8 @@ std::string name_of_load(const Scene& scene, const Load& load) {
   return "load " + quoted(load.name, static_cast<int>(&load - scene.loads.data()));
 }
 
-// X80: the normal of points that lie in a plane within 64 roundings; of a line, that of the spin or of the first
-// load or initial displacement across it. Zero: not planar.
+// X80: the normal of points that lie in a plane within 64 roundings; of a line, that of the spin or of the
+// first load or initial displacement across it. Zero: not planar.
 Eigen::Vector3d plane_normal(const MassProperties& body, const Eigen::Vector3d& spin,
                              const std::vector<Eigen::Vector3d>& directions) {
   if (body.rigid_freedoms == 3) return Eigen::Vector3d::Zero();
@@ -52,7 +52,8 @@ bool is_across(const Eigen::Vector3d& v, const Eigen::Vector3d& normal) {
 }
 
 Eigen::Matrix3d body_from(const Load& load, const Eigen::Matrix3d& R_WB) {
-  return load.axes == Axes::kWorld ? Eigen::Matrix3d(R_WB.transpose()) : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
+  return load.axes == Axes::kWorld ? Eigen::Matrix3d(R_WB.transpose())
+                                   : Eigen::Matrix3d(Eigen::Matrix3d::Identity());
 }
 
 // why the body turns; empty: nothing turns it
@@ -74,7 +75,8 @@ std::string find_turning(const Scene& scene, const Structure& structure, const E
       moment += arm.cross(force);
       terms += arm.norm() * force.norm();
     }
-    if (moment.norm() > kRounding * terms) return name_of_load(scene, load) + " has a moment about the centre of mass";
+    if (moment.norm() > kRounding * terms)
+      return name_of_load(scene, load) + " has a moment about the centre of mass";
   }
   return {};
 }
@@ -82,9 +84,8 @@ std::string find_turning(const Scene& scene, const Structure& structure, const E
 // true when a command can have a moment: only points in the centre of mass cannot be pushed about it
 bool commands_turn(const Scene& scene, const MassProperties& body) {
   if (body.rigid_freedoms == 3) return false;
-  return !scene.groups.empty() || std::any_of(scene.pushable.begin(), scene.pushable.end(), [&](int point) {
-           return body.r.col(point).norm() > 0.0;
-         });
+  return !scene.groups.empty() || std::any_of(scene.pushable.begin(), scene.pushable.end(),
+                                              [&](int point) { return body.r.col(point).norm() > 0.0; });
 }
 
 std::vector<Eigen::Vector3d> directions_in_body(const Scene& scene, const Eigen::Matrix3d& R_WB) {
@@ -104,7 +105,8 @@ std::vector<Eigen::Vector3d> directions_in_body(const Scene& scene, const Eigen:
 // what leaves the plane; empty: nothing
 std::string find_leaving(const Scene& scene, const Eigen::Vector3d& normal, const Eigen::Matrix3d& R_WB) {
   if (normal.isZero(0.0)) return "the points do not lie in a plane";
-  if (!is_along(scene.initial.angular_velocity, normal)) return "the initial spin is not about the normal of the plane";
+  if (!is_along(scene.initial.angular_velocity, normal))
+    return "the initial spin is not about the normal of the plane";
   if (scene.attractor.mu > 0.0) return "an attractor pulls from outside the plane";
   if (!scene.feedbacks.empty()) return "forces of feedback may leave the plane";
   for (const Load& load : scene.loads) {
@@ -134,8 +136,7 @@ void add_wrench_forces(const Scene& scene, const Structure& structure, const Gro
   const Eigen::Matrix3d second = d * mass.asDiagonal() * d.transpose();
   const Eigen::Matrix3d inertia = second.trace() * Eigen::Matrix3d::Identity() - second;
   // a line takes no torque about itself: the least-squares solution leaves it out
-  const Eigen::Vector3d turn =
-      Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d>(inertia).solve(torque);
+  const Eigen::Vector3d turn = Eigen::CompleteOrthogonalDecomposition<Eigen::Matrix3d>(inertia).solve(torque);
   for (std::size_t k = 0; k < group.points.size(); ++k) {
     const auto column = static_cast<Eigen::Index>(k);
     forces.segment<3>(3 * Eigen::Index{group.points[k]}) +=
@@ -146,10 +147,11 @@ void add_wrench_forces(const Scene& scene, const Structure& structure, const Gro
 Eigen::VectorXd load_forces(const Scene& scene, const Structure& structure, const Load& load,
                             const Eigen::Matrix3d& turn) {
   Eigen::VectorXd forces = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(scene.points.size()));
-  for (const PointLoad& each : load.forces) forces.segment<3>(3 * Eigen::Index{each.point}) += turn * each.force;
+  for (const PointLoad& each : load.forces)
+    forces.segment<3>(3 * Eigen::Index{each.point}) += turn * each.force;
   for (const WrenchLoad& each : load.wrenches)
-    add_wrench_forces(scene, structure, scene.groups[index(each.group)], turn * each.force, turn * each.torque,
-                      forces);
+    add_wrench_forces(scene, structure, scene.groups[index(each.group)], turn * each.force,
+                      turn * each.torque, forces);
   return forces;
 }
 

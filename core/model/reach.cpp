@@ -8,8 +8,8 @@
 namespace freeflex {
 namespace {
 
-// [-] frequencies this close are one: the rounding that splits a pair, as far as that is stated, and no more than
-// a run of a thousand million radians can tell
+// [-] frequencies this close are one: the rounding that splits a pair, as far as that is stated, and no more
+// than a run of a thousand million radians can tell
 constexpr double kEqual = 1e-12, kMostEqual = 1e-9;
 
 // [-] of the largest damping coefficient: what couples less is rounding
@@ -19,7 +19,8 @@ std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 // in-plane pair, or all three
 std::vector<Eigen::Vector3d> command_axes(const MotionScope& scope) {
-  if (!scope.binds_plane) return {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()};
+  if (!scope.binds_plane)
+    return {Eigen::Vector3d::UnitX(), Eigen::Vector3d::UnitY(), Eigen::Vector3d::UnitZ()};
   const Eigen::Vector3d first = scope.normal.unitOrthogonal();
   return {first, scope.normal.cross(first)};
 }
@@ -77,7 +78,8 @@ class Directions {
 };
 
 // X70, X72: m_i S r_i for the six S of a field, or the one of a spin about the normal
-void add_fields(const Scene& scene, const Structure& structure, const MotionScope& scope, Directions& directions) {
+void add_fields(const Scene& scene, const Structure& structure, const MotionScope& scope,
+                Directions& directions) {
   const bool spins = scene.fidelity == Fidelity::kSpinLoaded && scope.turns;
   if (!spins && scene.attractor.mu == 0.0) return;
   std::vector<Eigen::Matrix3d> fields;
@@ -107,7 +109,9 @@ void turn_columns(const Eigen::MatrixXd& turn, Eigen::Index first, Eigen::Matrix
 
 bool may_turn(const Scene& scene, const Structure& structure, const FrequencyCluster& cluster) {
   if (cluster.count < 2 || structure.omega[cluster.first] == 0.0) return false;
-  const auto is_named = [&](int mode) { return mode > cluster.first && mode <= cluster.first + cluster.count; };
+  const auto is_named = [&](int mode) {
+    return mode > cluster.first && mode <= cluster.first + cluster.count;
+  };
   for (const auto& [mode, ratio] : scene.damping.mode_ratios)
     if (is_named(mode)) return false;
   for (const auto& each : scene.initial.modes)
@@ -157,7 +161,8 @@ Eigen::MatrixXd reach_rows(const Scene& scene, const Structure& structure, const
     inverse_mass[i] = 1.0 / scene.points[static_cast<std::size_t>(i / 3)].mass;
   rows.topRows(forces.cols()) = forces.transpose() * structure.shapes;
   for (Eigen::Index k = 0; k < forces.cols(); ++k) {
-    const double whole = std::sqrt(structure.mass_properties.mass * forces.col(k).cwiseAbs2().dot(inverse_mass));
+    const double whole =
+        std::sqrt(structure.mass_properties.mass * forces.col(k).cwiseAbs2().dot(inverse_mass));
     if (whole > 0.0) rows.row(k) /= whole;
   }
   const auto share = [](const Eigen::VectorXd& values) -> Eigen::RowVectorXd {
@@ -169,7 +174,8 @@ Eigen::MatrixXd reach_rows(const Scene& scene, const Structure& structure, const
   return rows;
 }
 
-void align_modes(const Scene& scene, const Eigen::MatrixXd& reach, Structure& structure, InitialModes& initial) {
+void align_modes(const Scene& scene, const Eigen::MatrixXd& reach, Structure& structure,
+                 InitialModes& initial) {
   const double gap = std::max(kEqual, std::min(kMostEqual, structure.frequency_accuracy));
   for (const FrequencyCluster& cluster : frequency_clusters(structure.omega, gap)) {
     if (!may_turn(scene, structure, cluster)) continue;
@@ -205,7 +211,8 @@ std::vector<int> reached_modes(const Eigen::MatrixXd& reach, const Structure& st
   const Eigen::Index n = structure.omega.size();
   std::vector<char> is_reached(index(static_cast<int>(n)), 0);
   for (Eigen::Index mode = 0; mode < n; ++mode)
-    is_reached[index(static_cast<int>(mode))] = reach.rows() > 0 && reach.col(mode).cwiseAbs().maxCoeff() > kUnreached;
+    is_reached[index(static_cast<int>(mode))] =
+        reach.rows() > 0 && reach.col(mode).cwiseAbs().maxCoeff() > kUnreached;
   if (structure.damping_rows.rows() > 0) {
     const Eigen::MatrixXd D = structure.damping_rows.transpose() * structure.damping_rows;
     const double least = kUncoupled * D.diagonal().maxCoeff();

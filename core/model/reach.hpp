@@ -17,18 +17,20 @@ struct InitialModes {
 /// A mode that takes less than this share of a load is not set in motion by it: rounding of the shapes [-].
 inline constexpr double kUnreached = 1e-11;
 
-/// Directions in which the modes may be loaded: (loads x n), one row for each force that a command, history, field
-/// or feedback can exert, as a share of the force's whole (X120); and rows of the initial state. What commands do
-/// is held to the scope where it says that they are bound.
+/// Directions in which the modes may be loaded: (loads x n), one row for each force that a command, history,
+/// field or feedback can exert, as a share of the force's whole (X120); and rows of the initial state. What
+/// commands do is held to the scope where it says that they are bound.
 Eigen::MatrixXd reach_rows(const Scene& scene, const Structure& structure, const MotionScope& scope,
                            const InitialModes& initial);
 
 /// Forces [N] (3N x loads) that commands and built-in loads can exert, the latter at amplitude 1.
 Eigen::MatrixXd load_directions(const Scene& scene, const Structure& structure, const MotionScope& scope);
 
-/// Turns modes of equal frequency among themselves so that as few as possible are reached   (X120). Equal: within the
-/// accuracy of frequencies (1e-12 to 1e-9), with equal damping, not mechanisms, and not named by the scene.
-void align_modes(const Scene& scene, const Eigen::MatrixXd& reach, Structure& structure, InitialModes& initial);
+/// Turns modes of equal frequency among themselves so that as few as possible are reached   (X120). Equal:
+/// within the accuracy of frequencies (1e-12 to 1e-9), with equal damping, not mechanisms, and not named by
+/// the scene.
+void align_modes(const Scene& scene, const Eigen::MatrixXd& reach, Structure& structure,
+                 InitialModes& initial);
 
 /// Modes that something reaches, directly or through dashpots, ascending.
 std::vector<int> reached_modes(const Eigen::MatrixXd& reach, const Structure& structure);

@@ -43,7 +43,8 @@ Reduced reduce(const Scene& scene, const Structure& structure, const InitialMode
   Damping& damping = reduced.scene.damping;
   damping.mode_ratios.clear();
   for (const auto& [mode, ratio] : scene.damping.mode_ratios)
-    if (const int number = new_number(kept, mode); number > 0) damping.mode_ratios.emplace_back(number, ratio);
+    if (const int number = new_number(kept, mode); number > 0)
+      damping.mode_ratios.emplace_back(number, ratio);
   reduced.scene.initial.points.clear();
   reduced.scene.initial.modes.clear();
   for (std::size_t k = 0; k < kept.size(); ++k) {
@@ -53,8 +54,8 @@ Reduced reduce(const Scene& scene, const Structure& structure, const InitialMode
   return reduced;
 }
 
-void keep_static_link_forces(const Structure& whole, const std::vector<int>& left_out, const Eigen::MatrixXd& loads,
-                             Structure& structure) {
+void keep_static_link_forces(const Structure& whole, const std::vector<int>& left_out,
+                             const Eigen::MatrixXd& loads, Structure& structure) {
   if (structure.link_forces.empty() || left_out.empty() || loads.cols() == 0) return;
   // static response of mode l to F: b_l . F / (M omega_l^2), split evenly between the two sides
   Eigen::VectorXd root_flexibility = whole.omega(left_out).cwiseInverse();

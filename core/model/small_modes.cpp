@@ -64,7 +64,8 @@ double largest_displacement(const Structure& structure, const Plan& plan, const 
   double largest = 0.0;
   for (std::size_t i = 0; i < plan.points.size(); ++i)
     if (plan.points[i].row >= 0)
-      largest = std::max(largest, (structure.shapes.middleRows<3>(3 * static_cast<Eigen::Index>(i)) * q).norm());
+      largest =
+          std::max(largest, (structure.shapes.middleRows<3>(3 * static_cast<Eigen::Index>(i)) * q).norm());
   return largest;
 }
 
@@ -72,8 +73,8 @@ bool has_motion(const Plan& plan) {
   const auto is_moved = [](const Array& values) {
     return std::any_of(values.begin(), values.end(), [](double v) { return v != 0.0; });
   };
-  return !plan.histories.empty() || plan.has_spin_load || plan.attractor_mu > 0.0 || is_moved(plan.initial.q) ||
-         is_moved(plan.initial.q_dot);
+  return !plan.histories.empty() || plan.has_spin_load || plan.attractor_mu > 0.0 ||
+         is_moved(plan.initial.q) || is_moved(plan.initial.q_dot);
 }
 
 Swings follow_built_in(const Structure& structure, const Plan& plan, double horizon) {
@@ -107,7 +108,8 @@ struct Pushes {
   Eigen::MatrixXd any;        // (points and groups x modes) the same rows for a force in any direction
 };
 
-Pushes find_pushes(const Scene& scene, const Structure& structure, const MotionScope& scope, const Plan& plan) {
+Pushes find_pushes(const Scene& scene, const Structure& structure, const MotionScope& scope,
+                   const Plan& plan) {
   Scene only = scene;
   only.loads.clear();
   only.feedbacks.clear();
@@ -125,7 +127,8 @@ Pushes find_pushes(const Scene& scene, const Structure& structure, const MotionS
   pushes.reference = Eigen::VectorXd::Zero(signed_rows.rows());
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     if (plan.points[i].row < 0) continue;
-    const Eigen::MatrixXd V = structure.shapes.middleRows<3>(3 * static_cast<Eigen::Index>(i)) * signed_rows.transpose();
+    const Eigen::MatrixXd V =
+        structure.shapes.middleRows<3>(3 * static_cast<Eigen::Index>(i)) * signed_rows.transpose();
     pushes.reference = pushes.reference.cwiseMax(V.colwise().norm().transpose());
   }
   // forces on one point or group stand in a row, torques after them
@@ -142,10 +145,12 @@ Pushes find_pushes(const Scene& scene, const Structure& structure, const MotionS
 }
 
 // sum over the modes left out, largest over points, for each push
-Eigen::VectorXd summed(const Eigen::MatrixXd& sizes, const Eigen::MatrixXd& rows, const std::vector<int>& left_out) {
+Eigen::VectorXd summed(const Eigen::MatrixXd& sizes, const Eigen::MatrixXd& rows,
+                       const std::vector<int>& left_out) {
   const Eigen::MatrixXd b = sizes(Eigen::all, left_out), g = rows(Eigen::all, left_out);
   if (b.rows() == 0 || g.rows() == 0 || left_out.empty()) return Eigen::VectorXd::Zero(rows.rows());
-  if (static_cast<double>(b.rows()) * static_cast<double>(g.rows()) * static_cast<double>(sizes.cols()) > kManyProducts)
+  if (static_cast<double>(b.rows()) * static_cast<double>(g.rows()) * static_cast<double>(sizes.cols()) >
+      kManyProducts)
     return g * b.colwise().maxCoeff().transpose();
   return (b * g.transpose()).colwise().maxCoeff().transpose();
 }
@@ -196,8 +201,9 @@ class Choice {
 
  private:
   void order_modes(const Structure& structure) {
-    const Eigen::RowVectorXd most = sizes_.rows() > 0 ? Eigen::RowVectorXd(sizes_.colwise().maxCoeff())
-                                                      : Eigen::RowVectorXd(Eigen::RowVectorXd::Zero(sizes_.cols()));
+    const Eigen::RowVectorXd most = sizes_.rows() > 0
+                                        ? Eigen::RowVectorXd(sizes_.colwise().maxCoeff())
+                                        : Eigen::RowVectorXd(Eigen::RowVectorXd::Zero(sizes_.cols()));
     Eigen::VectorXd score = Eigen::VectorXd::Zero(sizes_.cols());
     for (Eigen::Index l = 0; l < score.size(); ++l) {
       if (swings_.largest > 0.0) score[l] = most[l] * swings_.whole[l] / swings_.largest;
@@ -240,7 +246,8 @@ std::string find_obstacle(const Scene& scene, const MotionScope& scope, const Pl
   if (plan.coupling.path != PlanCoupling::Path::kNone || !plan.feedbacks.empty())
     return "dashpots or feedback join the modes";
   const auto has = [&](Axes axes) {
-    return std::any_of(scene.loads.begin(), scene.loads.end(), [&](const Load& load) { return load.axes == axes; });
+    return std::any_of(scene.loads.begin(), scene.loads.end(),
+                       [&](const Load& load) { return load.axes == axes; });
   };
   if (has(Axes::kLocal)) return "follower forces join the modes";
   const bool is_commanded = !scene.pushable.empty() || !scene.groups.empty();
@@ -276,7 +283,8 @@ SmallModes find_small_modes(const Scene& scene, const Structure& structure, cons
   }
   const std::vector<int> left_out = choice.left_out();
   if (left_out.empty()) {
-    small.part.why = join_text("every mode has more than ", scene.leave_out.tolerance, " of what is asked for");
+    small.part.why =
+        join_text("every mode has more than ", scene.leave_out.tolerance, " of what is asked for");
     return small;
   }
   std::vector<int> kept;

@@ -21,8 +21,9 @@ void SceneReader::read_leave_out(const Node& node) {
   leave_out.origin = node.origin;
   fields.read("tolerance", {"-", Bound::kNonNegative}, leave_out.tolerance);
   if (leave_out.tolerance >= 1.0)
-    report_.error(fields.find("tolerance")->origin, "leave_out: tolerance is " + format_number(leave_out.tolerance) +
-                                                        ", must be a share below 1");
+    report_.error(
+        fields.find("tolerance")->origin,
+        "leave_out: tolerance is " + format_number(leave_out.tolerance) + ", must be a share below 1");
   fields.read("horizon", {"s", Bound::kPositive}, leave_out.horizon);
   if (const Node* on_need = fields.find("on_need"))
     if (const auto word = read_word(report_, *on_need, "leave_out: on_need", {"keep", "refuse", "replan"}))
@@ -30,9 +31,9 @@ void SceneReader::read_leave_out(const Node& node) {
   const Node* keep = fields.find("keep");
   if (!keep) return;
   if (keep->kind == Node::Kind::kText && keep->text == "all") return leave_out.keeps.fill(true);
-  const std::vector<const Node*> items = keep->kind == Node::Kind::kList
-                                             ? std::vector<const Node*>(keep->items.begin(), keep->items.end())
-                                             : std::vector<const Node*>{keep};
+  const std::vector<const Node*> items =
+      keep->kind == Node::Kind::kList ? std::vector<const Node*>(keep->items.begin(), keep->items.end())
+                                      : std::vector<const Node*>{keep};
   for (const Node* item : items)
     if (const auto part = read_word(report_, *item, "leave_out: keep", part_names())) {
       if (leave_out.keeps[*part])

@@ -1,5 +1,6 @@
 // What leaving a part out saves: steps of two plans of one scene in turns, with the part forced back in and
-// without it, and what freeflex plan predicted of each. Medians over blocks; the ratio is taken within a block.
+// without it, and what freeflex plan predicted of each. Medians over blocks; the ratio is taken within a
+// block.
 #include <benchmark/benchmark.h>
 
 #include <algorithm>
@@ -31,7 +32,8 @@ double ns_per_step(testing::Simulation& simulation) {
 
 void compare(benchmark::State& state, Scene scene, Part part) {
   testing::Simulation without(testing::lean_plan_of(scene));
-  if (!testing::part_of(without.plan, part).is_left_out) return state.SkipWithError("the part is not left out");
+  if (!testing::part_of(without.plan, part).is_left_out)
+    return state.SkipWithError("the part is not left out");
   scene.leave_out.keeps[static_cast<std::size_t>(part)] = true;
   testing::Simulation with(testing::lean_plan_of(scene));
   std::vector<double> with_ns, without_ns, ratios;

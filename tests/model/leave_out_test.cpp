@@ -1,5 +1,5 @@
-// What leaving a part out changes, against what the plan allowed. Each kind over a set of seeded scenes, the part
-// forced back in by leave_out.keep.
+// What leaving a part out changes, against what the plan allowed. Each kind over a set of seeded scenes, the
+// part forced back in by leave_out.keep.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -47,7 +47,8 @@ Scene loaded_scene(std::uint64_t seed) {
   scene.pushable.clear();
   const int point = static_cast<int>(engine() % scene.points.size());
   const double duration = log_uniform(engine, 0.002, 0.5);
-  scene.loads = {pulse_on(point, 10.0 * random_vector(engine), duration, engine() % 2 == 0 ? Axes::kWorld : Axes::kBody)};
+  scene.loads = {pulse_on(point, 10.0 * random_vector(engine), duration,
+                          engine() % 2 == 0 ? Axes::kWorld : Axes::kBody)};
   if (seed % 3 == 0) scene.initial.angular_velocity = 0.3 * random_vector(engine);
   if (seed % 4 == 0) scene.loads.front().history = SineHistory{log_uniform(engine, 1.0, 20.0), 0.0};
   if (seed % 5 == 0) scene.damping.modal_ratio = 0.002;
@@ -58,15 +59,17 @@ Scene loaded_scene(std::uint64_t seed) {
 
 /// Shares of `values` that are at most `bound`.
 double share_within(const std::vector<double>& values, double bound) {
-  const auto count = std::count_if(values.begin(), values.end(), [&](double value) { return value <= bound; });
+  const auto count =
+      std::count_if(values.begin(), values.end(), [&](double value) { return value <= bound; });
   return static_cast<double>(count) / static_cast<double>(values.size());
 }
 
 void print(const char* what, std::vector<double> ratios) {
   std::sort(ratios.begin(), ratios.end());
-  std::printf("%s: %zu scenes, allowance over change: least %.3g, median %.3g, largest %.3g; %.0f %% within 10\n", what,
-              ratios.size(), ratios.front(), ratios[ratios.size() / 2], ratios.back(),
-              100.0 * share_within(ratios, 10.0));
+  std::printf(
+      "%s: %zu scenes, allowance over change: least %.3g, median %.3g, largest %.3g; %.0f %% within 10\n",
+      what, ratios.size(), ratios.front(), ratios[ratios.size() / 2], ratios.back(),
+      100.0 * share_within(ratios, 10.0));
 }
 
 TEST(LeaveOut, SmallModesChangeDisplacementsByNoMoreThanAllowedAndByATenthAtLeast) {
@@ -101,7 +104,8 @@ TEST(LeaveOut, SmallModesAreAllowedForWhateverCommandsPush) {
     const PlanPart part = part_of(lean_plan_of(scene), Part::kSmallModes);
     if (!part.is_left_out) continue;
     // on and off
-    ForceCommand command = testing::make_command(0, 1, Axes::kBody, 1 + static_cast<std::int64_t>(engine() % 300));
+    ForceCommand command =
+        testing::make_command(0, 1, Axes::kBody, 1 + static_cast<std::int64_t>(engine() % 300));
     const Eigen::Vector3d force = 5.0 * random_vector(engine);
     testing::add_force(command, point, force);
     const Change change = change_by(scene, Part::kSmallModes, 600, {{10, command}});
@@ -181,13 +185,14 @@ double exact_change(const char* what, Part part, int least, const MakeScene& mak
     largest = std::max({largest, change.displacement / change.largest, change.position / change.largest});
     if (change.largest_force > 0.0) largest = std::max(largest, change.link_force / change.largest_force);
   }
-  std::printf("%s: %d scenes, largest change %.1e of the largest displacement or force\n", what, num_left_out, largest);
+  std::printf("%s: %d scenes, largest change %.1e of the largest displacement or force\n", what, num_left_out,
+              largest);
   EXPECT_GE(num_left_out, least);
   return largest;
 }
 
-// [-] phases drift by the rounding of frequencies, eps omega t = 2e-16 * 1e4 rad/s * 2 s, where a mode was turned
-// among its equals or a plan was set up over fewer of them; times 10
+// [-] phases drift by the rounding of frequencies, eps omega t = 2e-16 * 1e4 rad/s * 2 s, where a mode was
+// turned among its equals or a plan was set up over fewer of them; times 10
 constexpr double kRounding = 5e-11;
 
 TEST(LeaveOut, ModesOutOfThePlaneChangeNothingBeyondRounding) {

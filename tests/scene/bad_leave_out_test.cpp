@@ -19,11 +19,13 @@ const std::string kParts =
 INSTANTIATE_TEST_SUITE_P(
     BadScene, LeaveOutKey,
     ::testing::Values(
-        bad_line("IsANumber", "leave_out: 1e-3",
-                 {"scene.yaml:5:12: error: leave_out is the text '1e-3', must be a mapping of tolerance, horizon, "
-                  "on_need, keep"}),
+        bad_line(
+            "IsANumber", "leave_out: 1e-3",
+            {"scene.yaml:5:12: error: leave_out is the text '1e-3', must be a mapping of tolerance, horizon, "
+             "on_need, keep"}),
         bad_line("Unknown", "leave_out: {tolerence: 1e-3}",
-                 {"scene.yaml:5:13: error: leave_out: unknown key 'tolerence' (did you mean 'tolerance'?); allowed: "
+                 {"scene.yaml:5:13: error: leave_out: unknown key 'tolerence' (did you mean 'tolerance'?); "
+                  "allowed: "
                   "tolerance, horizon, on_need, keep"}),
         bad_line("OutOfRange", "leave_out: {tolerance: -1, horizon: 0}",
                  {"scene.yaml:5:24: error: leave_out: tolerance -1, must be >= 0",
@@ -31,7 +33,8 @@ INSTANTIATE_TEST_SUITE_P(
         bad_line("AllMayGo", "leave_out: {tolerance: 1}",
                  {"scene.yaml:5:24: error: leave_out: tolerance is 1, must be a share below 1"}),
         bad_line("UnknownWord", "leave_out: {on_need: replann}",
-                 {"scene.yaml:5:22: error: leave_out: on_need is the text 'replann', must be keep, refuse or replan "
+                 {"scene.yaml:5:22: error: leave_out: on_need is the text 'replann', must be keep, refuse or "
+                  "replan "
                   "(did you mean 'replan'?)"}),
         bad_line("UnknownPart", "leave_out: {keep: [rotation, plane]}",
                  {"scene.yaml:5:30: error: leave_out: keep is the text 'plane', must be " + kParts}),

@@ -19,14 +19,17 @@ TEST(ReadLeaveOut, NothingButWhatChangesNothingGoesUnlessWritten) {
 
 TEST(ReadLeaveOut, EveryKeyIsRead) {
   const LeaveOut leave_out =
-      read_good(kTwoPoints + "leave_out: {tolerance: 1e-3, horizon: 2.5, on_need: replan, keep: [damping, point_rows]}\n")
+      read_good(kTwoPoints +
+                "leave_out: {tolerance: 1e-3, horizon: 2.5, on_need: replan, keep: [damping, point_rows]}\n")
           .leave_out;
   EXPECT_EQ(leave_out.tolerance, 1e-3);
   EXPECT_EQ(leave_out.horizon, 2.5);
   EXPECT_EQ(leave_out.on_need, OnNeed::kReplan);
   for (int k = 0; k < kNumParts; ++k) {
     const auto part = static_cast<Part>(k);
-    EXPECT_EQ(leave_out.keeps[static_cast<std::size_t>(k)], part == Part::kDamping || part == Part::kPointRows) << k;
+    EXPECT_EQ(leave_out.keeps[static_cast<std::size_t>(k)],
+              part == Part::kDamping || part == Part::kPointRows)
+        << k;
   }
   EXPECT_EQ(leave_out.origin.line, 3);
 }

@@ -1,9 +1,8 @@
-// A command that needs a part left out brings it back at its tick, and the motion is that of a plan that had it
-// all along.
+// A command that needs a part left out brings it back at its tick, and the motion is that of a plan that had
+// it all along.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
-
 #include <cmath>
 #include <limits>
 
@@ -167,7 +166,8 @@ TEST(Replan, RotationComesBackWithAMoment) {
   EXPECT_EQ(static_cast<Need>(lean.state.wide_need), Need::kRotation);
   // attitudes after 0.4 s of some 0.1 rad/s, rounding of a sum of 400 turns
   for (std::size_t i = 0; i < 4; ++i) EXPECT_NEAR(lean.state.q_WB[i], whole.state.q_WB[i], 1e-13);
-  EXPECT_LE((lean.displacements_B() - whole.displacements_B()).norm(), 5e-11 * whole.displacements_B().norm());
+  EXPECT_LE((lean.displacements_B() - whole.displacements_B()).norm(),
+            5e-11 * whole.displacements_B().norm());
 }
 
 TEST(Scope, SizesFromDenormalToTheLargestAreJudgedAlike) {

@@ -26,7 +26,8 @@ Change change_by(Scene scene, Part back, std::int64_t ticks, const std::vector<T
   Change change;
   const auto compare = [&] {
     for (const std::int32_t point : with.plan.published_points) {
-      const PointState a = read_point(without.plan, without.state, point), b = read_point(with.plan, with.state, point);
+      const PointState a = read_point(without.plan, without.state, point),
+                       b = read_point(with.plan, with.state, point);
       const auto distance = [](const Vec3& x, const Vec3& y) {
         return (Eigen::Vector3d(x.data()) - Eigen::Vector3d(y.data())).norm();
       };

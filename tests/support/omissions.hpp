@@ -22,10 +22,10 @@ struct TimedCommand {
 
 /// The most that two runs differ by at any tick.
 struct Change {
-  double displacement = 0.0;  // [m] of a point, body axes
-  double position = 0.0;      // [m] of a point, world axes
-  double link_force = 0.0;    // [N], [N m]
-  double largest = 0.0;       // [m] displacement of the run with everything in
+  double displacement = 0.0;   // [m] of a point, body axes
+  double position = 0.0;       // [m] of a point, world axes
+  double link_force = 0.0;     // [N], [N m]
+  double largest = 0.0;        // [m] displacement of the run with everything in
   double largest_force = 0.0;  // [N], [N m]
 };
 

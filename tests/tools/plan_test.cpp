@@ -107,8 +107,8 @@ TEST(Plan, ARunReplansAtTheRecordedTickAndItsReplayIsIdenticalToTheBit) {
   write_text(folder / "scene.yaml", square("publish: {state: 1000}\nleave_out: {on_need: replan}\n"));
   ASSERT_EQ(run(kFreeflex + " compile " + folder / "scene.yaml -o " + folder / "s.plan").exit_code, 0);
   write_commands(folder / "commands.log");
-  const Outcome fed = run(kFreeflex + " run " + folder / "s.plan --log " + folder / "commands.log --until 0.5 --out " +
-                          folder / "out.log");
+  const Outcome fed = run(kFreeflex + " run " + folder / "s.plan --log " +
+                          folder / "commands.log --until 0.5 --out " + folder / "out.log");
   ASSERT_EQ(fed.exit_code, 0) << fed.err;
   const Outcome replayed = run(kFreeflex + " replay " + folder / "out.log --plan " + folder / "s.plan");
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err << replayed.out;
@@ -119,8 +119,8 @@ TEST(Plan, ATableHasTheColumnsOfThePlanThatMayComeBack) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", square("publish: {state: 1000}\nleave_out: {on_need: replan}\n"));
   write_commands(folder / "commands.log");
-  const Outcome fed = run(kFreeflex + " run " + folder / "scene.yaml --log " + folder / "commands.log --until 0.1 --out " +
-                          folder / "out.csv");
+  const Outcome fed = run(kFreeflex + " run " + folder / "scene.yaml --log " +
+                          folder / "commands.log --until 0.1 --out " + folder / "out.csv");
   ASSERT_EQ(fed.exit_code, 0) << fed.err;
   const std::string table = read_text(folder / "out.csv");
   EXPECT_TRUE(contains(table.substr(0, table.find('\n')), ",q6,")) << "six modes, five before the command";
@@ -137,8 +137,8 @@ TEST(Plan, ARecordedCommandThatThePlanCannotFollowIsRefused) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", square("leave_out: {on_need: refuse}\n"));
   write_commands(folder / "commands.log");
-  const Outcome refused = run(kFreeflex + " run " + folder / "scene.yaml --log " + folder / "commands.log --until 0.1 --out " +
-                              folder / "out.log");
+  const Outcome refused = run(kFreeflex + " run " + folder / "scene.yaml --log " +
+                              folder / "commands.log --until 0.1 --out " + folder / "out.log");
   EXPECT_NE(refused.exit_code, 0);
   EXPECT_TRUE(contains(refused.err, "rotation is left out")) << refused.err;
 }
