@@ -25,8 +25,8 @@ void print_row(const StabilityRow& row) {
     std::printf("  %-8s %-58s %s\n", row.verdict(), what.name.c_str(), outcome.said.c_str());
     return;
   }
-  std::printf("  %-8s %-58s %8s %8s  %s\n", row.verdict(), what.name.c_str(), number(outcome.measured).c_str(),
-              number(what.limit).c_str(), outcome.said.c_str());
+  std::printf("  %-8s %-58s %8s %8s  %s\n", row.verdict(), what.name.c_str(),
+              number(outcome.measured).c_str(), number(what.limit).c_str(), outcome.said.c_str());
   for (const PeerFigure& peer : outcome.peers)
     std::printf("  %-8s   %-56s %8s           %s\n", "", peer.method.c_str(), number(peer.figure).c_str(),
                 peer.failure.c_str());
@@ -36,8 +36,8 @@ void print_row(const StabilityRow& row) {
 
 std::vector<StabilityCase> stability_cases() {
   std::vector<StabilityCase> cases;
-  for (const auto add : {add_frequency_cases, add_oscillator_cases, add_small_cases, add_motion_cases, add_rung_cases,
-                         add_refusal_cases})
+  for (const auto add : {add_frequency_cases, add_oscillator_cases, add_small_cases, add_motion_cases,
+                         add_rung_cases, add_refusal_cases})
     add(cases);
   return cases;
 }
@@ -71,8 +71,8 @@ StabilityReport check_stability(const StabilityOptions& options, const std::func
 
 void print_text(const StabilityReport& report) {
   const Machine& machine = report.machine;
-  std::printf("%s, %d cores; %s; commit %s; %s\n", machine.processor.c_str(), machine.cores, machine.compiler.c_str(),
-              machine.commit.c_str(), machine.date.c_str());
+  std::printf("%s, %d cores; %s; commit %s; %s\n", machine.processor.c_str(), machine.cores,
+              machine.compiler.c_str(), machine.commit.c_str(), machine.date.c_str());
   std::string group, quantity;
   for (const StabilityRow& row : report.rows) {
     if (row.what.group != group) std::printf("\n%s\n", row.what.group.c_str());
@@ -108,7 +108,8 @@ Json to_json(const StabilityReport& report) {
     each["cpu"] = row.cpu;
     each["peers"] = Json::array();
     for (const PeerFigure& peer : row.outcome.peers)
-      each["peers"].push_back({{"method", peer.method}, {"measured", peer.figure}, {"failure", peer.failure}});
+      each["peers"].push_back(
+          {{"method", peer.method}, {"measured", peer.figure}, {"failure", peer.failure}});
   }
   return json;
 }
@@ -116,11 +117,13 @@ Json to_json(const StabilityReport& report) {
 std::string to_csv(const StabilityReport& report) {
   std::string text = "group,case,quantity,method,verdict,measured,limit,said\n";
   for (const auto& row : report.rows) {
-    const std::string front = csv_text(row.what.group) + "," + csv_text(row.what.name) + "," + csv_text(row.what.quantity);
+    const std::string front =
+        csv_text(row.what.group) + "," + csv_text(row.what.name) + "," + csv_text(row.what.quantity);
     text += front + ",freeflex," + row.verdict() + "," + csv_number(row.outcome.measured) + "," +
             csv_number(row.what.limit) + "," + csv_text(row.outcome.said) + "\n";
     for (const PeerFigure& peer : row.outcome.peers)
-      text += front + "," + csv_text(peer.method) + ",," + csv_number(peer.figure) + ",," + csv_text(peer.failure) + "\n";
+      text += front + "," + csv_text(peer.method) + ",," + csv_number(peer.figure) + ",," +
+              csv_text(peer.failure) + "\n";
   }
   return text;
 }

@@ -12,9 +12,9 @@
 namespace freeflex::tools {
 
 struct StabilityOptions {
-  bool is_quick = false;                     // fewer ticks, for tests
-  bool has_peers = true;                     // other methods run beside ours
-  double peer_budget = 2.0;                  // [s] CPU that one run of another method may take
+  bool is_quick = false;     // fewer ticks, for tests
+  bool has_peers = true;     // other methods run beside ours
+  double peer_budget = 2.0;  // [s] CPU that one run of another method may take
   std::function<bool()> is_stopped = [] { return false; };
 };
 
@@ -28,12 +28,13 @@ struct PeerFigure {
 /// What a case comes to. Not a number where there is no answer.
 struct Outcome {
   double measured = NAN;
-  std::string said;  // what the user reads: of refusals the message, of others a remark or why there is no answer
+  std::string
+      said;  // what the user reads: of refusals the message, of others a remark or why there is no answer
   std::vector<PeerFigure> peers;
 };
 
-/// A case holds when what is measured is at most the limit. Of what must be refused or flagged, measured counts the
-/// words that were to be named and were not.
+/// A case holds when what is measured is at most the limit. Of what must be refused or flagged, measured
+/// counts the words that were to be named and were not.
 struct StabilityCase {
   std::string group, name, quantity;
   double limit = 0.0;

@@ -1,10 +1,9 @@
-#include "tools/stability_frequencies.hpp"
-
 #include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
 
+#include "tools/stability_answers.hpp"
 #include "tools/stability_ride.hpp"
 #include "tools/stability_scenes.hpp"
 
@@ -30,32 +29,56 @@ const FrequencyAnswer kAnswers[] = {
     {kRatios, "mass ratio 1e4", stiff_truss, 1e0, 1e4, "0.1693761869897994705750321", 1e-8},
     {kRatios, "mass ratio 1e8", stiff_truss, 1e0, 1e8, "0.001693821790886820917560917", 1e-8},
     {kRatios, "mass ratio 1e12", stiff_truss, 1e0, 1e12, "1.6938217968790569097376e-05", 1e-8},
-    {kRatios, "stiffness ratio 1e12, mass ratio 1e4", stiff_truss, 1e12, 1e4, "0.2430455628078695731109063", 1e-8},
-    {kRatios, "stiffness ratio 1e15, mass ratio 1e4", stiff_truss, 1e15, 1e4, "0.2430455628079857616055743", 1e-8},
-    {kRatios, "stiffness ratio 1e15, mass ratio 1e12", stiff_truss, 1e15, 1e12, "2.430539061360411732089467e-05", 1e-8},
-    {kThin, "nearly collinear, width 1e-4 m of 3", collinear, 1e-4, 0.0, "0.0002631478160739301234928674", thin_limit(1e-4)},
-    {kThin, "nearly collinear, width 1e-6 m of 3", collinear, 1e-6, 0.0, "2.63147816663798861419884e-06", thin_limit(1e-6)},
-    {kThin, "nearly collinear, width 1e-8 m of 3", collinear, 1e-8, 0.0, "2.631478166638579110580469e-08", thin_limit(1e-8)},
-    {kThin, "nearly collinear, width 1e-10 m of 3", collinear, 1e-10, 0.0, "2.631478166638579073270683e-10", thin_limit(1e-10)},
-    {kThin, "nearly collinear, width 1e-12 m of 3", collinear, 1e-12, 0.0, "2.631478166638579161655459e-12", thin_limit(1e-12)},
-    {kThin, "nearly collinear, width 1e-4 m of 3, askew", collinear, 1e-4, 1.0, "0.0002631478160743725069410286", thin_limit(1e-4)},
-    {kThin, "nearly collinear, width 1e-6 m of 3, askew", collinear, 1e-6, 1.0, "2.63147816456106444643745e-06", thin_limit(1e-6)},
-    {kThin, "nearly collinear, width 1e-8 m of 3, askew", collinear, 1e-8, 1.0, "2.631477661689436342382285e-08", thin_limit(1e-8)},
-    {kThin, "nearly collinear, width 1e-10 m of 3, askew", collinear, 1e-10, 1.0, "2.631443002617337898741177e-10", thin_limit(1e-10)},
-    {kThin, "nearly collinear, width 1e-12 m of 3, askew", collinear, 1e-12, 1.0, "2.634903790415456877779633e-12", thin_limit(1e-12)},
-    {kThin, "nearly planar, height 1e-4 m of 1", planar, 1e-4, 0.0, "0.005730626205249905797145908", thin_limit(1e-4)},
-    {kThin, "nearly planar, height 1e-6 m of 1", planar, 1e-6, 0.0, "5.730626250916136835120383e-05", thin_limit(1e-6)},
-    {kThin, "nearly planar, height 1e-8 m of 1", planar, 1e-8, 0.0, "5.730626250920704062668318e-07", thin_limit(1e-8)},
-    {kThin, "nearly planar, height 1e-10 m of 1", planar, 1e-10, 0.0, "5.73062625092070423727761e-09", thin_limit(1e-10)},
-    {kThin, "nearly planar, height 1e-12 m of 1", planar, 1e-12, 0.0, "5.730626250920704074753048e-11", thin_limit(1e-12)},
-    {kThin, "nearly planar, height 1e-4 m of 1, askew", planar, 1e-4, 1.0, "0.00573062620524912102641966", thin_limit(1e-4)},
-    {kThin, "nearly planar, height 1e-6 m of 1, askew", planar, 1e-6, 1.0, "5.730626251181189469119248e-05", thin_limit(1e-6)},
-    {kThin, "nearly planar, height 1e-8 m of 1, askew", planar, 1e-8, 1.0, "5.730626284309321363295979e-07", thin_limit(1e-8)},
-    {kThin, "nearly planar, height 1e-10 m of 1, askew", planar, 1e-10, 1.0, "5.730628455275676788052852e-09", thin_limit(1e-10)},
-    {kThin, "nearly planar, height 1e-12 m of 1, askew", planar, 1e-12, 1.0, "5.730661770058201389458712e-11", thin_limit(1e-12)},
+    {kRatios, "stiffness ratio 1e12, mass ratio 1e4", stiff_truss, 1e12, 1e4, "0.2430455628078695731109063",
+     1e-8},
+    {kRatios, "stiffness ratio 1e15, mass ratio 1e4", stiff_truss, 1e15, 1e4, "0.2430455628079857616055743",
+     1e-8},
+    {kRatios, "stiffness ratio 1e15, mass ratio 1e12", stiff_truss, 1e15, 1e12,
+     "2.430539061360411732089467e-05", 1e-8},
+    {kThin, "nearly collinear, width 1e-4 m of 3", collinear, 1e-4, 0.0, "0.0002631478160739301234928674",
+     thin_limit(1e-4)},
+    {kThin, "nearly collinear, width 1e-6 m of 3", collinear, 1e-6, 0.0, "2.63147816663798861419884e-06",
+     thin_limit(1e-6)},
+    {kThin, "nearly collinear, width 1e-8 m of 3", collinear, 1e-8, 0.0, "2.631478166638579110580469e-08",
+     thin_limit(1e-8)},
+    {kThin, "nearly collinear, width 1e-10 m of 3", collinear, 1e-10, 0.0, "2.631478166638579073270683e-10",
+     thin_limit(1e-10)},
+    {kThin, "nearly collinear, width 1e-12 m of 3", collinear, 1e-12, 0.0, "2.631478166638579161655459e-12",
+     thin_limit(1e-12)},
+    {kThin, "nearly collinear, width 1e-4 m of 3, askew", collinear, 1e-4, 1.0,
+     "0.0002631478160743725069410286", thin_limit(1e-4)},
+    {kThin, "nearly collinear, width 1e-6 m of 3, askew", collinear, 1e-6, 1.0,
+     "2.63147816456106444643745e-06", thin_limit(1e-6)},
+    {kThin, "nearly collinear, width 1e-8 m of 3, askew", collinear, 1e-8, 1.0,
+     "2.631477661689436342382285e-08", thin_limit(1e-8)},
+    {kThin, "nearly collinear, width 1e-10 m of 3, askew", collinear, 1e-10, 1.0,
+     "2.631443002617337898741177e-10", thin_limit(1e-10)},
+    {kThin, "nearly collinear, width 1e-12 m of 3, askew", collinear, 1e-12, 1.0,
+     "2.634903790415456877779633e-12", thin_limit(1e-12)},
+    {kThin, "nearly planar, height 1e-4 m of 1", planar, 1e-4, 0.0, "0.005730626205249905797145908",
+     thin_limit(1e-4)},
+    {kThin, "nearly planar, height 1e-6 m of 1", planar, 1e-6, 0.0, "5.730626250916136835120383e-05",
+     thin_limit(1e-6)},
+    {kThin, "nearly planar, height 1e-8 m of 1", planar, 1e-8, 0.0, "5.730626250920704062668318e-07",
+     thin_limit(1e-8)},
+    {kThin, "nearly planar, height 1e-10 m of 1", planar, 1e-10, 0.0, "5.73062625092070423727761e-09",
+     thin_limit(1e-10)},
+    {kThin, "nearly planar, height 1e-12 m of 1", planar, 1e-12, 0.0, "5.730626250920704074753048e-11",
+     thin_limit(1e-12)},
+    {kThin, "nearly planar, height 1e-4 m of 1, askew", planar, 1e-4, 1.0, "0.00573062620524912102641966",
+     thin_limit(1e-4)},
+    {kThin, "nearly planar, height 1e-6 m of 1, askew", planar, 1e-6, 1.0, "5.730626251181189469119248e-05",
+     thin_limit(1e-6)},
+    {kThin, "nearly planar, height 1e-8 m of 1, askew", planar, 1e-8, 1.0, "5.730626284309321363295979e-07",
+     thin_limit(1e-8)},
+    {kThin, "nearly planar, height 1e-10 m of 1, askew", planar, 1e-10, 1.0, "5.730628455275676788052852e-09",
+     thin_limit(1e-10)},
+    {kThin, "nearly planar, height 1e-12 m of 1, askew", planar, 1e-12, 1.0, "5.730661770058201389458712e-11",
+     thin_limit(1e-12)},
 };
 
-/// What an eigensolver makes of the assembled stiffness, in double: the lowest frequency of a scene of springs [rad/s].
+/// What an eigensolver makes of the assembled stiffness, in double: the lowest frequency of a scene of
+/// springs [rad/s].
 double assembled_lowest(const Scene& scene) {
   const auto size = 3 * static_cast<Eigen::Index>(scene.points.size());
   Eigen::MatrixXd K = Eigen::MatrixXd::Zero(size, size);
@@ -83,10 +106,13 @@ Outcome measure_lowest(const FrequencyAnswer& answer, const StabilityOptions& op
                                  static_cast<int>(structure->omega.size()), structure->mechanisms.size(),
                                  static_cast<int>(expected)));
   const Wide exact(answer.lowest);
-  const auto error = [&exact](double omega) { return std::abs(static_cast<double>((Wide(omega) - exact) / exact)); };
+  const auto error = [&exact](double omega) {
+    return std::abs(static_cast<double>((Wide(omega) - exact) / exact));
+  };
   Outcome outcome;
   outcome.measured = error(structure->omega[0]);
-  outcome.said = format_text("%.6g rad/s; stated accuracy %.0e", structure->omega[0], structure->frequency_accuracy);
+  outcome.said =
+      format_text("%.6g rad/s; stated accuracy %.0e", structure->omega[0], structure->frequency_accuracy);
   // what is stated must cover what is true
   if (outcome.measured > structure->frequency_accuracy) {
     outcome.said += ", which is less than the error";

@@ -7,6 +7,7 @@
 #include <memory>
 
 #include "core/reference/elastic_error.hpp"
+#include "tools/stability_answers.hpp"
 #include "tools/stability_ride.hpp"
 #include "tools/stability_scenes.hpp"
 
@@ -15,11 +16,9 @@ namespace {
 
 using Wide = boost::multiprecision::cpp_bin_float_50;
 
-/// Attitude of a body of moments 2, 3 and 4 kg m^2 that starts 0.01 rad beside its middle axis, 20 / spin [s] later: by
-/// Taylor series of order 48 of Euler's equations in fifty digits (tests/support/wide_rotation.hpp; tests/tools
-/// computes it anew). The same at every spin, but for the rounding of 0.01 and 0.005.
-constexpr std::array kAttitude{"-0.592107085853884653853244", "-0.7083135176948120392994942",
-                               "-0.3833440364697522620363971", "-0.02735889682532735840419484"};
+constexpr std::array<const char*, 4> kAttitude{"-0.592107085853884653853244", "-0.7083135176948120392994942",
+                                               "-0.3833440364697522620363971",
+                                               "-0.02735889682532735840419484"};
 
 /// Angle of the rotation that takes one attitude to the other [rad].
 double angle_to_answer(const std::array<Wide, 4>& q) {
@@ -71,7 +70,8 @@ Outcome energy_beside_middle_axis(double spin, const StabilityOptions& options) 
 
 constexpr double kMaxForce = 1e6;  // [N] of the scene
 
-/// Elastic displacements after 200 ticks of a truss that rests, under a force on its corner, in body axes, by a command.
+/// Elastic displacements after 200 ticks of a truss that rests, under a force on its corner, in body axes, by
+/// a command.
 std::optional<Eigen::Matrix3Xd> pushed(double force, Fidelity rung, std::string& why) {
   Scene scene = square_truss(3, 1e5);
   scene.fidelity = rung;
@@ -93,7 +93,8 @@ std::optional<Eigen::Matrix3Xd> pushed(double force, Fidelity rung, std::string&
 
 constexpr double kSmallForce = 1e-12;  // [N] nothing that goes with its square is left
 
-/// Displacement per force against that of a small force: the separated equations are linear in forces in body axes.
+/// Displacement per force against that of a small force: the separated equations are linear in forces in body
+/// axes.
 Outcome small_force(double force, Fidelity rung) {
   std::string why;
   const auto V = pushed(force, rung, why), unit = pushed(kSmallForce, rung, why);
@@ -110,7 +111,9 @@ Outcome denormal_force(Fidelity rung) {
   const auto V = pushed(kForce, rung, why), unit = pushed(kSmallForce, rung, why);
   if (!V || !unit) return no_answer(why);
   const double smallest = std::numeric_limits<double>::denorm_min();
-  return {((*V) / smallest - *unit / kSmallForce * kForce / smallest).cwiseAbs().maxCoeff(), "in units of 4.9e-324 m", {}};
+  return {((*V) / smallest - *unit / kSmallForce * kForce / smallest).cwiseAbs().maxCoeff(),
+          "in units of 4.9e-324 m",
+          {}};
 }
 
 /// The same motion at another size: lengths, forces and initial displacements times the size.
@@ -126,13 +129,16 @@ Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
   if (!small.has_plan() || !large.has_plan()) return no_answer(large.said());
   if (!small.run(1000) || !large.run(1000)) return no_answer("a state is not finite");
   const Eigen::Matrix3Xd expected = small.displacements_B();
-  const auto error = [&](const Eigen::Matrix3Xd& V) { return (V / size - expected).norm() / expected.norm(); };
+  const auto error = [&](const Eigen::Matrix3Xd& V) {
+    return (V / size - expected).norm() / expected.norm();
+  };
   Outcome outcome{error(large.displacements_B()), "against the same truss of 1 m", {}};
   if (rung == Fidelity::kSeparated) return outcome;
   const Scene scene = scene_of(size);
   Eigen::VectorXd mass = Eigen::VectorXd::Ones(static_cast<Eigen::Index>(scene.points.size()));
   Eigen::Matrix3Xd rest(3, mass.size());
-  for (Eigen::Index i = 0; i < rest.cols(); ++i) rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+  for (Eigen::Index i = 0; i < rest.cols(); ++i)
+    rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
   outcome.peers = run_peers(scene, 1e-3, 1.0, options, [&](const CartesianState& state) {
     return error(elastic_displacements(mass, rest, state.p_W));
   });
@@ -141,35 +147,42 @@ Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
 
 }  // namespace
 
+const std::array<const char*, 4>& middle_axis_attitude() { return kAttitude; }
+
 void add_motion_cases(std::vector<StabilityCase>& cases) {
-  const auto add = [&cases](const char* group, std::string name, const char* quantity, double limit, auto run) {
+  const auto add = [&cases](const char* group, std::string name, const char* quantity, double limit,
+                            auto run) {
     cases.push_back({group, std::move(name), quantity, limit, false, run});
   };
   constexpr const char* kSpin = "spin beside the middle axis";
   // below 1e-3 (spin h)^6 of truncation; rounding grows a thousandfold until the body has turned over
   for (const double spin : {1.0, 5.0, 50.0})
     add(kSpin, format_text("%g rad/s, 20 rad on", spin), "attitude [rad] against fifty digits",
-        1e-12 + 1e-3 * std::pow(1e-3 * spin, 6), [spin](const StabilityOptions& options) {
-          return attitude_beside_middle_axis(spin, options);
-        });
+        1e-12 + 1e-3 * std::pow(1e-3 * spin, 6),
+        [spin](const StabilityOptions& options) { return attitude_beside_middle_axis(spin, options); });
   for (const double spin : {1.0, 5.0})
     add(kSpin, format_text("%g rad/s, 1e6 ticks", spin), "largest relative change of the energy", 1e-11,
         [spin](const StabilityOptions& options) { return energy_beside_middle_axis(spin, options); });
   constexpr const char* kForces = "size of forces";
   constexpr const char* kPerForce = "displacement per force against that at 1e-12 N";
   for (const double force : {1e-300, 1e-200, 1e-30, 1.0, kMaxForce})
-    add(kForces, format_text(force == kMaxForce ? "%g N, max_force, separated" : "%g N, separated", force), kPerForce,
-        1e-12, [force](const StabilityOptions&) { return small_force(force, Fidelity::kSeparated); });
-  for (const auto& [rung, name] : {std::pair{Fidelity::kCoupled, "coupled"}, {Fidelity::kExactBars, "exact bars"}})
+    add(kForces, format_text(force == kMaxForce ? "%g N, max_force, separated" : "%g N, separated", force),
+        kPerForce, 1e-12,
+        [force](const StabilityOptions&) { return small_force(force, Fidelity::kSeparated); });
+  for (const auto& [rung, name] :
+       {std::pair{Fidelity::kCoupled, "coupled"}, {Fidelity::kExactBars, "exact bars"}})
     for (const double force : {1e-300, 1e-30})
       add(kForces, format_text("%g N, %s", force, name), kPerForce, 1e-12,
           [force, rung](const StabilityOptions&) { return small_force(force, rung); });
-  for (const auto& [rung, name] : {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kCoupled, "coupled"},
+  for (const auto& [rung, name] : {std::pair{Fidelity::kSeparated, "separated"},
+                                   {Fidelity::kCoupled, "coupled"},
                                    {Fidelity::kExactBars, "exact bars"}})
-    add(kForces, format_text("1e-310 N, a denormal, %s", name), "displacement off, in units of the least double", 1e4,
+    add(kForces, format_text("1e-310 N, a denormal, %s", name),
+        "displacement off, in units of the least double", 1e4,
         [rung](const StabilityOptions&) { return denormal_force(rung); });
   for (const double size : {1e-9, 1e9})
-    for (const auto& [rung, name] : {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kExactBars, "exact bars"}})
+    for (const auto& [rung, name] :
+         {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kExactBars, "exact bars"}})
       add("size of structures", format_text("%g m across, %s", 2.0 * size, name),
           "elastic difference from 1 m, after 1 s", 1e-9,
           [size, rung](const StabilityOptions& options) { return at_size(size, rung, options); });

@@ -1,5 +1,5 @@
-// One mode against its closed form in 150 digits, from the exact doubles of the plan: any step, any damping, many
-// ticks.
+// One mode against its closed form in 150 digits, from the exact doubles of the plan: any step, any damping,
+// many ticks.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -14,8 +14,8 @@ namespace {
 
 constexpr double kRate = 1000.0;  // [Hz]
 
-/// Largest |(omega dq, dq_dot)| of the state over the largest |(omega q, q_dot)| of the motion, which is that at the
-/// start.
+/// Largest |(omega dq, dq_dot)| of the state over the largest |(omega q, q_dot)| of the motion, which is that
+/// at the start.
 double error_of(const Ride& ride, std::int64_t ticks) {
   const Plan& plan = ride.plan;
   const Real w(plan.omega[0]), t = Real(ticks) * Real(plan.period);
@@ -64,7 +64,8 @@ Outcome at_step(double phase, const StabilityOptions& options) {
   Outcome outcome;
   outcome.measured = worst_error(oscillating_pair(omega, kRate), outcome.said);
   if (outcome.said.empty())
-    outcome.said = format_text("phase after 1000 ticks known to %.0e by the rounding of omega alone", 1.1e-13 * phase);
+    outcome.said =
+        format_text("phase after 1000 ticks known to %.0e by the rounding of omega alone", 1.1e-13 * phase);
   outcome.peers = pair_peers(omega, 0.0, 0.1, options);
   return outcome;
 }
@@ -106,10 +107,10 @@ Outcome many_ticks(std::int64_t count, const StabilityOptions& options) {
   const Real half = Real(ride.plan.initial.w_WB_B[2]) * Real(ticks) * Real(ride.plan.period) / 2;
   const Real difference = Real(ride.state.q_WB[0]) * sin(half) - Real(ride.state.q_WB[3]) * cos(half);
   const double angle = 2.0 * std::abs(difference.convert_to<double>());
-  outcome.said = format_text("%lld ticks; attitude off by %.1e rad after %.3g turns", static_cast<long long>(ticks),
-                             angle, half.convert_to<double>() / std::numbers::pi);
-  outcome.peers =
-      pair_peers(300.0, 0.0, static_cast<double>(ticks) / kRate, options);
+  outcome.said =
+      format_text("%lld ticks; attitude off by %.1e rad after %.3g turns", static_cast<long long>(ticks),
+                  angle, half.convert_to<double>() / std::numbers::pi);
+  outcome.peers = pair_peers(300.0, 0.0, static_cast<double>(ticks) / kRate, options);
   return outcome;
 }
 
@@ -128,9 +129,10 @@ void add_oscillator_cases(std::vector<StabilityCase>& cases) {
     cases.push_back({"step against frequency", step.name, kQuantity, 1e-15, false,
                      [step](const StabilityOptions& options) { return at_step(step.phase, options); }});
   for (const double ratio : {0.0, 1e-9, 0.02, 1.0 - 1e-12, 1.0, 1e3, 1e6})
-    cases.push_back({"damping", ratio == 1.0 - 1e-12 ? "damping ratio 1 - 1e-12" : format_text("damping ratio %g", ratio),
-                     kQuantity, 1e-15, false,
-                     [ratio](const StabilityOptions& options) { return at_damping(ratio, options); }});
+    cases.push_back(
+        {"damping", ratio == 1.0 - 1e-12 ? "damping ratio 1 - 1e-12" : format_text("damping ratio %g", ratio),
+         kQuantity, 1e-15, false,
+         [ratio](const StabilityOptions& options) { return at_damping(ratio, options); }});
   cases.push_back({"many ticks", "1e8 ticks of a pair that turns and vibrates, omega h 0.3",
                    "error at the end over the amplitude, against 150 digits", 1e-12, false,
                    [](const StabilityOptions& options) { return many_ticks(100'000'000, options); }});

@@ -13,10 +13,12 @@ std::string number(double value) { return std::isfinite(value) ? format_text("%.
 
 /// Rows of one group; those that must be refused have words for figures.
 std::string table_head(const StabilityCase& what) {
-  std::string text = "<h2>" + escaped(what.group) + "</h2>\n<div class=\"wide\"><table><thead><tr><th class=\"t\">case</th>";
-  text += what.must_refuse ? "<th class=\"t\">verdict</th><th class=\"t\">what is said</th>"
-                           : "<th class=\"t\">method</th><th class=\"t\">verdict</th><th>measured</th><th>at most</th>"
-                             "<th class=\"t\">quantity</th><th class=\"t\">remark</th>";
+  std::string text =
+      "<h2>" + escaped(what.group) + "</h2>\n<div class=\"wide\"><table><thead><tr><th class=\"t\">case</th>";
+  text += what.must_refuse
+              ? "<th class=\"t\">verdict</th><th class=\"t\">what is said</th>"
+              : "<th class=\"t\">method</th><th class=\"t\">verdict</th><th>measured</th><th>at most</th>"
+                "<th class=\"t\">quantity</th><th class=\"t\">remark</th>";
   return text + "</tr></thead><tbody>\n";
 }
 
@@ -27,12 +29,12 @@ std::string rows_of(const StabilityRow& row) {
       std::string("<td class=\"t ") + (row.holds() ? "ours" : "fails") + "\">" + row.verdict() + "</td>";
   const std::string name = "<tr><td class=\"t\">" + escaped(row.what.name) + "</td>";
   if (row.what.must_refuse) return name + verdict + words(row.outcome.said) + "</tr>\n";
-  std::string text = name + "<td class=\"t ours\">freeflex</td>" + verdict + "<td>" + number(row.outcome.measured) +
-                     "</td><td>" + number(row.what.limit) + "</td>" + words(row.what.quantity) +
-                     words(row.outcome.said) + "</tr>\n";
+  std::string text = name + "<td class=\"t ours\">freeflex</td>" + verdict + "<td>" +
+                     number(row.outcome.measured) + "</td><td>" + number(row.what.limit) + "</td>" +
+                     words(row.what.quantity) + words(row.outcome.said) + "</tr>\n";
   for (const PeerFigure& peer : row.outcome.peers)
-    text += "<tr><td></td><td class=\"t\">" + escaped(peer.method) + "</td><td></td><td>" + number(peer.figure) +
-            "</td><td></td><td></td>" + words(peer.failure) + "</tr>\n";
+    text += "<tr><td></td><td class=\"t\">" + escaped(peer.method) + "</td><td></td><td>" +
+            number(peer.figure) + "</td><td></td><td></td>" + words(peer.failure) + "</tr>\n";
   return text;
 }
 
@@ -42,15 +44,19 @@ std::string to_html(const StabilityReport& report) {
   const Machine& machine = report.machine;
   std::size_t failed = 0;
   for (const StabilityRow& row : report.rows) failed += row.holds() ? 0 : 1;
-  std::string text = page_head("stability") +
-                     "<style>td.fails{color:#c22;font-weight:600}td.said{white-space:normal;max-width:34em}</style>\n";
+  std::string text =
+      page_head("stability") +
+      "<style>td.fails{color:#c22;font-weight:600}td.said{white-space:normal;max-width:34em}</style>\n";
   text += "<h1>Stiff and extreme cases</h1>\n<p>freeflex " + escaped(machine.version) + ", commit " +
           escaped(machine.commit) + ", " + escaped(machine.date) + ". " + escaped(machine.processor) + ", " +
           escaped(machine.compiler) + ", " + escaped(machine.flags) + ".</p>\n<p>" +
           format_text("%zu cases, %zu of them fail. ", report.rows.size(), failed) +
-          "Each has a figure that must be met, stated beside the measured one; what cannot be answered must be refused "
-          "or flagged by name. Hand-written methods run at our step, packaged ones at a local error of 1e-8 of the "
-          "elastic scale; they solve the full system, so where the body turns or deforms much their figure holds our "
+          "Each has a figure that must be met, stated beside the measured one; what cannot be answered must "
+          "be refused "
+          "or flagged by name. Hand-written methods run at our step, packaged ones at a local error of 1e-8 "
+          "of the "
+          "elastic scale; they solve the full system, so where the body turns or deforms much their figure "
+          "holds our "
           "model error too.</p>\n";
   std::string group;
   for (const StabilityRow& row : report.rows) {

@@ -37,9 +37,9 @@ Outcome verdict_of(const Scene& scene, const char* cause) {
   if (!ride.run(100)) return no_answer("a state is not finite");
   const service::Validity validity(ride.plan);
   const double displacement = validity.max_displacement(ride.state);
-  const service::Verdict verdict =
-      service::judge_ratios(ride.plan, validity.displacement_ratio(displacement),
-                   validity.spin_ratio(service::norm(angular_velocity(ride.plan, ride.state)), displacement));
+  const service::Verdict verdict = service::judge_ratios(
+      ride.plan, validity.displacement_ratio(displacement),
+      validity.spin_ratio(service::norm(angular_velocity(ride.plan, ride.state)), displacement));
   const bool is_outside = verdict.word == service::Verdict::Word::kOutside;
   return named((is_outside ? "outside: " : "not outside: ") + verdict.cause, {"outside: ", cause});
 }
@@ -67,8 +67,9 @@ Outcome beyond_numbers() {
   if (!ride.has_plan()) return no_answer(ride.said());
   if (ride.run(10'000)) return named("every state was finite", {"not finite"});
   const bool is_kept = ride.positions_W().allFinite();
-  return named(is_kept ? "the step reports a state that is not finite, and keeps the one before" : "not finite",
-               {"not finite", "keeps the one before"});
+  return named(
+      is_kept ? "the step reports a state that is not finite, and keeps the one before" : "not finite",
+      {"not finite", "keeps the one before"});
 }
 
 /// At the limit a command is taken, above it is refused.
@@ -90,7 +91,8 @@ Outcome too_much_force(bool is_over) {
   std::array<char, 160> text{};
   const io::Reason reason = io::check_command(*command, *table, text);
   if (!is_over) return named(io::reason_name(reason), {"accepted"});
-  return named(std::string(io::reason_name(reason)) + ": " + text.data(), {"over_limit", "the scene allows at most"});
+  return named(std::string(io::reason_name(reason)) + ": " + text.data(),
+               {"over_limit", "the scene allows at most"});
 }
 
 Outcome unmet_tolerance() {
@@ -117,7 +119,7 @@ Outcome bars_at_a_long_period() {
 
 /// The daemon's pacer over a step that costs more than its period, on the clock of this machine.
 Outcome unheld_period(const StabilityOptions& options) {
-  constexpr double kRateOfScene = 1e6;      // [Hz] the highest a scene may ask for
+  constexpr double kRateOfScene = 1e6;  // [Hz] the highest a scene may ask for
   constexpr std::int64_t kMostTicks = 20'000'000;
   Scene scene = square_truss(8, 1e5);
   scene.fidelity = Fidelity::kExactBars;

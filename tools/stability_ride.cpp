@@ -17,9 +17,10 @@ struct Entry {
   Rival rival;
   const char* name;
 };
-constexpr std::array kEntries{Entry{Rival::kVerlet, "velocity Verlet"}, Entry{Rival::kRungeKutta4, "Runge-Kutta 4"},
-                              Entry{Rival::kAdams, "CVODE Adams"},      Entry{Rival::kBdf, "CVODE BDF"},
-                              Entry{Rival::kErk8, "ARKODE explicit 8"}, Entry{Rival::kDirk5, "ARKODE implicit 5"}};
+constexpr std::array kEntries{
+    Entry{Rival::kVerlet, "velocity Verlet"}, Entry{Rival::kRungeKutta4, "Runge-Kutta 4"},
+    Entry{Rival::kAdams, "CVODE Adams"},      Entry{Rival::kBdf, "CVODE BDF"},
+    Entry{Rival::kErk8, "ARKODE explicit 8"}, Entry{Rival::kDirk5, "ARKODE implicit 5"}};
 
 /// Largest deformation and strain energy of our own motion, looked at 64 times.
 ElasticScale elastic_scale(const Scene& scene, double end) {
@@ -31,9 +32,10 @@ ElasticScale elastic_scale(const Scene& scene, double end) {
   for (int look = 0; look <= kLooks; ++look) {
     const Eigen::Matrix3Xd V = ride.displacements_B();
     const Invariants now = read_invariants(ride.plan, ride.state);
-    scale.displacement = std::max(scale.displacement, std::sqrt(V.squaredNorm() / static_cast<double>(V.cols())));
-    scale.velocity =
-        std::max(scale.velocity, std::sqrt(2.0 * std::max(now.potential, now.kinetic_elastic) / ride.plan.mass));
+    scale.displacement =
+        std::max(scale.displacement, std::sqrt(V.squaredNorm() / static_cast<double>(V.cols())));
+    scale.velocity = std::max(scale.velocity,
+                              std::sqrt(2.0 * std::max(now.potential, now.kinetic_elastic) / ride.plan.mass));
     if (!ride.run(ticks)) break;
   }
   return scale;
@@ -50,10 +52,12 @@ PeerFigure run_peer(const Entry& entry, const CartesianSystem& system, RivalOpti
   }
   const double start = thread_cpu();
   bool is_over = false;
-  rival_options.is_stopped = [&] { return is_over = options.is_stopped() || thread_cpu() - start > options.peer_budget; };
+  rival_options.is_stopped = [&] {
+    return is_over = options.is_stopped() || thread_cpu() - start > options.peer_budget;
+  };
   const double times[] = {end};
-  const RivalRun run = method->run(times, rival_options,
-                                   [&](std::size_t, const CartesianState& state) { peer.figure = measure(state); });
+  const RivalRun run = method->run(
+      times, rival_options, [&](std::size_t, const CartesianState& state) { peer.figure = measure(state); });
   if (is_over) {
     peer.failure = format_text("stopped after %g s of CPU", options.peer_budget);
     peer.figure = NAN;
@@ -110,8 +114,8 @@ Eigen::Matrix3Xd Ride::displacements_B() const {
 
 Outcome no_answer(const std::string& why) { return {NAN, why.empty() ? "no answer" : why, {}}; }
 
-std::vector<PeerFigure> run_peers(const Scene& scene, double step, double end, const StabilityOptions& options,
-                                  const Measure& measure) {
+std::vector<PeerFigure> run_peers(const Scene& scene, double step, double end,
+                                  const StabilityOptions& options, const Measure& measure) {
   std::vector<PeerFigure> peers;
   if (!options.has_peers) return peers;
   std::string error;

@@ -1,4 +1,5 @@
-// What the cases of the stability table are made with: a scene in motion, and the same scene under other methods.
+// What the cases of the stability table are made with: a scene in motion, and the same scene under other
+// methods.
 #pragma once
 
 #include <Eigen/Core>
@@ -47,10 +48,10 @@ Outcome no_answer(const std::string& why);
 /// Figure of a state of the full system at the end.
 using Measure = std::function<double(const CartesianState&)>;
 
-/// The other methods on the scene up to `end` [s]: hand-written ones at `step` [s], packaged ones at a local error of
-/// 1e-8 of the elastic scale, which is taken from our own motion. Empty when the options want none.
-std::vector<PeerFigure> run_peers(const Scene& scene, double step, double end, const StabilityOptions& options,
-                                  const Measure& measure);
+/// The other methods on the scene up to `end` [s]: hand-written ones at `step` [s], packaged ones at a local
+/// error of 1e-8 of the elastic scale, which is taken from our own motion. Empty when the options want none.
+std::vector<PeerFigure> run_peers(const Scene& scene, double step, double end,
+                                  const StabilityOptions& options, const Measure& measure);
 
 /// The lists of cases, in the order of the table.
 void add_frequency_cases(std::vector<StabilityCase>& cases);   // stiffness and mass ratios, thin shapes

@@ -1,4 +1,5 @@
-// Every rung of the fidelity ladder at steps across omega h = k pi of its stiffest mode, where kick schemes resonate.
+// Every rung of the fidelity ladder at steps across omega h = k pi of its stiffest mode, where kick schemes
+// resonate.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -27,7 +28,8 @@ std::optional<Eigen::Matrix3Xd> run_at(Fidelity rung, double step, std::int64_t 
   scene.rate = 1.0 / step;
   Ride ride(scene);
   if (!ride.has_plan() || !ride.run(ticks)) {
-    why = format_text("h = %.6g ms: ", 1e3 * step) + (ride.has_plan() ? "a state is not finite" : ride.said());
+    why =
+        format_text("h = %.6g ms: ", 1e3 * step) + (ride.has_plan() ? "a state is not finite" : ride.said());
     return std::nullopt;
   }
   return ride.positions_W();
@@ -37,7 +39,8 @@ struct Shape {
   Eigen::VectorXd mass;
   Eigen::Matrix3Xd rest;
   explicit Shape(const Scene& scene)
-      : mass(static_cast<Eigen::Index>(scene.points.size())), rest(3, static_cast<Eigen::Index>(scene.points.size())) {
+      : mass(static_cast<Eigen::Index>(scene.points.size())),
+        rest(3, static_cast<Eigen::Index>(scene.points.size())) {
     for (Eigen::Index i = 0; i < mass.size(); ++i) {
       mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
       rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
@@ -63,16 +66,18 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
     for (const double off : {0.0, 1e-9, -1e-3, 1e-3}) {
       if (options.is_stopped()) return no_answer("interrupted");
       const double step = k * std::numbers::pi / top * (1.0 + off);
-      const auto once = run_at(rung, step, ticks, outcome.said), half = run_at(rung, 0.5 * step, 2 * ticks, outcome.said);
+      const auto once = run_at(rung, step, ticks, outcome.said),
+                 half = run_at(rung, 0.5 * step, 2 * ticks, outcome.said);
       if (!once || !half) return no_answer(outcome.said);
-      const double error = rung == Fidelity::kRigid ? (*once - *half).norm() / half->norm()
-                                                    : shape.difference(*once, *half);
+      const double error =
+          rung == Fidelity::kRigid ? (*once - *half).norm() / half->norm() : shape.difference(*once, *half);
       if (!(error <= outcome.measured)) {
         outcome.measured = error;
         at = k * (1.0 + off);
       }
     }
-  outcome.said = format_text("36 steps, omega h of %.3g to %.4g; worst at %.6g pi", std::numbers::pi, (k0 + 1.0) * std::numbers::pi, at);
+  outcome.said = format_text("36 steps, omega h of %.3g to %.4g; worst at %.6g pi", std::numbers::pi,
+                             (k0 + 1.0) * std::numbers::pi, at);
   // others at one of the steps, against our exact bars at an eighth of it
   if (rung != Fidelity::kExactBars || !options.has_peers) return outcome;
   const double step = k0 * std::numbers::pi / top;
@@ -94,13 +99,15 @@ void add_rung_cases(std::vector<StabilityCase>& cases) {
     double limit;
   };
   constexpr const char* kElastic = "elastic difference from half the step, the worst";
-  for (const Row& row : {Row{Fidelity::kRigid, "rigid", "position from that at half the step, the worst", 1e-12},
-                         Row{Fidelity::kSeparated, "separated", kElastic, 1e-5},
-                         Row{Fidelity::kSpinLoaded, "spin-loaded", kElastic, 1e-5},
-                         Row{Fidelity::kCoupled, "coupled", kElastic, 1e-5},
-                         Row{Fidelity::kExactBars, "exact bars", kElastic, 1e-2}})
-    cases.push_back({"steps across omega h = k pi", row.name, row.quantity, row.limit, false,
-                     [rung = row.rung](const StabilityOptions& options) { return across_pi(rung, options); }});
+  for (const Row& row :
+       {Row{Fidelity::kRigid, "rigid", "position from that at half the step, the worst", 1e-12},
+        Row{Fidelity::kSeparated, "separated", kElastic, 1e-5},
+        Row{Fidelity::kSpinLoaded, "spin-loaded", kElastic, 1e-5},
+        Row{Fidelity::kCoupled, "coupled", kElastic, 1e-5},
+        Row{Fidelity::kExactBars, "exact bars", kElastic, 1e-2}})
+    cases.push_back(
+        {"steps across omega h = k pi", row.name, row.quantity, row.limit, false,
+         [rung = row.rung](const StabilityOptions& options) { return across_pi(rung, options); }});
 }
 
 }  // namespace freeflex::tools

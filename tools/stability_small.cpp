@@ -14,7 +14,8 @@ double worst_frequency(const Plan& plan, std::vector<double> exact) {
   std::sort(exact.begin(), exact.end());
   if (static_cast<std::size_t>(plan.num_elastic) != exact.size()) return NAN;
   double worst = 0.0;
-  for (std::size_t k = 0; k < exact.size(); ++k) worst = std::max(worst, std::abs(plan.omega[k] / exact[k] - 1.0));
+  for (std::size_t k = 0; k < exact.size(); ++k)
+    worst = std::max(worst, std::abs(plan.omega[k] / exact[k] - 1.0));
   return worst;
 }
 
@@ -33,8 +34,9 @@ Outcome one_point(const StabilityOptions& options) {
   const Eigen::Vector3d exact = Eigen::Vector3d(0.5, 0.0, 0.0) + t * scene.initial.velocity +
                                 0.5 * t * t * (Eigen::Vector3d(1.5, -0.5, 0.25) + scene.gravity);
   const auto error = [&exact](const Eigen::Matrix3Xd& p) { return (p.col(0) - exact).norm() / exact.norm(); };
-  return {error(ride.positions_W()), "relative, after 10 s",
-          run_peers(scene, 1e-3, 10.0, options, [&](const CartesianState& state) { return error(state.p_W); })};
+  return {
+      error(ride.positions_W()), "relative, after 10 s",
+      run_peers(scene, 1e-3, 10.0, options, [&](const CartesianState& state) { return error(state.p_W); })};
 }
 
 /// w = sqrt(k (1/m1 + 1/m2)), and a steady turn about an axis across the line
@@ -57,14 +59,16 @@ Outcome three_in_a_triangle(const StabilityOptions&) {
   constexpr double kStiffness = 1e4;
   Scene scene;
   scene.name = "triangle";
-  for (const Eigen::Vector3d& p : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0),
-                                   Eigen::Vector3d(0.5, 0.5 * std::sqrt(3.0), 0)})
+  for (const Eigen::Vector3d& p :
+       {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0), Eigen::Vector3d(0.5, 0.5 * std::sqrt(3.0), 0)})
     add_point(scene, 1.0, p);
   for (int a = 0; a < 3; ++a) add_link(scene, {a, (a + 1) % 3}, Spring{kStiffness});
   const Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.said());
   const double twice = std::sqrt(1.5 * kStiffness);
-  return {worst_frequency(ride.plan, {twice, twice, std::sqrt(3.0 * kStiffness)}), "6 rigid freedoms, 3 modes", {}};
+  return {worst_frequency(ride.plan, {twice, twice, std::sqrt(3.0 * kStiffness)}),
+          "6 rigid freedoms, 3 modes",
+          {}};
 }
 
 /// The linear molecule X Y X: k / m, k (1/m + 2/M), and twice 2 k_b (1/m + 2/M) / l^2   (Herzberg 1945, II 4)
@@ -81,8 +85,10 @@ Outcome three_on_a_line(const StabilityOptions&) {
   if (!ride.has_plan()) return no_answer(ride.said());
   if (ride.plan.rigid_freedoms != 5) return no_answer("not taken as collinear");
   const double both = 1.0 / kEnd + 2.0 / kMiddle, bending = std::sqrt(2.0 * kBending * both / 0.25);
-  return {worst_frequency(ride.plan, {std::sqrt(kStretching / kEnd), std::sqrt(kStretching * both), bending, bending}),
-          "5 rigid freedoms, 4 modes", {}};
+  return {worst_frequency(ride.plan,
+                          {std::sqrt(kStretching / kEnd), std::sqrt(kStretching * both), bending, bending}),
+          "5 rigid freedoms, 4 modes",
+          {}};
 }
 
 /// A point that hangs on one spring beside a stiff truss moves across it freely: V = v t.
@@ -95,7 +101,8 @@ Outcome mechanism(double stiffness_ratio, const StabilityOptions&) {
   scene.initial.points.push_back({12, Eigen::Vector3d::Zero(), 1e-3 * across});
   Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.said());
-  const auto zeros = std::count(ride.plan.omega.begin(), ride.plan.omega.begin() + ride.plan.num_elastic, 0.0);
+  const auto zeros =
+      std::count(ride.plan.omega.begin(), ride.plan.omega.begin() + ride.plan.num_elastic, 0.0);
   if (zeros != 2 || ride.plan.mechanisms.size() != 2)
     return no_answer(format_text("%d modes of frequency 0; there are 2", static_cast<int>(zeros)));
   const bool is_named = ride.said().find("p12") != std::string::npos;
@@ -107,7 +114,9 @@ Outcome mechanism(double stiffness_ratio, const StabilityOptions&) {
     worst = std::max(worst, std::abs(ride.state.q[l] - v[l] * 10'000 * ride.plan.period));
     largest = std::max(largest, std::abs(ride.state.q[l]));
   }
-  return {worst / largest, "2 frequencies exactly 0; warned: " + ride.said().substr(0, ride.said().find('\n')), {}};
+  return {worst / largest,
+          "2 frequencies exactly 0; warned: " + ride.said().substr(0, ride.said().find('\n')),
+          {}};
 }
 
 /// Five points, all ten distances rigid, of which nine are independent, and a soft tail.
@@ -142,12 +151,14 @@ Outcome redundant_links(const StabilityOptions&) {
 }  // namespace
 
 void add_small_cases(std::vector<StabilityCase>& cases) {
-  const auto add = [&cases](const char* group, const char* name, const char* quantity, double limit, auto run) {
+  const auto add = [&cases](const char* group, const char* name, const char* quantity, double limit,
+                            auto run) {
     cases.push_back({group, name, quantity, limit, false, run});
   };
   constexpr const char* kFew = "one to three points";
   add(kFew, "one point, pushed and falling", "position against the parabola, after 10 s", 1e-14, one_point);
-  add(kFew, "two points, turning and vibrating", "frequency and attitude against closed form", 1e-13, two_points);
+  add(kFew, "two points, turning and vibrating", "frequency and attitude against closed form", 1e-13,
+      two_points);
   add(kFew, "three points, a triangle", "worst frequency against closed form", 1e-14, three_in_a_triangle);
   add(kFew, "three points on a line", "worst frequency against closed form", 1e-13, three_on_a_line);
   constexpr const char* kMechanism = "mechanisms and rigid links";
@@ -155,8 +166,8 @@ void add_small_cases(std::vector<StabilityCase>& cases) {
     cases.push_back({kMechanism, format_text("a point on one spring beside stiffness ratio %g", ratio),
                      "free drift against v t, after 10 s", 1e-14, false,
                      [ratio](const StabilityOptions& options) { return mechanism(ratio, options); }});
-  add(kMechanism, "ten rigid links of which nine are independent", "stretch of rigid links over the deformation",
-      1e-14, redundant_links);
+  add(kMechanism, "ten rigid links of which nine are independent",
+      "stretch of rigid links over the deformation", 1e-14, redundant_links);
 }
 
 }  // namespace freeflex::tools

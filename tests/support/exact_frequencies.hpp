@@ -1,4 +1,5 @@
-// Frequencies of scenes of springs in sixty-digit arithmetic, from the exact doubles of the scene. Header only.
+// Frequencies of scenes of springs in sixty-digit arithmetic, from the exact doubles of the scene. Header
+// only.
 #pragma once
 
 #include <algorithm>

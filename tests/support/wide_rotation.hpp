@@ -1,4 +1,5 @@
-// Free rotation of a body in fifty-digit arithmetic: Euler's equations and the attitude by Taylor series. Header only.
+// Free rotation of a body in fifty-digit arithmetic: Euler's equations and the attitude by Taylor series.
+// Header only.
 #pragma once
 
 #include <array>
@@ -55,7 +56,8 @@ inline void taylor_step(WideRotation& body, const Wide& h) {
 }
 
 /// After `time` [s] from rest attitude at angular velocity w [rad/s].
-inline WideRotation rotate_freely(const std::array<double, 3>& moment, const std::array<double, 3>& w, double time) {
+inline WideRotation rotate_freely(const std::array<double, 3>& moment, const std::array<double, 3>& w,
+                                  double time) {
   WideRotation body;
   double spin = 0.0;
   for (std::size_t a = 0; a < 3; ++a) {

@@ -1,0 +1,88 @@
+// Stiff and extreme cases: each meets its figure, or is refused or flagged by name.
+#include "tools/stability.hpp"
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cctype>
+
+namespace freeflex::tools {
+namespace {
+
+/// Letters and digits of a case, for the name of its test.
+std::string test_name(const StabilityCase& what) {
+  std::string name;
+  for (const char c : what.group + " " + what.name) {
+    if (std::isalnum(static_cast<unsigned char>(c)) != 0) name += c;
+    if (c == '-') name += "minus";
+    if (c == '.') name += "point";
+  }
+  return name;
+}
+
+class Stability : public ::testing::TestWithParam<StabilityCase> {};
+
+TEST_P(Stability, HoldsItsFigureOrIsNamed) {
+  const StabilityCase& what = GetParam();
+  StabilityOptions options;
+  options.is_quick = true;
+  options.has_peers = false;
+  const Outcome outcome = what.run(options);
+  std::printf("%s: %.2e, at most %.1e; %s\n", what.name.c_str(), outcome.measured, what.limit,
+              outcome.said.c_str());
+  EXPECT_LE(outcome.measured, what.limit) << what.group << ": " << what.name << ": " << outcome.said;
+}
+
+INSTANTIATE_TEST_SUITE_P(Table, Stability, ::testing::ValuesIn(stability_cases()),
+                         [](const auto& given) { return test_name(given.param); });
+
+StabilityRow row_of(double measured, double limit) {
+  StabilityRow row;
+  row.what.group = "a < b";
+  row.what.name = "case \"one\"";
+  row.what.limit = limit;
+  row.outcome.measured = measured;
+  return row;
+}
+
+TEST(StabilityTable, WhatIsNotANumberFails) {
+  EXPECT_TRUE(row_of(1e-9, 1e-8).holds());
+  EXPECT_FALSE(row_of(1e-7, 1e-8).holds());
+  EXPECT_FALSE(row_of(NAN, 1e-8).holds());
+  EXPECT_STREQ(row_of(NAN, 1e-8).verdict(), "FAILS");
+  StabilityReport report;
+  report.rows = {row_of(1e-9, 1e-8), row_of(NAN, 1e-8)};
+  EXPECT_FALSE(report.holds());
+  EXPECT_FALSE(to_json(report)["holds"].get<bool>());
+}
+
+TEST(StabilityTable, TextOfCasesIsQuoted) {
+  StabilityReport report;
+  report.rows = {row_of(1e-9, 1e-8)};
+  EXPECT_NE(to_csv(report).find("\"case \"\"one\"\"\""), std::string::npos);
+  const std::string page = to_html(report);
+  EXPECT_NE(page.find("a &lt; b"), std::string::npos);
+  EXPECT_EQ(page.find("a < b"), std::string::npos);
+}
+
+// RK4 and Verlet at omega h 1e4 leave the numbers, and the table says so
+TEST(StabilityTable, OtherMethodsStandBesideOursAsTheyAre) {
+  const auto cases = stability_cases();
+  const auto found = std::find_if(cases.begin(), cases.end(),
+                                  [](const StabilityCase& what) { return what.name == "omega h 1e4"; });
+  ASSERT_NE(found, cases.end());
+  StabilityOptions options;
+  options.is_quick = true;
+  options.peer_budget = 0.05;
+  const Outcome outcome = found->run(options);
+  ASSERT_GE(outcome.peers.size(), 6U);
+  for (const PeerFigure& peer : outcome.peers) {
+    EXPECT_EQ(std::isfinite(peer.figure), peer.failure.empty()) << peer.method;
+    if (peer.method == "velocity Verlet" || peer.method == "Runge-Kutta 4") {
+      EXPECT_FALSE(std::isfinite(peer.figure)) << peer.method;
+    }
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::tools
