@@ -2,6 +2,8 @@
 #include <cstdio>
 #include <fstream>
 
+#include "tools/commands.hpp"
+#include "tools/commands.hpp"
 #include "tools/estimates.hpp"
 #include "tools/report.hpp"
 #include "tools/usage.hpp"
