@@ -20,6 +20,9 @@ struct Hermite {
   }
 };
 
+constexpr double kSlack = 1e-9;  // of a step: what rounding may add to it
+constexpr const char* kUnstable = "not finite: the step is beyond the method's stability";
+
 bool is_finite(const std::vector<double>& values) {
   return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
 }
@@ -27,7 +30,8 @@ bool is_finite(const std::vector<double>& values) {
 }  // namespace
 
 HandWritten::HandWritten(Rival rival, SpringNetwork network) : rival_(rival), network_(std::move(network)) {
-  for (auto* values : {&x_, &v_, &f_, &x_at_, &a1_, &a2_, &a3_}) values->resize(network_.size());
+  for (auto* values : {&x_, &v_, &f_, &x_at_, &a1_, &a2_, &a3_, &x0_, &v0_, &v1_, &x_read_, &v_read_})
+    values->resize(network_.size());
 }
 
 void HandWritten::step(double t, double h) {
@@ -80,57 +84,62 @@ void HandWritten::read_velocity(double h, std::vector<double>& v) const {
   for (std::size_t i = 0; i < v.size(); ++i) v[i] = v_[i] - lead * (network_.inverse_mass()[i] * f_[i]);
 }
 
+void HandWritten::start_piece(double start, double h) {
+  if (rival_ != Rival::kVerlet) return;
+  network_.forces(start, x_.data(), f_.data());
+  for (std::size_t i = 0; i < x_.size(); ++i) v_[i] += 0.5 * h * (network_.inverse_mass()[i] * f_[i]);
+}
+
+void HandWritten::step_and_read(double t, double h, std::span<const double> times, std::size_t& next,
+                                const RivalSink& sink) {
+  const double t_end = t + h * (1.0 + kSlack);
+  x0_ = x_;
+  read_velocity(h, v0_);
+  step(t, h);
+  read_velocity(h, v1_);
+  for (; next < times.size() && times[next] <= t_end; ++next) {
+    const Hermite cubic{std::min(1.0, (times[next] - t) / h), h};
+    for (std::size_t i = 0; i < x_.size(); ++i) {
+      x_read_[i] = cubic.position(x0_[i], v0_[i], x_[i], v1_[i]);
+      v_read_[i] = cubic.velocity(x0_[i], v0_[i], x_[i], v1_[i]);
+    }
+    network_.to_world(times[next], x_read_, v_read_, state_);
+    sink(next, state_);
+  }
+}
+
 RivalRun HandWritten::run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) {
-  constexpr double kSlack = 1e-9;   // of a step: what rounding may add to it
   constexpr long kLookEvery = 256;  // steps between looks at the stop and at the numbers
-  RivalRun run;
-  run.memory = network_.memory() + (rival_ == Rival::kVerlet ? 3 : 7) * x_.size() * sizeof(double);
   const bool is_verlet = rival_ == Rival::kVerlet;
+  RivalRun run;
+  run.memory = network_.memory() + (is_verlet ? 3 : 7) * x_.size() * sizeof(double);
   network_.initial(x_, v_);
-  std::vector<double> x0(x_.size()), v0(x_.size()), v1(x_.size()), x_read(x_.size()), v_read(x_.size());
-  CartesianState state;
   std::size_t next = 0;
   double start = 0.0;
   for (const double end : piece_ends(network_.system(), times.back())) {
     network_.begin_piece(start, end);
     const long count = std::lround(std::ceil((end - start) / options.step * (1.0 - kSlack)));
     const double h = (end - start) / static_cast<double>(count);
-    if (is_verlet) {
-      network_.forces(start, x_.data(), f_.data());
-      ++run.num_evaluations;
-      for (std::size_t i = 0; i < x_.size(); ++i) v_[i] += 0.5 * h * (network_.inverse_mass()[i] * f_[i]);
-    }
+    start_piece(start, h);
     for (long k = 0; k < count; ++k) {
-      const double t = start + static_cast<double>(k) * h, t_end = t + h * (1.0 + kSlack);
-      const bool reads = times[next] <= t_end;
-      if (reads) {
-        x0 = x_;
-        read_velocity(h, v0);
-      }
-      step(t, h);
-      if (reads) read_velocity(h, v1);
-      for (; reads && next < times.size() && times[next] <= t_end; ++next) {
-        const Hermite cubic{std::min(1.0, (times[next] - t) / h), h};
-        for (std::size_t i = 0; i < x_.size(); ++i) {
-          x_read[i] = cubic.position(x0[i], v0[i], x_[i], v1[i]);
-          v_read[i] = cubic.velocity(x0[i], v0[i], x_[i], v1[i]);
-        }
-        network_.to_world(times[next], x_read, v_read, state);
-        sink(next, state);
-      }
-      if (next == times.size()) break;
-      if (k % kLookEvery == kLookEvery - 1) {
-        if (options.is_stopped && options.is_stopped()) run.error = "stopped";
-        if (!is_finite(x_)) run.error = "not finite: the step is beyond the method's stability";
-        if (!run.error.empty()) return run;
-      }
+      const double t = start + static_cast<double>(k) * h;
+      if (next < times.size() && times[next] <= t + h * (1.0 + kSlack))
+        step_and_read(t, h, times, next, sink);
+      else
+        step(t, h);
+      if (k % kLookEvery != kLookEvery - 1) continue;
+      if (options.is_stopped && options.is_stopped()) run.error = "stopped";
+      if (!is_finite(x_)) run.error = kUnstable;
+      if (!run.error.empty()) return run;
     }
     run.num_steps += count;
-    run.num_evaluations += count * (is_verlet ? 1 : 4);
-    if (is_verlet) read_velocity(h, v1), v_ = v1;
+    run.num_evaluations += count * (is_verlet ? 1 : 4) + (is_verlet ? 1 : 0);
+    // Verlet's velocities back from the middle of a step
+    read_velocity(h, v1_);
+    v_ = v1_;
     start = end;
   }
-  if (!is_finite(x_)) run.error = "not finite: the step is beyond the method's stability";
+  if (!is_finite(x_)) run.error = kUnstable;
   return run;
 }
 

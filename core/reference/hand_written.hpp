@@ -18,6 +18,10 @@ class HandWritten : public RivalMethod {
   void step(double t, double h);
   void verlet_step(double t, double h);
   void runge_kutta_step(double t, double h);
+  void start_piece(double start, double h);
+  /// One step, and what is read within it by Hermite's cubic.
+  void step_and_read(double t, double h, std::span<const double> times, std::size_t& next,
+                     const RivalSink& sink);
   void read_velocity(double h, std::vector<double>& v) const;
 
   Rival rival_;
@@ -25,6 +29,9 @@ class HandWritten : public RivalMethod {
   std::vector<double> x_, v_;     // Verlet keeps v half a step ahead
   std::vector<double> f_, x_at_;  // forces, and the positions of a stage
   std::vector<double> a1_, a2_, a3_;
+  std::vector<double> x0_, v0_, v1_, x_read_,
+      v_read_;  // ends of a step that is read within, and what is read
+  CartesianState state_;
 };
 
 }  // namespace freeflex

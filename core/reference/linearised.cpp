@@ -22,6 +22,11 @@ Matrix3d inertia_of(const CartesianSystem& system) {
   return inertia;
 }
 
+constexpr double kSlack = 1e-9;  // of a step: what rounding may add to a span
+
+/// Steps of no more than `step` that make up the span.
+long whole_steps(double span, double step) { return std::lround(std::ceil(span / step * (1.0 - kSlack))); }
+
 }  // namespace
 
 std::unique_ptr<RivalMethod> Linearised::make(Rival rival, const CartesianSystem& system,
@@ -152,8 +157,7 @@ void Linearised::apply(const double* y, double* out) const {
 }
 
 void Linearised::leapfrog(double span, double step, std::span<const double> reads, const Read& read) {
-  constexpr double kSlack = 1e-9;  // of a step
-  const long count = std::lround(std::ceil(span / step * (1.0 - kSlack)));
+  const long count = whole_steps(span, step);
   const double h = span / static_cast<double>(count);
   const Eigen::Index n = y_.size();
   const auto accelerate = [&](double t) {
@@ -253,65 +257,68 @@ void Linearised::write_state(const Frame& frame, double t, CartesianState& state
   }
 }
 
-RivalRun Linearised::run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) {
+double Linearised::load_step(const RivalOptions& options) const {
   // the load is linear in time over a step: a turn of 0.02 rad within one bends it by 5e-5
-  constexpr double kLongestLoadStep = 0.1, kTurn = 0.02;  // [s], [rad]
+  constexpr double kLongest = 0.1, kTurn = 0.02;  // [s], [rad]
+  if (rival_ == Rival::kKrylov) return options.step;
+  const double spin_rate = system_.spin.norm();
+  return std::max(options.step, spin_rate > 0.0 ? std::min(kLongest, kTurn / spin_rate) : kLongest);
+}
+
+std::size_t Linearised::memory() const {
+  const int spaces =
+      rival_ == Rival::kKrylov ? from_force_.size() + from_velocity_.size() + from_change_.size() : 0;
+  constexpr std::size_t kVectors = 7;
+  return rows_.size() * sizeof(Row) +
+         (kVectors + static_cast<std::size_t>(spaces)) * sizeof(double) * static_cast<std::size_t>(y_.size());
+}
+
+std::string Linearised::step(const Frame& frame, double t, double span, const RivalOptions& options,
+                             std::span<const double> times, std::size_t& next, const RivalSink& sink) {
+  elastic_load(frame, t, g_);
+  elastic_load(frame_end_, t + span, dg_);
+  dg_ -= g_;
+  std::vector<double> reads;
+  for (std::size_t i = next; i < times.size() && times[i] <= t + span * (1.0 + kSlack); ++i)
+    reads.push_back(std::min(times[i] - t, span));
+  const Read read = [&](double from_start) {
+    write_state(from_start == span ? frame_end_ : advance(frame, t, from_start), times[next], state_);
+    sink(next++, state_);
+  };
+  if (rival_ == Rival::kKrylov) {
+    const std::string error = krylov(span, options, reads, read);
+    if (!error.empty()) return error;
+  } else {
+    leapfrog(span, options.step, reads, read);
+  }
+  return y_.allFinite() ? "" : "not finite: the step is beyond the method's stability";
+}
+
+RivalRun Linearised::run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) {
   set_initial();
   num_applied_ = 0;
   RivalRun run;
-  const double spin_rate = system_.spin.norm();
-  const double load_step =
-      rival_ == Rival::kKrylov
-          ? options.step
-          : std::max(options.step, std::min(kLongestLoadStep, spin_rate > 0.0 ? kTurn / spin_rate : 1.0));
   Frame frame = start_;
-  CartesianState state;
-  std::vector<double> reads;
   std::size_t next = 0;
   double piece_start = 0.0;
   for (const double end : piece_ends(system_, times.back())) {
     piece_time_ = 0.5 * (piece_start + end);
-    const long count = std::lround(std::ceil((end - piece_start) / load_step * (1.0 - 1e-9)));
+    const long count = whole_steps(end - piece_start, load_step(options));
     const double span = (end - piece_start) / static_cast<double>(count);
-    for (long k = 0; k < count; ++k) {
-      if (options.is_stopped && options.is_stopped()) {
-        run.error = "stopped";
-        return run;
-      }
+    for (long k = 0; k < count && run.error.empty(); ++k) {
       const double t = piece_start + static_cast<double>(k) * span;
-      const Frame frame_end = advance(frame, t, span);
-      elastic_load(frame, t, g_);
-      elastic_load(frame_end, t + span, dg_);
-      dg_ -= g_;
-      reads.clear();
-      for (std::size_t i = next; i < times.size() && times[i] <= t + span * (1.0 + 1e-9); ++i)
-        reads.push_back(std::min(times[i] - t, span));
-      const Read read = [&](double from_start) {
-        const bool is_end = from_start == span;
-        write_state(is_end ? frame_end : advance(frame, t, from_start), times[next], state);
-        sink(next++, state);
-      };
-      if (rival_ == Rival::kLeapfrog)
-        leapfrog(span, options.step, reads, read);
-      else
-        run.error = krylov(span, options, reads, read);
-      if (!run.error.empty()) return run;
-      if (!y_.allFinite()) {
-        run.error = "not finite: the step is beyond the method's stability";
-        return run;
-      }
-      run.num_steps +=
-          rival_ == Rival::kLeapfrog ? std::lround(std::ceil(span / options.step * (1.0 - 1e-9))) : 1;
-      frame = frame_end;
+      frame_end_ = advance(frame, t, span);
+      run.error = options.is_stopped && options.is_stopped()
+                      ? "stopped"
+                      : step(frame, t, span, options, times, next, sink);
+      run.num_steps += rival_ == Rival::kLeapfrog ? whole_steps(span, options.step) : 1;
+      frame = frame_end_;
     }
+    if (!run.error.empty()) return run;
     piece_start = end;
   }
   run.num_evaluations = num_applied_;
-  const std::size_t vectors =
-      rival_ == Rival::kLeapfrog
-          ? 7
-          : 7 + static_cast<std::size_t>(from_force_.size() + from_velocity_.size() + from_change_.size());
-  run.memory = rows_.size() * sizeof(Row) + vectors * sizeof(double) * static_cast<std::size_t>(y_.size());
+  run.memory = memory();
   return run;
 }
 

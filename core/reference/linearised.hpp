@@ -42,6 +42,11 @@ class Linearised : public RivalMethod {
   void leapfrog(double span, double step, std::span<const double> reads, const Read& read);
   std::string krylov(double span, const RivalOptions& options, std::span<const double> reads,
                      const Read& read);
+  /// One step of `span` [s] from t, its end frame in frame_end_, and what is read within it.
+  std::string step(const Frame& frame, double t, double span, const RivalOptions& options,
+                   std::span<const double> times, std::size_t& next, const RivalSink& sink);
+  double load_step(const RivalOptions& options) const;  // [s] over which the load is linear
+  std::size_t memory() const;                           // [bytes]
   void write_state(const Frame& frame, double t, CartesianState& state) const;
 
   struct Row {
@@ -55,7 +60,8 @@ class Linearised : public RivalMethod {
   Eigen::MatrixXd rigid_;      // (3N x 6) orthonormal rigid motions in y = sqrt(m) V
   std::vector<Row> rows_;
   double piece_time_ = 0.0;  // [s]
-  Frame start_;
+  Frame start_, frame_end_;
+  CartesianState state_;
   Eigen::VectorXd y_, y_dot_;  // [m sqrt kg], [m sqrt kg / s] elastic
   Eigen::VectorXd g_, dg_;     // [N / sqrt kg] load at the step's start, and its change over the step
   Eigen::VectorXd w_, acceleration_, y_ahead_;
