@@ -91,22 +91,24 @@ int stability(const Options& options) {
     print_json(to_json(report));
   else
     print_text(report);
-  const bool is_written =
-      options.folder.empty() || write_folder(options.folder, {{"stability.csv", to_csv(report)},
-                                                              {"stability.json", to_json(report).dump(2) + "\n"},
-                                                              {"stability.html", to_html(report)}});
+  const bool is_written = options.folder.empty() ||
+                          write_folder(options.folder, {{"stability.csv", to_csv(report)},
+                                                        {"stability.json", to_json(report).dump(2) + "\n"},
+                                                        {"stability.html", to_html(report)}});
   if (report.is_interrupted) return kExitInterrupted;
   return is_written && report.holds() ? kExitOk : kExitDiffers;
 }
 
 /// Options that do not go together. Empty: none.
 std::string find_conflict(const CLI::App& command, const Options& options) {
+  const bool draws = options.estimates.count > 0;
   if (!options.stability) {
-    if (options.scenes.empty()) return "SCENE is needed, or --stability, whose cases are built in";
+    if (options.scenes.empty() && !draws)
+      return "SCENE is needed, or --stability or --estimates N, which have scenes of their own";
     return options.quick ? "--quick goes with --stability" : "";
   }
   if (!options.scenes.empty()) return "--stability takes no SCENE: its cases are built in";
-  for (const char* option : {"--until", "--budget"})
+  for (const char* option : {"--until", "--budget", "--estimates", "--seed", "--repeats"})
     if (command.count(option) > 0) return std::string(option) + " does not go with --stability";
   return {};
 }
@@ -114,12 +116,13 @@ std::string find_conflict(const CLI::App& command, const Options& options) {
 int report(const Options& options) {
   if (options.estimates.count > 0) {
     if (!options.scenes.empty() || !options.folder.empty())
-      return print_error("--estimates draws its own scenes and writes to standard output: no SCENE and no --out"), kExitUsage;
+      return print_error(
+                 "--estimates draws its own scenes and writes to standard output: no SCENE and no --out"),
+             kExitUsage;
     EstimateOptions estimates = options.estimates;
     estimates.json = options.json;
     return report_estimates(estimates);
   }
-  if (options.scenes.empty()) return print_error("SCENE is required (or --estimates N)"), kExitUsage;
   const std::vector<Scene> scenes = read_scenes(options.scenes);
   if (scenes.empty()) return kExitUsage;
   Report report;
@@ -143,10 +146,11 @@ int report(const Options& options) {
     print_json(to_json(report));
   else
     print_text(report);
-  if (!options.folder.empty() && !write_folder(options.folder, {{"report.csv", to_csv(report)},
-                                                                {"report.json", to_json(report).dump(2) + "\n"},
-                                                                {"report.html", to_html(report)},
-                                                                {"work-precision.svg", work_precision_svg(report)}}))
+  if (!options.folder.empty() &&
+      !write_folder(options.folder, {{"report.csv", to_csv(report)},
+                                     {"report.json", to_json(report).dump(2) + "\n"},
+                                     {"report.html", to_html(report)},
+                                     {"work-precision.svg", work_precision_svg(report)}}))
     return kExitDiffers;
   return is_interrupted_now ? kExitInterrupted : kExitOk;
 }
@@ -187,7 +191,8 @@ void add_report(CLI::App& app, int& exit_code) {
   command->footer(
       "Example:\n  freeflex report service/scenes/truss-s1.yaml --out report\n"
       "  freeflex report --stability --out report\n"
-      "Exit codes: 0 done, 1 not written, or a case of --stability fails, 2 wrong arguments or a scene without a full system, 130 "
+      "Exit codes: 0 done, 1 not written, or a case of --stability fails, 2 wrong arguments or a scene "
+      "without a full system, 130 "
       "interrupted.");
   command->callback([options, command, &exit_code] {
     const std::string conflict = find_conflict(*command, *options);
