@@ -19,7 +19,7 @@ struct Timing {
   int repeats = 0;       // calls
 };
 /// Calls `work` at least `repeats` times and for at least 15 ms each on the whole; once when one call takes
-/// more than 1 s.
+/// more than 0.3 s.
 Timing time_work(const std::function<void()>& work, int repeats);
 
 /// What one run leaves for the errors: the end, and the motion each 10 ms.

@@ -5,6 +5,7 @@
 #include <map>
 #include <memory>
 #include <string>
+#include <utility>
 
 #include "tools/console.hpp"
 #include "tools/study_runs.hpp"
@@ -117,49 +118,50 @@ class Sweep {
   enum class Verdict { kGoOn, kFinest, kOverBudget };
 
   Verdict measure(RivalMethod& method, Run& run) {
-    constexpr double kLong = 1.0;  // [s] of CPU beyond which a run is done once, with every read-out at once
-    constexpr double kFineEnough = 3e-7;  // [-] elastic error, well below the least level asked for
     RivalOptions options{run.step, run.tolerance, bench_.scale, {}};
     double deadline = thread_cpu() + bench_.options.budget;
     options.is_stopped = [&] { return thread_cpu() > deadline || bench_.is_stopped(); };
     Motion motion;
     const double start = thread_cpu();
-    const RivalRun done = follow(bench_, method, options, expects_long(run) ? 0.001 : kFramePeriod, motion);
+    const RivalRun done = follow(bench_, method, options, kFramePeriod, motion);
     const double taken = thread_cpu() - start;
     run.steps = done.num_steps;
     run.memory = done.memory;
     run.failure = done.error;
-    last_[run.method] = taken;
-    if (done.error == "stopped" || done.error.find("stopped") != std::string::npos) {
-      study_.left_out.push_back({std::string(run.method) + " at " + setting_of(run) + " and finer",
-                                 format_text("takes more than %g s of CPU time", bench_.options.budget)});
+    if (done.error.find("stopped") != std::string::npos) {
+      if (!bench_.is_stopped())
+        study_.left_out.push_back({std::string(run.method) + " at " + setting_of(run) + " and finer",
+                                   format_text("takes more than %g s of CPU time", bench_.options.budget)});
       return Verdict::kOverBudget;
     }
     if (!run.failure.empty()) return Verdict::kGoOn;
     set_errors(bench_, motion, run.family == Family::kLinearised ? linear_ : nullptr, run);
-    if (expects_long(run) || taken > kLong) {
-      run.cpu.fill(taken / bench_.options.end);
-      run.repeats = 1;
-    } else {
-      time_read_outs(method, options, deadline, run);
-    }
-    const bool is_finest = run.integration_error < kFineEnough ||
-                           (run.family == Family::kLinearised && run.step > 0.0 && run.tolerance == 0.0 &&
-                            run.integration_error < 0.02 * run.model_error);
-    if (is_finest) return Verdict::kFinest;
-    // the next setting is twice as fine, at least as dear
-    if (run.tolerance == 0.0 && 1.4 * taken > bench_.options.budget) return Verdict::kFinest;
-    return Verdict::kGoOn;
+    time_read_outs(method, options, deadline, taken, run);
+    return is_finest(run, taken) ? Verdict::kFinest : Verdict::kGoOn;
   }
 
-  bool expects_long(const Run& run) const {
-    const auto found = last_.find(run.method);
-    return found != last_.end() && found->second > 0.7;  // [s]
+  /// Finer settings would cost more and tell nothing new.
+  bool is_finest(const Run& run, double taken) {
+    constexpr double kFineEnough = 3e-7;  // [-] elastic error, well below the least level asked for
+    constexpr double kSmall = 1e-4;       // [-] below which an error that no longer falls is rounding
+    if (run.integration_error < kFineEnough) return true;
+    if (run.tolerance > 0.0) return false;
+    // twice as fine is at least as dear
+    if (1.4 * taken > bench_.options.budget) return true;
+    if (run.family == Family::kLinearised && run.integration_error < 0.02 * run.model_error) return true;
+    const double before = std::exchange(last_error_[run.method], run.integration_error);
+    return before > 0.0 && before < kSmall && run.integration_error > 0.7 * before;
   }
 
-  void time_read_outs(RivalMethod& method, const RivalOptions& options, double& deadline, Run& run) {
+  /// A long run is timed once for the first two read-outs, as it stands; a very long one for all three.
+  void time_read_outs(RivalMethod& method, const RivalOptions& options, double& deadline, double taken,
+                      Run& run) {
+    constexpr double kLong = 0.3, kVeryLong = 3.0;                               // [s]
     const std::array<double, kReadOuts> every{bench_.options.end, 0.01, 0.001};  // [s]
-    for (std::size_t load = 0; load < kReadOuts; ++load) {
+    run.cpu.fill(taken / bench_.options.end);
+    run.repeats = 1;
+    if (taken > kVeryLong) return;
+    for (std::size_t load = taken > kLong ? 2 : 0; load < kReadOuts; ++load) {
       const std::vector<double> times = reading_times(bench_.options.end, every[load]);
       const Timing timing = time_work(
           [&] {
@@ -175,7 +177,7 @@ class Sweep {
   const Bench& bench_;
   const Eigen::Matrix3Xd* linear_;
   Study& study_;
-  std::map<std::string, double> last_;  // [s] CPU of a method's last run
+  std::map<std::string, double> last_error_;  // [-] of a method's run before
 };
 
 }  // namespace
