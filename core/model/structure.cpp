@@ -29,6 +29,16 @@ bool are_sound(const std::vector<PointMass>& points) {
   });
 }
 
+bool has_rigid_links(const Scene& scene) {
+  return std::any_of(scene.links.begin(), scene.links.end(),
+                     [](const Link& link) { return std::holds_alternative<Rigid>(link.kind); });
+}
+
+int num_elastic(const Scene& scene, const MassProperties& properties, Eigen::Index num_constraints) {
+  return 3 * static_cast<int>(scene.points.size()) - properties.rigid_freedoms -
+         static_cast<int>(num_constraints);
+}
+
 // matrices are judged while they are factored; with other errors about, judge those that can be
 void check_matrices(const Scene& scene, Faults& faults) {
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
@@ -125,7 +135,7 @@ MassProperties check_physics(const Scene& scene, Faults& faults) {
   MassProperties properties;
   if (are_sound(scene.points)) {
     properties = find_mass_properties(scene.points, faults);
-    check_modes(scene, 3 * static_cast<int>(scene.points.size()) - properties.rigid_freedoms, faults);
+    if (!has_rigid_links(scene)) check_modes(scene, num_elastic(scene, properties, 0), faults);
   }
   if (has_error(faults)) check_matrices(scene, faults);
   return properties;
@@ -137,6 +147,10 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
   if (has_error(faults)) return std::nullopt;
 
   const LinkFactor factor = factor_links(scene, needs_rotations(scene), faults);
+  if (has_error(faults)) return std::nullopt;
+  // how many modes rigid links leave is known only now
+  if (has_rigid_links(scene))
+    check_modes(scene, num_elastic(scene, structure.mass_properties, factor.constraints.rows()), faults);
   if (has_error(faults)) return std::nullopt;
 
   // what rigid links hold is no mechanism

@@ -134,6 +134,26 @@ const std::vector<BadScene>& bad_scenes() {
        [](Scene& s) {
          s.damping.mode_ratios = {{19, 0.1}};
        }},
+      // a rigid pair takes one of the 18
+      {"damping names elastic mode 18, there are 17",
+       [](Scene& s) {
+         s.links[0].kind = Rigid{};
+         s.damping.mode_ratios = {{17, 0.1}, {18, 0.1}};
+       }},
+      {"initial state names elastic mode 18, there are 17",
+       [](Scene& s) {
+         s.links[0].kind = Rigid{};
+         s.initial.modes.push_back({17, 1.0, 0.0});
+         s.initial.modes.push_back({18, 1.0, 0.0});
+       }},
+      {"initial state names elastic mode 1, there are 0",
+       [](Scene& s) {
+         s = Scene{};
+         add_point(s, 1.0, {0.0, 0.0, 0.0});
+         add_point(s, 1.0, {1.0, 0.0, 0.0});
+         add_link(s, 0, 1, Rigid{});
+         s.initial.modes.push_back({1, 1.0, 0.0});
+       }},
       {"damping: mode 2 is given twice",
        [](Scene& s) {
          s.damping.mode_ratios = {{2, 0.1}, {2, 0.2}};
