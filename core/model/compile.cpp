@@ -352,7 +352,7 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   compile_coupling(scene, structure, plan, faults);
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, scene.rate);
-  warn_of_growth(scene, plan, faults);
+  check_growth(scene, plan, faults);
   warn_of_ticks(scene, plan, faults);
   if (has_error(faults)) return std::nullopt;
   if (const std::string error = find_inconsistency(plan); !error.empty()) {

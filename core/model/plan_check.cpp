@@ -279,6 +279,12 @@ void PlanCheck::check_coupling() {
   const std::size_t stride = (2 * num_modes + kLanes - 1) / kLanes * kLanes;
   require(coupling.columns.size() == 4 * num_modes * stride && are_finite(coupling.columns),
           "the propagator of the coupled modes does not have their size or is not finite");
+  require(
+      coupling.load_columns.size() ==
+              (plan_.feedbacks.empty() ? 0
+                                       : 4 * num_modes * static_cast<std::size_t>(PlanCoupling::kLoadRows)) &&
+          are_finite(coupling.load_columns),
+      "the loads of feedback over a step do not have the size of the coupled modes or are not finite");
 }
 
 void PlanCheck::check_initial() {
