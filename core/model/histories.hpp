@@ -10,6 +10,10 @@ namespace freeflex {
 /// \pre points, groups and rows of the plan stand
 void compile_histories(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
+/// Why a group cannot take a torque in body axes [N m], none about the line of its points and none on one
+/// place (THEORY X12); empty when it can.
+std::string idle_torque(const PlanGroup& group, const Vec3& torque_B);
+
 /// Ticks at which a pulse starts and ends, each edge rounded to the nearest tick.
 void set_history_ticks(PlanHistory& history, double period);
 
