@@ -202,7 +202,7 @@ const std::vector<BadScene>& bad_scenes() {
       {"publication names link index 99", [](Scene& s) { s.publication.links = {99}; }},
       {"publication: state rate is -1 Hz", [](Scene& s) { s.publication.state_rate = -1.0; }},
       {"the list of pushable points names point index 8", [](Scene& s) { s.pushable = {8}; }},
-      {"more than 3700 elastic freedoms",
+      {"this is point 1236 of 1300; at most 1235 are taken, rigid or not: 3 N - 6 is at most 3700",
        [](Scene& s) {
          while (s.points.size() < 1300)
            add_point(s, 1.0, {1.0 * static_cast<double>(s.points.size()), 0.0, 0.0});
