@@ -82,6 +82,10 @@ DeformationRows plate_rows(const Scene& scene, const Link& link, const Freedoms&
 /// \return (6 x num_rows of plate_rows)
 Eigen::MatrixXd plate_resultants(const Scene& scene, const Link& link);
 
+/// [-] of the largest entry: entries of a matrix link across the diagonal may differ by this, and count as
+/// their mean. Matrices travel as decimal text: tables with seven digits pass   (THEORY X46).
+inline constexpr double kSymmetryTolerance = 1e-6;
+
 /// Rows of a matrix link from its own matrix, freed of rigid motion and of its null space   (THEORY X46,
 /// X63). Errors: size, symmetry, rigid motion, eigenvalues that are negative or, of a flexibility, zero.
 /// \param accuracy  raised to the relative accuracy of the link's lowest eigenvalue that was kept
