@@ -7,6 +7,7 @@
 #include <limits>
 
 #include "core/model/coupling.hpp"
+#include "core/model/extremes.hpp"
 #include "core/model/faults.hpp"
 #include "core/model/histories.hpp"
 #include "core/model/propagator.hpp"
@@ -356,9 +357,7 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   warn_of_ticks(scene, plan, faults);
   if (has_error(faults)) return std::nullopt;
   if (const std::string error = find_inconsistency(plan); !error.empty()) {
-    add_error(faults, {},
-              "the compiled plan is not usable: " + error +
-                  "; values of the scene are too large or too small; use SI units");
+    add_overflow(scene, "the compiled plan is not usable: " + error, faults);
     return std::nullopt;
   }
   return plan;

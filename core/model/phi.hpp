@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <cmath>
+#include <limits>
 
 namespace freeflex {
 
@@ -17,7 +18,7 @@ struct PhiOf {
 using Phi = PhiOf<WideMatrix>;
 
 /// By the series of z / 2^s and s doublings: relative error some 2^s roundings, 2^s 1e-19 in 64-bit mantissas
-/// (THEORY X75).  \pre z is square
+/// (THEORY X75). Not finite where z is so large that no digit would be left.  \pre z is square
 template <typename Matrix>
 PhiOf<Matrix> phi_functions(const Matrix& z) {
   using Scalar = typename Matrix::Scalar;
@@ -25,10 +26,15 @@ PhiOf<Matrix> phi_functions(const Matrix& z) {
   constexpr int kTerms = 17;  // 0.5^17 / 19! is far below a rounding
   const Matrix one = Matrix::Identity(z.rows(), z.rows());
   const Scalar norm = z.size() > 0 ? z.cwiseAbs().colwise().sum().maxCoeff() : Scalar{0};
+  PhiOf<Matrix> phi;
+  if (!(norm < std::ldexp(Scalar{1}, std::numeric_limits<Scalar>::digits))) {
+    phi.phi0 = phi.phi1 = phi.phi2 =
+        Matrix::Constant(z.rows(), z.cols(), std::numeric_limits<Scalar>::quiet_NaN());
+    return phi;
+  }
   const int doublings = norm > kSmall ? static_cast<int>(std::ceil(std::log2(norm / kSmall))) : 0;
   const Matrix x = z * std::ldexp(Scalar{1}, -doublings);
   // phi_2 = sum x^k / (k + 2)!, from the small end
-  PhiOf<Matrix> phi;
   phi.phi2 = one;
   for (int k = kTerms; k > 0; --k) phi.phi2 = one + x * phi.phi2 / static_cast<Scalar>(k + 2);
   phi.phi2 *= Scalar{0.5};

@@ -6,6 +6,7 @@
 
 #include "core/model/check_scene.hpp"
 #include "core/model/eckart_complement.hpp"
+#include "core/model/extremes.hpp"
 #include "core/model/faults.hpp"
 #include "core/model/graded_svd.hpp"
 #include "core/model/link_factor.hpp"
@@ -164,9 +165,7 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
                                     mechanisms.motions);
   find_modes(factor, complement, structure);
   if (!structure.omega.allFinite() || !structure.shapes.allFinite()) {
-    add_error(
-        faults, {},
-        "the frequencies are not finite: masses or stiffnesses are too large or too small; use SI units");
+    add_overflow(scene, "the frequencies are not finite", faults);
     return std::nullopt;
   }
   structure.structural_ratio = structural_ratio(scene, factor, structure);

@@ -220,6 +220,46 @@ TEST(Faults, EachIsFoundAndSaysWhatIsWrong) {
   }
 }
 
+struct Overflow {
+  const char* words;
+  std::function<void(Scene&)> spoil;
+  int line;
+};
+
+// what overflows is said at the value that makes it, though it shows in frequencies or propagators only
+TEST(Faults, OverflowIsSaidAtTheMostExtremeValue) {
+  const std::vector<Overflow> overflows{
+      {"link 's3': stiffness of 1e+308 N/m: ", [](Scene& s) { s.links[3].kind = Spring{1e308}; }, 40},
+      {"EA of 1e+308 N: the frequencies are not finite", [](Scene& s) { beam(s).EA = 1e308; }, 41},
+      {"damping of 1e+300 N s/m: the compiled plan is not usable",
+       [](Scene& s) { s.links[3].kind = Dashpot{1e300}; }, 40},
+      {"link 's3': viscous of 1e+308 s: ", [](Scene& s) { s.links[3].viscous = 1e308; }, 40},
+      {"link 's3': loss_factor of 1e+308: ", [](Scene& s) { s.links[3].loss_factor = 1e308; }, 40},
+      {"damping: beta of 1e+308 s: ", [](Scene& s) { s.damping.beta = 1e308; }, 42},
+      {"feedback 'f': velocity gain of 1e+300 N s/m: ",
+       [](Scene& s) {
+         s.feedbacks.push_back({"f", 0, 0, {}, {}, {}, {0, 43, 1}});
+         s.feedbacks[0].displacement_gain.setZero();
+         s.feedbacks[0].velocity_gain = 1e300 * Eigen::Matrix3d::Identity();
+         s.feedbacks[0].acceleration_gain.setZero();
+       },
+       43},
+  };
+  for (const Overflow& overflow : overflows) {
+    Scene scene = sound_scene();
+    // a coordinate that a program left instead of zero does no harm and takes no blame
+    scene.points[0].position.x() += 1e-320;
+    scene.links[3].origin.line = 40;
+    scene.links[scene.links.size() - 2].origin.line = 41;
+    scene.damping.origin.line = 42;
+    overflow.spoil(scene);
+    const Faults faults = faults_of(scene);
+    EXPECT_TRUE(has_words(faults, overflow.words)) << overflow.words << "\nfound:\n" << all_words(faults);
+    ASSERT_FALSE(faults.empty());
+    EXPECT_EQ(faults.back().origin.line, overflow.line) << overflow.words;
+  }
+}
+
 TEST(Faults, AllAreReportedAtOnceWithTheirPlaces) {
   Scene scene = sound_scene();
   scene.points[0].mass = -1.0;
