@@ -197,16 +197,15 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
     if (report.status != StepStatus::kOk) {
       if (feed != nullptr && feed->next_kind(tick) == applied_t::RESET) continue;
       extremes.take(state);
-      return {
-          kExitDiffers,
-          "the state after tick " + std::to_string(tick) + " is not finite (so far " + ratios_text(extremes) +
-              (plan.feedbacks.empty()
-                   ? "): loads or spin are far too large for this structure; check the units of loads, "
-                     "masses and stiffnesses, and take smaller loads"
-                   : "): the feedback drives a motion without end, or loads or spin are far too large for "
-                     "this structure; check the signs and sizes of gains, raise the rate, and check the "
-                     "units of loads, masses and stiffnesses"),
-          tick};
+      return {kExitDiffers,
+              "the state after tick " + std::to_string(tick) + " is not finite (so far " +
+                  ratios_text(extremes) +
+                  "): " + (plan.feedbacks.empty() ? "" : "the feedback drives a motion without end, or ") +
+                  (plan.attractor_mu > 0.0 ? "the body came too near to the attractor, or " : "") +
+                  "loads or spin are far too large for this structure; check " +
+                  (plan.feedbacks.empty() ? "" : "the signs and sizes of gains, a higher rate, and ") +
+                  "the units of loads, masses and stiffnesses, and take smaller loads",
+              tick};
     }
     output.applied_step(tick, report, commands);
     output.publish(state, state.tick == last);

@@ -169,6 +169,20 @@ const std::vector<BadScene>& bad_scenes() {
          s.initial.points.push_back({8, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
        }},
       {"gravity is not finite", [](Scene& s) { s.gravity.z() = kNaN; }},
+      {"the attractor is on the centre of mass at the start",
+       [](Scene& s) {
+         s.attractor.mu = 100.0;
+         s.initial.position = {5.0, 0.0, 0.0};
+         Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+         for (const PointMass& p : s.points) centre += p.position / static_cast<double>(s.points.size());
+         for (PointMass& p : s.points) p.mass = 1.0;
+         s.attractor.position = s.initial.position + centre;
+       }},
+      {"its pull is no finite number",
+       [](Scene& s) {
+         s.attractor.mu = 100.0;
+         s.attractor.position = {1e300, 0.0, 0.0};
+       }},
       {"rate is 0 Hz", [](Scene& s) { s.rate = 0.0; }},
       {"force limit is -1 N", [](Scene& s) { s.force_limit = -1.0; }},
       {"has no force and no wrench",
@@ -217,6 +231,22 @@ TEST(Faults, EachIsFoundAndSaysWhatIsWrong) {
     bad.spoil(scene);
     const Faults faults = faults_of(scene);
     EXPECT_TRUE(has_words(faults, bad.words)) << bad.words << "\nfound:\n" << all_words(faults);
+  }
+}
+
+// X72 is a series in size over distance: 1 of 5 here
+TEST(Faults, AnAttractorNearTheBodyIsAWarning) {
+  Scene scene;
+  add_point(scene, 1.0, {-1.0, 0.0, 0.0});
+  add_point(scene, 1.0, {1.0, 0.0, 0.0});
+  add_link(scene, 0, 1, Spring{10.0});
+  scene.attractor.mu = 1.0;
+  for (const auto& [distance, is_near] : {std::pair{5.0, true}, {0.5, true}, {20.0, false}}) {
+    scene.attractor.position = {0.0, distance, 0.0};
+    const Faults faults = faults_of(scene);
+    EXPECT_FALSE(has_error(faults));
+    EXPECT_EQ(all_words(faults).find("hold far from the body") != std::string::npos, is_near) << distance;
+    EXPECT_EQ(all_words(faults).find("wrong by some 20 % here") != std::string::npos, distance == 5.0);
   }
 }
 
