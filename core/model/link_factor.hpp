@@ -135,7 +135,8 @@ inline const DeformationRow& natural_row(const LinkFactor& factor, RowRange rang
   return factor.natural[static_cast<std::size_t>(range.first) + static_cast<std::size_t>(k)];
 }
 
-/// Relative error of the directions in unit rows: one rounding of a coordinate over the shortest link.
+/// Relative error of the directions in unit rows: one rounding of a coordinate over the shortest link (THEORY
+/// X50).
 double direction_rounding(const Scene& scene);
 
 /// \param with_recovery  fill LinkFactor::recovery, which forces of links with rotations need
