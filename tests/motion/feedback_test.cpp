@@ -129,6 +129,7 @@ TEST(Feedback, ThatFadesWithinATickGivesTheBodyItsExactMomentum) {
 /// the points' own displacements u: V is u without its rigid part, which moves and turns the body.
 struct LinearBody {
   Eigen::Vector3d p, v, H;
+  Eigen::VectorXd V;  // elastic displacements
 };
 
 LinearBody linear_body(const Scene& scene, long double seconds) {
@@ -161,7 +162,7 @@ LinearBody linear_body(const Scene& scene, long double seconds) {
   const WideMatrix momentum = weight * y.tail(n);
   return {(translation.transpose() * weight * y.head(n) / mass).cast<double>(),
           (translation.transpose() * momentum / mass).cast<double>(),
-          (rotation.transpose() * momentum).cast<double>()};
+          (rotation.transpose() * momentum).cast<double>(), (elastic * y.head(n)).cast<double>()};
 }
 
 // forces on two points that answer others, across the body: momentum, turning and path of the body
@@ -215,6 +216,30 @@ TEST(Feedback, OnManyModesGivesTheBodyItsMomentumWithSecondOrder) {
   EXPECT_NEAR(std::log2(coarse / fine), 2.0, 0.3);
   // the force fades within a thousandth of a tick
   EXPECT_LT(error_of(1e6, 4000.0), 1.0);
+}
+
+// 99 kicks are fewer than the 114 modes, 120 are more and go through the modes
+TEST(Feedback, OnEveryPointIsSplitWithSecondOrder) {
+  for (const int num_points : {33, 40}) {
+    std::vector<double> errors;
+    for (const double rate : {4000.0, 8000.0}) {
+      Scene scene = two_boxes();
+      publish_everything(scene);
+      stretch(scene, 1e-10, 9);
+      scene.rate = rate;
+      for (int i = 0; i < num_points; ++i)
+        add_feedback(scene, i, i, -50.0 * Eigen::Matrix3d::Identity(),
+                     Eigen::Vector3d(-10.0 - i, -1.0, 0.0).asDiagonal());
+      Simulation simulation(scene);
+      EXPECT_EQ(simulation.plan.coupling.num_kicks, 3 * num_points);
+      simulation.run(std::llround(0.02 * rate));
+      const Eigen::VectorXd exact = linear_body(scene, 0.02L).V;
+      errors.push_back((simulation.displacements_B().reshaped() - exact).norm() / exact.norm());
+      std::printf("feedback on %d points, h = %g s: displacements off by %.2e of them\n", num_points,
+                  1.0 / rate, errors.back());
+    }
+    EXPECT_NEAR(std::log2(errors[0] / errors[1]), 2.0, 0.3) << num_points;
+  }
 }
 
 TEST(Feedback, ThatDrivesIsSaid) {
