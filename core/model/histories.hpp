@@ -14,10 +14,11 @@ void compile_histories(const Scene& scene, const Structure& structure, Plan& pla
 /// place (THEORY X12); empty when it can.
 std::string idle_torque(const PlanGroup& group, const Vec3& torque_B);
 
-/// Ticks at which a pulse starts and ends, each edge rounded to the nearest tick.
+/// Ticks at which a pulse starts and ends, each edge rounded to the nearest tick   (THEORY X13).
 void set_history_ticks(PlanHistory& history, double period);
 
-/// Warns of what ticks do to loads: pulses whose edges are moved, sines and tables that are faster than ticks.
+/// Warns of what ticks do to loads: pulses whose edges are moved, sines and tables that are faster than ticks
+/// (THEORY X13).
 void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex
