@@ -159,7 +159,7 @@ Json to_json(const Inspection& inspection) {
   out["delta"] = json_of(inspection.maxwell.delta, inspection.maxwell.delta_absence);
   if (inspection.maxwell.delta) out["delta"]["redundant_links"] = inspection.maxwell.num_redundant;
   out["c"] = json_of(inspection.maxwell.c, inspection.maxwell.c_absence);
-  if (inspection.inverse_error) out["inverse_error"] = *inspection.inverse_error;
+  out["inverse_error"] = inspection.inverse_error ? Json(*inspection.inverse_error) : Json();
   out["conditioning"] = conditioning_of_c(inspection);
   Json mechanisms = Json::array();
   for (const Mechanism& mechanism : structure.mechanisms)

@@ -210,8 +210,11 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
       return {kExitDiffers,
               "the state after tick " + std::to_string(tick) + " is not finite (so far " +
                   ratios_text(extremes) +
-                  "): loads or spin are far too large for this structure; check the units of loads, masses "
-                  "and stiffnesses, and take smaller loads",
+                  "): " + (plan.feedbacks.empty() ? "" : "the feedback drives a motion without end, or ") +
+                  (plan.attractor_mu > 0.0 ? "the body came too near to the attractor, or " : "") +
+                  "loads or spin are far too large for this structure; check " +
+                  (plan.feedbacks.empty() ? "" : "the signs and sizes of gains, a higher rate, and ") +
+                  "the units of loads, masses and stiffnesses, and take smaller loads",
               tick};
     }
     follow_step(plan, state, !commands.empty() || report.num_expiries > 0, budget);

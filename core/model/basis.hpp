@@ -45,11 +45,11 @@ struct Basis {
 inline constexpr double kDependent = 1e-11;
 
 /// Takes groups in turn. Judged as forces: in the metric of masses 1e12 apart, what a group adds may be less
-/// than rounding. \param constraints  [-] (num x 3N) LinkFactor::constraints
+/// than rounding   (THEORY X86). \param constraints  [-] (num x 3N) LinkFactor::constraints
 Choice independent_groups(const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& groups);
 
 /// Of the 3N unit loads of the formal recipe, always that of which most is left, as a share of the whole load
-/// in the mass metric; so the last still leaves much, whatever the masses.
+/// in the mass metric; so the last still leaves much, whatever the masses   (THEORY X84, X86).
 Choice independent_loads(const std::vector<PointMass>& points, const MassProperties& properties,
                          const Eigen::MatrixXd& constraints);
 
@@ -59,14 +59,14 @@ Choice independent_loads(const std::vector<PointMass>& points, const MassPropert
 Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties& properties,
                      const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& groups, const Choice& choice);
 
-/// The basis of a recipe. An explicit recipe that falls short with the points as they are numbered is tried
-/// with another numbering.
-/// \param why_not  when there is no such basis, the shape that the recipe needs
-/// \return  not complete where the recipe falls short; empty with why_not set where it does not apply
+/// The basis of a recipe   (THEORY X51, X52, X81-X86). An explicit recipe that falls short with the points as
+/// they are numbered is tried with another numbering. \param why_not  when there is no such basis, the shape
+/// that the recipe needs \return  not complete where the recipe falls short; empty with why_not set where it
+/// does not apply
 Basis find_basis(const Scene& scene, const Structure& structure, const LinkFactor& factor, Recipe recipe,
                  std::string& why_not);
 
-/// The explicit recipe of the shape where it is complete, else the formal one.
+/// The explicit recipe of the shape where it is complete, else the formal one   (THEORY X80-X86).
 Basis find_basis(const Scene& scene, const Structure& structure, const LinkFactor& factor);
 
 /// The orthogonal matrix between two complete bases, b*_l = sum_u a_lu b_u   (THEORY 6.1, X87) [-] (n x n).

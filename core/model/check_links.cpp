@@ -1,5 +1,6 @@
 // Physics of single links.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <limits>
 #include <set>
 
@@ -56,8 +57,19 @@ void Checker::check_link_points(const Link& link, const std::string& who) {
               who + " names point " + quoted(point(index).name, index) + " twice; name each once");
     }
   }
-  // a matrix takes any places; every other link has a direction from each point to the next
+  // a matrix takes any places and a rigid body any but one; every other link has a direction from each point
+  // to the next
   if (!known || std::holds_alternative<MatrixLink>(link.kind)) return;
+  if (std::holds_alternative<Rigid>(link.kind) && link.points.size() > 2) {
+    const Eigen::Vector3d first = point(link.points[0]).position;
+    if (std::all_of(link.points.begin(), link.points.end(),
+                    [&](int index) { return (point(index).position - first).isZero(0.0); }))
+      error(link.origin,
+            who +
+                ": all its points are in one place; a rigid body needs a size > 0: move a point or "
+                "remove the link");
+    return;
+  }
   for (std::size_t k = 1; k < link.points.size(); ++k) {
     const Eigen::Vector3d a = point(link.points[k - 1]).position, b = point(link.points[k]).position;
     if (a.allFinite() && b.allFinite() && (b - a).isZero(0.0))

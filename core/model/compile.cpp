@@ -7,11 +7,12 @@
 #include <limits>
 
 #include "core/model/budget.hpp"
-#include "core/model/rungs.hpp"
 #include "core/model/coupling.hpp"
+#include "core/model/extremes.hpp"
 #include "core/model/faults.hpp"
 #include "core/model/histories.hpp"
 #include "core/model/propagator.hpp"
+#include "core/model/rungs.hpp"
 
 namespace freeflex {
 namespace {
@@ -295,6 +296,35 @@ void warn_of_fast_spin(const Structure& structure, const Eigen::Vector3d& spin, 
   }
 }
 
+// X72 keeps the first terms of size over distance, and has no direction at the attractor itself
+void check_attractor(const Scene& scene, const Plan& plan, const MassProperties& body, Faults& faults) {
+  if (scene.attractor.mu == 0.0) return;
+  constexpr double kNear = 10.0;  // [-] distances over the size
+  const Eigen::Vector3d centre(plan.initial.p_WB[0], plan.initial.p_WB[1], plan.initial.p_WB[2]);
+  const double distance = (centre - scene.attractor.position).stableNorm(),
+               size = std::sqrt(body.r.colwise().squaredNorm().maxCoeff()),
+               rounding = 64.0 * kEpsilon *
+                          std::max({centre.stableNorm(), scene.attractor.position.stableNorm(), size});
+  const Origin& origin = scene.attractor.origin;
+  if (distance <= rounding)
+    add_error(
+        faults, origin,
+        "the attractor is on the centre of mass at the start, where its pull has no direction; move one "
+        "of them");
+  else if (!std::isfinite(scene.attractor.mu / (distance * distance)) || !std::isfinite(distance * distance))
+    add_error(
+        faults, origin,
+        join_text("the attractor of mu ", scene.attractor.mu, " m^3/s^2 is ", distance,
+                  " m from the centre of mass at the start: its pull is no finite number; use SI units"));
+  else if (distance < kNear * size)
+    add_warning(
+        faults, origin,
+        join_text("the attractor is ", distance, " m from the centre of mass at the start, ", distance / size,
+                  " times the size of the body: its pull and gradient hold far from the body (THEORY X72), ",
+                  distance < size ? "and mean nothing here"
+                                  : join_text("and are wrong by some ", 100.0 * size / distance, " % here")));
+}
+
 void compile_initial(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   const Initial& initial = scene.initial;
   const MassProperties& body = structure.mass_properties;
@@ -362,6 +392,7 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   plan.force_limit = scene.force_limit;
   plan.torque_limit = scene.torque_limit;
   compile_initial(scene, structure, plan, faults);
+  check_attractor(scene, plan, structure.mass_properties, faults);
   compile_publication(scene.publication, plan);
   compile_histories(scene, structure, plan, faults);
   compile_coupling(scene, structure, plan, faults);
@@ -369,13 +400,11 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, scene.rate);
   check_bar_phase(plan, faults);
-  warn_of_growth(scene, plan, faults);
+  check_growth(scene, plan, faults);
   warn_of_ticks(scene, plan, faults);
   if (has_error(faults)) return std::nullopt;
   if (const std::string error = find_inconsistency(plan); !error.empty()) {
-    add_error(faults, {},
-              "the compiled plan is not usable: " + error +
-                  "; values of the scene are too large or too small; use SI units");
+    add_overflow(scene, "the compiled plan is not usable: " + error, faults);
     return std::nullopt;
   }
   return plan;

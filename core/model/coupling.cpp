@@ -1,6 +1,5 @@
 #include "core/model/coupling.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/QR>
 #include <algorithm>
@@ -15,8 +14,12 @@ namespace {
 // [-] of the largest damping coefficient: what couples less is rounding of dashpots that share the modes
 constexpr double kUncoupled = 1e-13;
 
-// growth of an amplitude per tick above this is no rounding
-constexpr double kGrowth = 1e-9;
+// coordinates that carry what feedback does to the body: impulse of force and torque, and its integral
+constexpr Eigen::Index kImpulses = 12;
+constexpr long double kSmallImpulse = 0x1p-12L;  // [-] of a sum of a column
+
+// kicks whose loop is computed in 64-bit mantissas; more would take seconds
+constexpr Eigen::Index kMaxWideKicks = 96;
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 using Rows = Eigen::Map<const RowMatrix, Eigen::Aligned64>;
@@ -129,10 +132,10 @@ std::vector<std::int32_t> coupled_modes(const Plan& plan) {
   return modes;
 }
 
-// X75: y' = A y + (0, E Q), y = (q, q_dot) of the coupled modes
+// X75: y' = A y + E Q, y = (q, q_dot) of the coupled modes
 struct Generator {
   WideMatrix A;  // (2 n x 2 n)
-  WideMatrix E;  // (n x n)
+  WideMatrix E;  // (2 n x n)
 };
 
 Generator generator_of(const Plan& plan) {
@@ -157,32 +160,106 @@ Generator generator_of(const Plan& plan) {
     system.A(n + k, k) -= omega * omega;
     system.A(n + k, n + k) -= 2.0L * decay;
   }
-  system.E = (WideMatrix::Identity(n, n) + B.transpose() * F_Q) / mass;
+  system.E = WideMatrix::Zero(2 * n, n);
+  system.E.bottomRows(n) = (WideMatrix::Identity(n, n) + B.transpose() * F_Q) / mass;
   return system;
+}
+
+// resultant and moment about the centre of mass of the forces of feedback (6 x 3 f)
+Eigen::MatrixXd resultant_of_feedback(const Plan& plan) {
+  Eigen::MatrixXd resultant(6, 3 * static_cast<Eigen::Index>(plan.feedbacks.size()));
+  for (std::size_t f = 0; f < plan.feedbacks.size(); ++f) {
+    const Vec3& r = plan.feedbacks[f].r;
+    resultant.middleCols<3>(3 * static_cast<Eigen::Index>(f)) << Eigen::Matrix3d::Identity(),
+        (Eigen::Matrix3d() << 0.0, -r[2], r[1], r[2], 0.0, -r[0], -r[1], r[0], 0.0).finished();
+  }
+  return resultant;
+}
+
+// X75: y, then the impulse of feedback on the body, then the integral of that
+Generator with_impulses(const Plan& plan, const Generator& modes) {
+  const Eigen::Index n = modes.E.cols();
+  const auto resultant = [&](Input input) -> WideMatrix {
+    return (resultant_of_feedback(plan) * feedback_rows(plan, input))(Eigen::all, plan.coupling.modes)
+        .cast<long double>();
+  };
+  Generator all;
+  all.A = WideMatrix::Zero(2 * n + kImpulses, 2 * n + kImpulses);
+  all.A.topLeftCorner(2 * n, 2 * n) = modes.A;
+  all.A.block(2 * n, 0, 6, n) = resultant(Input::kDisplacement);
+  all.A.block(2 * n, n, 6, n) = resultant(Input::kVelocity);
+  all.A.block(2 * n + 6, 2 * n, 6, 6).setIdentity();
+  all.E = WideMatrix::Zero(2 * n + kImpulses, n);
+  all.E.topRows(2 * n) = modes.E;
+  all.E.middleRows(2 * n, 6) = resultant(Input::kLoad);
+  return all;
+}
+
+// X75: the linear load with impulse J and its integral JJ over a step, from rows of these
+WideMatrix linear_loads(const WideMatrix& impulses, long double h) {
+  const WideMatrix mean = impulses.topRows(6) / h, weighted = 2.0L / (h * h) * impulses.bottomRows(6);
+  WideMatrix loads(2 * 6, impulses.cols());
+  loads << 3.0L * weighted - 2.0L * mean, 4.0L * mean - 3.0L * weighted;
+  return loads;
+}
+
+// columns from rows of doubles, each column padded to stride
+Array to_columns(const WideMatrix& rows, Eigen::Index stride) {
+  Array columns(static_cast<std::size_t>(rows.cols() * stride), 0.0);
+  Eigen::Map<Eigen::MatrixXd>(columns.data(), stride, rows.cols()).topRows(rows.rows()) = rows.cast<double>();
+  return columns;
 }
 
 // X75: columns of the exact propagator, from coordinates in which q and q_dot have one size
 void set_exact(Plan& plan) {
-  const Generator system = generator_of(plan);
-  const Eigen::Index n = system.E.rows();
+  Generator system = generator_of(plan);
+  const Eigen::Index n = system.E.cols();
   const long double h = plan.period;
+  const bool has_feedback = !plan.feedbacks.empty();
+  if (has_feedback) system = with_impulses(plan, system);
   Eigen::Matrix<long double, Eigen::Dynamic, 1> size =
-      Eigen::Matrix<long double, Eigen::Dynamic, 1>::Ones(2 * n);
+      Eigen::Matrix<long double, Eigen::Dynamic, 1>::Ones(system.A.rows());
   for (Eigen::Index k = 0; k < n; ++k)
     size[k] = std::max<long double>(
         plan.omega[static_cast<std::size_t>(plan.coupling.modes[static_cast<std::size_t>(k)])], 1.0L / h);
+  if (has_feedback) {
+    // impulses act on nothing: made small, they do not change how often the series is doubled
+    const WideMatrix rate =
+        h * system.A.middleRows(2 * n, 6).leftCols(2 * n) * size.head(2 * n).cwiseInverse().asDiagonal();
+    const long double largest = rate.cwiseAbs().maxCoeff();
+    size.segment(2 * n, 6).setConstant(largest > 0.0L ? kSmallImpulse / largest : 1.0L);
+    size.tail(6) = kSmallImpulse / h * size.segment(2 * n, 6);
+  }
   const WideMatrix z = h * (size.asDiagonal() * system.A * size.cwiseInverse().asDiagonal());
   const Phi phi = phi_functions(z);
   const auto unscaled = [&](const WideMatrix& matrix) -> WideMatrix {
     return size.cwiseInverse().asDiagonal() * matrix;
   };
-  WideMatrix columns(2 * n, 4 * n);
-  columns << unscaled(phi.phi0 * size.asDiagonal()), unscaled(h * phi.phi1.rightCols(n) * system.E),
-      unscaled(h * phi.phi2.rightCols(n) * system.E);
-  const Eigen::Index stride = (2 * n + kLanes - 1) / kLanes * kLanes;
-  plan.coupling.columns.assign(static_cast<std::size_t>(4 * n * stride), 0.0);
-  Eigen::Map<Eigen::MatrixXd>(plan.coupling.columns.data(), stride, 4 * n).topRows(2 * n) =
-      columns.cast<double>();
+  const WideMatrix input = h * size.asDiagonal() * system.E;
+  WideMatrix columns(system.A.rows(), 4 * n);
+  columns << unscaled(phi.phi0.leftCols(2 * n) * size.head(2 * n).asDiagonal()), unscaled(phi.phi1 * input),
+      unscaled(phi.phi2 * input);
+  plan.coupling.columns = to_columns(columns.topRows(2 * n), (2 * n + kLanes - 1) / kLanes * kLanes);
+  if (has_feedback)
+    plan.coupling.load_columns =
+        to_columns(linear_loads(columns.bottomRows(kImpulses), h), PlanCoupling::kLoadRows);
+}
+
+// tau phi_1(tau W U), rows of U' and W   (X76)
+Eigen::MatrixXd wide_weight(const Eigen::MatrixXd& out, const Eigen::MatrixXd& by_q_dot, double tau) {
+  const WideMatrix loop = tau * (by_q_dot * out.transpose()).cast<long double>();
+  return (tau * phi_functions(loop).phi1).cast<double>();
+}
+
+// the same in double precision, which splitting leaves ample; through the modes where they are fewer:
+// phi_1(W U) = 1 + W phi_2(U W) U
+Eigen::MatrixXd weight_of_many(const Eigen::MatrixXd& out, const Eigen::MatrixXd& by_q_dot, double tau) {
+  if (out.rows() <= out.cols())
+    return tau * phi_functions<Eigen::MatrixXd>(tau * by_q_dot * out.transpose()).phi1;
+  const Eigen::MatrixXd phi2 = phi_functions<Eigen::MatrixXd>(tau * out.transpose() * by_q_dot).phi2;
+  Eigen::MatrixXd weight = tau * tau * (by_q_dot * phi2) * out.transpose();
+  weight.diagonal().array() += tau;
+  return weight;
 }
 
 // X76: q_dot += U tau phi_1(tau W U) (W q_dot + W_q q), tau half a period, U = [R' B'] / M, W = [-R; F_v]
@@ -194,9 +271,9 @@ void set_split(Plan& plan) {
   out << R / plan.mass, B / plan.mass;
   by_q_dot << -R, feedback_rows(plan, Input::kVelocity);
   by_q << Eigen::MatrixXd::Zero(R.rows(), plan.num_elastic), feedback_rows(plan, Input::kDisplacement);
-  const long double tau = 0.5L * plan.period;
-  const WideMatrix wide = tau * (by_q_dot * out.transpose()).cast<long double>();
-  const Eigen::MatrixXd weight = (tau * phi_functions(wide).phi1).cast<double>();
+  const double tau = 0.5 * plan.period;
+  const Eigen::MatrixXd weight =
+      num_kicks <= kMaxWideKicks ? wide_weight(out, by_q_dot, tau) : weight_of_many(out, by_q_dot, tau);
   coupling.num_kicks = static_cast<std::int32_t>(num_kicks);
   coupling.kick_q_dot_rows = to_rows(weight * by_q_dot, plan);
   coupling.kick_q_rows = to_rows(weight * by_q, plan);
@@ -244,20 +321,6 @@ void compile_coupling(const Scene& scene, const Structure& structure, Plan& plan
 void set_coupling_period(Plan& plan) {
   if (plan.coupling.path == PlanCoupling::Path::kExact) set_exact(plan);
   if (plan.coupling.path == PlanCoupling::Path::kSplit) set_split(plan);
-}
-
-void warn_of_growth(const Scene& scene, const Plan& plan, Faults& faults) {
-  if (plan.feedbacks.empty() || plan.coupling.path != PlanCoupling::Path::kExact) return;
-  const auto n = static_cast<Eigen::Index>(plan.coupling.modes.size());
-  const Eigen::Index stride = static_cast<Eigen::Index>(plan.coupling.columns.size()) / (4 * n);
-  const Eigen::MatrixXd once = Eigen::Map<const Eigen::MatrixXd>(plan.coupling.columns.data(), stride, 4 * n)
-                                   .topLeftCorner(2 * n, 2 * n);
-  const double largest = once.eigenvalues().cwiseAbs().maxCoeff();
-  if (largest <= 1.0 + kGrowth) return;
-  add_warning(faults, scene.feedbacks.front().origin,
-              join_text("the feedback drives a motion that grows by a factor of ",
-                        std::exp(std::log(largest) / plan.period),
-                        " a second; check the signs and sizes of its gains"));
 }
 
 }  // namespace freeflex

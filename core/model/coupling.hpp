@@ -11,14 +11,16 @@ namespace freeflex {
 inline constexpr int kMaxExactModes = 96;
 
 /// Fills plan.feedbacks and plan.coupling but for what depends on the period; dashpots that share the modes
-/// go into plan.decay. Errors: acceleration feedback that has no solution, or couples more than
-/// kMaxExactModes modes. \pre modes and points of the plan stand
+/// go into plan.decay   (THEORY X53, X65, X74-X76). Errors: acceleration feedback that has no solution, or
+/// couples more than kMaxExactModes modes. \pre modes and points of the plan stand
 void compile_coupling(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
-/// What of plan.coupling depends on the period.
+/// What of plan.coupling depends on the period   (THEORY X75, X76).
 void set_coupling_period(Plan& plan);
 
-/// Warns of feedback that drives a motion without end.  \pre set_coupling_period
-void warn_of_growth(const Scene& scene, const Plan& plan, Faults& faults);
+/// Feedback that drives a motion without end is a warning; an error where only the splitting of X76 does,
+/// because the rate is too low for a gain. From 256 modes on growth by less than some 1e-3 a tick may go
+/// unseen. \pre set_coupling_period
+void check_growth(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

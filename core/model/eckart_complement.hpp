@@ -20,10 +20,10 @@ class EckartComplement {
   EckartComplement(const std::vector<PointMass>& points, const MassProperties& properties,
                    const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& mechanisms);
 
-  /// Number of columns of H, 3N - rigid freedoms - constraints - mechanisms.
+  /// Number of columns of H, 3N - rigid freedoms - constraints - mechanisms   (THEORY X51).
   Eigen::Index dimension() const { return root_mass_.size() - num_before_; }
 
-  /// A M^-1/2 H   [rows' unit / sqrt(kg)] (num_rows x dimension)
+  /// A M^-1/2 H   (THEORY X52) [rows' unit / sqrt(kg)] (num_rows x dimension)
   Eigen::MatrixXd reduce(const Eigen::MatrixXd& rows) const;
   /// Norms of the same rows before anything is taken out of them: what their rounding goes with.
   Eigen::VectorXd sizes(const Eigen::MatrixXd& rows) const;
@@ -33,7 +33,8 @@ class EckartComplement {
   /// \return             [-] (3N x count)
   Eigen::MatrixXd shapes(const Eigen::MatrixXd& coordinates) const;
 
-  /// Mechanisms as unit elastic displacements, orthonormal in the mass metric   [-] (3N x count).
+  /// Mechanisms as unit elastic displacements, orthonormal in the mass metric   (THEORY 3.3, X50) [-] (3N x
+  /// count).
   Eigen::MatrixXd mechanism_shapes() const;
 
  private:

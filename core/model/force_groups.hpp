@@ -11,6 +11,7 @@ namespace freeflex {
 /// What the points span, rounding apart; masses take no part   (THEORY X42, X80).
 enum class ShapeClass { kPoint, kCollinear, kPlanar, kSpatial };
 
+/// What the points of a scene span   (THEORY X42, X80).
 ShapeClass shape_class(const std::vector<PointMass>& points, const MassProperties& properties);
 
 /// How unit elastic displacements are made: three explicit recipes, each for its shape, the formal one for
@@ -21,7 +22,7 @@ enum class Recipe { kCollinear, kPlanar, kSpatial, kFormal, kHouseholder, kModes
 const char* name_of(Recipe recipe);
 const char* name_of(ShapeClass shape);
 
-/// The explicit recipe of a shape; formal for one point, which has no group.
+/// The explicit recipe of a shape   (THEORY X81-X83); formal for one point, which has no group.
 Recipe recipe_of(ShapeClass shape);
 
 /// Groups f, one a column, sum f = 0 and sum r x f = 0   (THEORY 3.1, X81-X84): collinear 3N - 5, planar
@@ -38,19 +39,19 @@ Eigen::MatrixXd force_groups(Recipe recipe, const std::vector<PointMass>& points
 int window_size(Recipe recipe);
 
 /// How far points in succession are from one place, line or plane: volume of the box on the steps from each
-/// to the next over the product of their lengths [-] 0 to 1; 0 where two are in one place.
+/// to the next over the product of their lengths [-] 0 to 1; 0 where two are in one place   (THEORY X85).
 double window_spread(const MassProperties& properties, const std::vector<int>& window);
 
 /// Below this spread [-] points count as on one line, in one plane.
 inline constexpr double kFlatWindow = 1e-9;
 
-/// The points in succession with the least spread; empty when there are fewer than a window.
+/// The points in succession with the least spread   (THEORY X85); empty when there are fewer than a window.
 std::vector<int> flattest_window(Recipe recipe, const MassProperties& properties,
                                  const std::vector<int>& numbering);
 
 /// A numbering with few flat windows, none when one is found within a bounded number of tries: points sorted
 /// along axes, each inserted where its flattest window is least flat, then the same from seeded random
-/// orders. O(tries N^2).
+/// orders   (THEORY X85). O(tries N^2).
 std::vector<int> find_numbering(Recipe recipe, const MassProperties& properties);
 
 }  // namespace freeflex

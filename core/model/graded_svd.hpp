@@ -7,8 +7,8 @@
 namespace freeflex {
 
 /// Reorders rows by falling largest entry. Householder QR with column pivoting is then accurate row by row,
-/// so that a soft link keeps its digits beside a stiff one   (Cox and Higham 1998, stability of Householder
-/// QR). Returns where each row stood before.
+/// so that a soft link keeps its digits beside a stiff one   (THEORY X52; Cox and Higham 1998, stability of
+/// Householder QR). Returns where each row stood before.
 std::vector<int> sort_rows(Eigen::MatrixXd& matrix);
 
 struct GradedSvd {

@@ -23,21 +23,14 @@ Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 void check_torque(const Scene& scene, const Plan& plan, const Load& load, const WrenchLoad& wrench,
                   Faults& faults) {
   const PlanGroup& group = plan.groups[static_cast<std::size_t>(wrench.group)];
-  Eigen::Vector3d idle = Eigen::Vector3d::Zero();
-  if (group.torque_rank == 0) idle = wrench.torque;
   // about a line only a torque in body axes can be judged now; in world axes the part about the line turns
   // with the body
-  if (group.torque_rank == 2 && load.axes == Axes::kBody) {
-    const Eigen::Vector3d line(group.line[0], group.line[1], group.line[2]);
-    idle = line * line.dot(wrench.torque);
-  }
-  if (idle.norm() <= kIdleTorque * wrench.torque.norm()) return;
-  add_error(faults, load.origin,
-            join_text("load ", quoted(load.name, static_cast<int>(&load - scene.loads.data())), ": group ",
-                      quoted(group.name, wrench.group), " cannot take ", idle.norm(),
-                      " N m of the torque: its points lie ",
-                      group.torque_rank == 0 ? "in one place" : "on a line and it is about that line",
-                      "; put points beside them into the group or leave that torque out"));
+  if (group.torque_rank == 2 && load.axes != Axes::kBody) return;
+  const std::string idle = idle_torque(group, to_array(wrench.torque));
+  if (!idle.empty())
+    add_error(
+        faults, load.origin,
+        join_text("load ", quoted(load.name, static_cast<int>(&load - scene.loads.data())), ": ", idle));
 }
 
 // X13: what the amplitude is made of
@@ -79,6 +72,19 @@ std::vector<PlanFollower> followers(const Load& load, const Structure& structure
 }
 
 }  // namespace
+
+std::string idle_torque(const PlanGroup& group, const Vec3& torque_B) {
+  const Eigen::Vector3d torque(torque_B[0], torque_B[1], torque_B[2]),
+      line(group.line[0], group.line[1], group.line[2]);
+  Eigen::Vector3d idle = Eigen::Vector3d::Zero();
+  if (group.torque_rank == 0) idle = torque;
+  if (group.torque_rank == 2) idle = line * line.dot(torque);
+  if (idle.stableNorm() <= kIdleTorque * torque.stableNorm()) return "";
+  return join_text("group '", group.name, "' cannot take ", idle.stableNorm(),
+                   " N m of the torque: its points lie ",
+                   group.torque_rank == 0 ? "in one place" : "on a line and it is about that line",
+                   "; put points beside them into the group or leave that torque out");
+}
 
 void compile_histories(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   for (const Load& load : scene.loads) {

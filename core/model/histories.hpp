@@ -10,10 +10,15 @@ namespace freeflex {
 /// \pre points, groups and rows of the plan stand
 void compile_histories(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
-/// Ticks at which a pulse starts and ends, each edge rounded to the nearest tick.
+/// Why a group cannot take a torque in body axes [N m], none about the line of its points and none on one
+/// place (THEORY X12); empty when it can.
+std::string idle_torque(const PlanGroup& group, const Vec3& torque_B);
+
+/// Ticks at which a pulse starts and ends, each edge rounded to the nearest tick   (THEORY X13).
 void set_history_ticks(PlanHistory& history, double period);
 
-/// Warns of what ticks do to loads: pulses whose edges are moved, sines and tables that are faster than ticks.
+/// Warns of what ticks do to loads: pulses whose edges are moved, sines and tables that are faster than ticks
+/// (THEORY X13).
 void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

@@ -251,10 +251,19 @@ double direction_rounding(const Scene& scene) {
   double shortest = std::numeric_limits<double>::infinity();
   for (const Link& link : scene.links) {
     if (std::holds_alternative<MatrixLink>(link.kind)) continue;
-    for (std::size_t k = 1; k < link.points.size(); ++k)
-      shortest = std::min(shortest, (scene.points[static_cast<std::size_t>(link.points[k])].position -
-                                     scene.points[static_cast<std::size_t>(link.points[k - 1])].position)
-                                        .stableNorm());
+    const auto length = [&](std::size_t from, std::size_t to) {
+      return (scene.points[static_cast<std::size_t>(link.points[to])].position -
+              scene.points[static_cast<std::size_t>(link.points[from])].position)
+          .stableNorm();
+    };
+    // a rigid body has the directions of its size; points of it may be in one place
+    if (std::holds_alternative<Rigid>(link.kind) && link.points.size() > 2) {
+      double size = 0.0;
+      for (std::size_t k = 1; k < link.points.size(); ++k) size = std::max(size, length(0, k));
+      shortest = std::min(shortest, size);
+    } else {
+      for (std::size_t k = 1; k < link.points.size(); ++k) shortest = std::min(shortest, length(k - 1, k));
+    }
   }
   return kEpsilon * std::max(1.0, largest / shortest);
 }

@@ -50,7 +50,7 @@ class Freedoms {
 /// Rest vector from a link's first point to its second [m].
 Eigen::Vector3d span_of(const Scene& scene, const Link& link);
 
-/// Axial stiffness of a spring, k, or bar, EA / L   [N/m].  \pre the link is one of these
+/// Axial stiffness of a spring, k, or bar, EA / L   (THEORY X44) [N/m].  \pre the link is one of these
 double axial_stiffness(const Scene& scene, const Link& link);
 
 /// Axial deformation between a link's two points   (THEORY X44).
@@ -82,21 +82,26 @@ DeformationRows plate_rows(const Scene& scene, const Link& link, const Freedoms&
 /// \return (6 x num_rows of plate_rows)
 Eigen::MatrixXd plate_resultants(const Scene& scene, const Link& link);
 
+/// [-] of the largest entry: entries of a matrix link across the diagonal may differ by this, and count as
+/// their mean. Matrices travel as decimal text: tables with seven digits pass   (THEORY X46).
+inline constexpr double kSymmetryTolerance = 1e-6;
+
 /// Rows of a matrix link from its own matrix, freed of rigid motion and of its null space   (THEORY X46,
 /// X63). Errors: size, symmetry, rigid motion, eigenvalues that are negative or, of a flexibility, zero.
 /// \param accuracy  raised to the relative accuracy of the link's lowest eigenvalue that was kept
 DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index, double& accuracy,
                             Faults& faults);
 
-/// Rigid motions of some points alone, orthonormal columns: six, five on a line, three in one place [-] (3K
-/// x 3..6).
+/// Rigid motions of some points alone, orthonormal columns: six, five on a line, three in one place
+/// (THEORY X43, X46) [-] (3K x 3..6).
 Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points);
 
 /// Displacements that a rigid link or body forbids, unit rows: 1 for two points, 3K - 6 for a body (3K - 5 on
 /// a line)   (THEORY X64).
 DeformationRows rigid_rows(const Scene& scene, const Link& link);
 
-/// True for a rigid link of three or more points that are not on a line: what is joined to it turns with it.
+/// True for a rigid link of three or more points that are not on a line: what is joined to it turns with it
+/// (THEORY X64).
 bool is_rigid_body(const Scene& scene, const Link& link);
 
 /// Mean rotation of some points per displacement, J^-1 sum d_k x V_k, none about a line   (THEORY X14 with
@@ -131,9 +136,11 @@ inline const DeformationRow& natural_row(const LinkFactor& factor, RowRange rang
   return factor.natural[static_cast<std::size_t>(range.first) + static_cast<std::size_t>(k)];
 }
 
-/// Relative error of the directions in unit rows: one rounding of a coordinate over the shortest link.
+/// Relative error of the directions in unit rows: one rounding of a coordinate over the shortest link (THEORY
+/// X50).
 double direction_rounding(const Scene& scene);
 
+/// Every link of a scene in factor form   (THEORY X44-X47, X60-X65).
 /// \param with_recovery  fill LinkFactor::recovery, which forces of links with rotations need
 LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults);
 

@@ -119,6 +119,13 @@ void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& st
       force.rows = elastic_forces(scene, factor, index) * b;
       if (link.viscous > 0.0) force.rate_rows = link.viscous * force.rows;
     }
+    // Rayleigh's stiffness part is a dashpot beside every spring: forces of stiffness and what rigid links
+    // hold of them
+    if (scene.damping.beta > 0.0 && !force.rows.isZero(0.0)) {
+      if (force.rate_rows.rows() == 0)
+        force.rate_rows = Eigen::MatrixXd::Zero(force.rows.rows(), force.rows.cols());
+      force.rate_rows += scene.damping.beta * force.rows;
+    }
     structure.link_forces.push_back(std::move(force));
   }
 }

@@ -12,9 +12,6 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// [-] relative to the largest entry. Matrices travel as decimal text: tables with seven digits pass.
-constexpr double kSymmetryTolerance = 1e-6;
-
 // [-] |K u| over |K| |u| for a rigid motion u. Coordinates and matrices are often written with seven digits
 // (single precision), which leaves residuals of some 1e-7; a link to ground leaves its whole share, far above
 // this.

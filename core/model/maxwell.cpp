@@ -3,6 +3,7 @@
 #include <Eigen/Cholesky>
 #include <Eigen/QR>
 #include <algorithm>
+#include <cmath>
 #include <set>
 
 #include "core/model/faults.hpp"
@@ -12,7 +13,8 @@ namespace {
 
 constexpr int kNamesInReason = 8;
 
-// [-] a stretch of a rigid link by less, beside what its ends move, is rounding
+// [-] a stretch of a rigid link by less, beside the most that displacements with sum m b.b = M can stretch
+// it, is rounding
 constexpr double kRigidRounding = 1e-9;
 
 // e = natural rows times sqrt(D), over displacements and rotations; its transpose maps t = s / sqrt(D) to
@@ -54,12 +56,15 @@ Eigen::MatrixXd least_energy(const Eigen::MatrixXd& balance, const Eigen::Matrix
 // names of the rigid links whose constraints b does not keep
 std::string stretched_links(const Scene& scene, const LinkFactor& factor, const Eigen::MatrixXd& shapes) {
   std::set<int> links;
-  for (Eigen::Index row = 0; row < factor.constraints.rows(); ++row) {
-    const Eigen::RowVectorXd stretch = (factor.constraints.row(row) * shapes).cwiseAbs();
-    const Eigen::RowVectorXd size = factor.constraints.row(row).cwiseAbs() * shapes.cwiseAbs();
-    if ((stretch.array() > kRigidRounding * size.array()).any())
+  if (shapes.cols() == 0) return "";
+  Eigen::VectorXd mass(shapes.rows());
+  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = scene.points[static_cast<std::size_t>(i / 3)].mass;
+  const Eigen::MatrixXd weighted = factor.constraints * mass.cwiseSqrt().cwiseInverse().asDiagonal();
+  const Eigen::VectorXd reach = std::sqrt(mass.sum() / 3.0) * weighted.rowwise().norm();
+  const Eigen::VectorXd stretch = (factor.constraints * shapes).cwiseAbs().rowwise().maxCoeff();
+  for (Eigen::Index row = 0; row < factor.constraints.rows(); ++row)
+    if (stretch[row] > kRigidRounding * reach[row])
       links.insert(factor.constraint_link[static_cast<std::size_t>(row)]);
-  }
   std::string names;
   for (const int link : links)
     names += (names.empty() ? "" : ", ") + quoted(scene.links[static_cast<std::size_t>(link)].name, link);

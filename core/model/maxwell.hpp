@@ -36,7 +36,7 @@ struct Maxwell {
 };
 
 /// Coefficients of unit displacements b, which need not be complete. delta is absent when a mechanism takes
-/// part, c when a rigid link would be stretched.
+/// part, c when a rigid link would be stretched   (THEORY X88-X90).
 /// \param shapes  [-] (3N x n) free of rigid motion
 Maxwell find_maxwell(const Scene& scene, const Structure& structure, const LinkFactor& factor,
                      const Eigen::MatrixXd& shapes);

@@ -85,8 +85,8 @@ void fields(Archive& archive, T& f) {
 
 template <typename Archive, Is<PlanCoupling> T>
 void fields(Archive& archive, T& c) {
-  all_of(archive, c.path, c.damping_rows, c.num_damping, c.modes, c.columns, c.num_kicks, c.kick_q_rows,
-         c.kick_q_dot_rows, c.kick_out);
+  all_of(archive, c.path, c.damping_rows, c.num_damping, c.modes, c.columns, c.load_columns, c.num_kicks,
+         c.kick_q_rows, c.kick_q_dot_rows, c.kick_out);
 }
 
 template <typename Archive, Is<PlanBar> T>

@@ -175,8 +175,12 @@ void PlanCheck::check_points() {
   require_rows(plan_.field_rows, has_field ? 6 : 0, "the rows of fields");
   for (const auto& mechanism : plan_.mechanisms)
     require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that is not there");
-  require(plan_.mechanisms.size() <= static_cast<std::size_t>(plan_.num_elastic),
-          "more mechanisms than modes");
+  // mechanisms are the modes of frequency zero, which come first
+  const auto *first = plan_.omega.data(), *last = first + plan_.num_elastic;
+  const auto num_zero = static_cast<std::size_t>(std::count(first, last, 0.0));
+  require(plan_.mechanisms.size() == num_zero, "there are not as many mechanisms as modes of frequency zero");
+  require(std::all_of(first, first + num_zero, [](double omega) { return omega == 0.0; }),
+          "a mode of frequency zero does not come before the others");
 }
 
 void PlanCheck::check_links() {
@@ -299,6 +303,12 @@ void PlanCheck::check_coupling() {
   const std::size_t stride = (2 * num_modes + kLanes - 1) / kLanes * kLanes;
   require(coupling.columns.size() == 4 * num_modes * stride && are_finite(coupling.columns),
           "the propagator of the coupled modes does not have their size or is not finite");
+  require(
+      coupling.load_columns.size() ==
+              (plan_.feedbacks.empty() ? 0
+                                       : 4 * num_modes * static_cast<std::size_t>(PlanCoupling::kLoadRows)) &&
+          are_finite(coupling.load_columns),
+      "the loads of feedback over a step do not have the size of the coupled modes or are not finite");
 }
 
 void PlanCheck::check_initial() {

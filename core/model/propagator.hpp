@@ -5,8 +5,8 @@
 
 namespace freeflex {
 
-/// Fills mode `index` of `propagator` for q'' + 2 decay q' + omega^2 q = Q / mass over `period`,
-/// in extended precision from the exact doubles. omega >= 0, decay >= 0, period > 0, mass > 0.
+/// Fills mode `index` of `propagator`   (THEORY X10) for q'' + 2 decay q' + omega^2 q = Q / mass over
+/// `period`, in extended precision from the exact doubles. omega >= 0, decay >= 0, period > 0, mass > 0.
 void set_mode(Propagator& propagator, int index, double omega, double decay, double period, double mass);
 
 /// Lanes to undamped ones, of which the step reads a sixth less.  \pre no mode has decay

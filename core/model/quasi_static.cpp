@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "core/model/faults.hpp"
+#include "core/model/histories.hpp"
 #include "core/step/field.hpp"
 #include "core/step/frame.hpp"
 #include "core/step/loads.hpp"
@@ -28,6 +29,22 @@ std::string explain_mechanism(const Plan& plan, std::size_t mode) {
                    " and which nothing resists: there is no steady state; add links, or a load that leaves it alone");
 }
 
+// all that can be read out of a steady state
+bool is_finite(const Plan& plan, const State& state) {
+  const auto are_finite = [](const auto& values) {
+    return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+  };
+  if (!are_finite(state.q) || !are_finite(state.force_W) || !are_finite(state.moment_B)) return false;
+  for (const std::int32_t point : plan.published_points)
+    if (!are_finite(read_point(plan, state, point).V_B)) return false;
+  for (std::size_t k = 0; k < plan.link_outputs.size(); ++k) {
+    std::vector<double> values(static_cast<std::size_t>(plan.link_outputs[k].num_rows));
+    read_link(plan, state, static_cast<int>(k), values);
+    if (!are_finite(values)) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std::string& error) {
@@ -35,6 +52,10 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
   if (spins && !plan.has_spin_load) {
     error = "the scene leaves out the load of the spin; give it fidelity: spin-loaded";
     return std::nullopt;
+  }
+  for (const Wrench& wrench : load.wrenches) {
+    error = idle_torque(plan.groups[static_cast<std::size_t>(wrench.group)], wrench.torque);
+    if (!error.empty()) return std::nullopt;
   }
   State state = make_state(plan);
   state.p_WB = state.v_WB = {};
@@ -63,6 +84,10 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
       error = explain_mechanism(plan, mode);
       return std::nullopt;
     }
+  }
+  if (!is_finite(plan, state)) {
+    error = "the answer is not finite: the load is too large for this structure; check its units";
+    return std::nullopt;
   }
   return state;
 }

@@ -8,6 +8,7 @@
 
 #include "core/model/check_scene.hpp"
 #include "core/model/eckart_complement.hpp"
+#include "core/model/extremes.hpp"
 #include "core/model/faults.hpp"
 #include "core/model/graded_svd.hpp"
 #include "core/model/link_factor.hpp"
@@ -29,6 +30,16 @@ bool are_sound(const std::vector<PointMass>& points) {
   return !points.empty() && std::all_of(points.begin(), points.end(), [](const PointMass& point) {
     return std::isfinite(point.mass) && point.mass > 0.0 && point.position.allFinite();
   });
+}
+
+bool has_rigid_links(const Scene& scene) {
+  return std::any_of(scene.links.begin(), scene.links.end(),
+                     [](const Link& link) { return std::holds_alternative<Rigid>(link.kind); });
+}
+
+int num_elastic(const Scene& scene, const MassProperties& properties, Eigen::Index num_constraints) {
+  return 3 * static_cast<int>(scene.points.size()) - properties.rigid_freedoms -
+         static_cast<int>(num_constraints);
 }
 
 // matrices are judged while they are factored; with other errors about, judge those that can be
@@ -157,7 +168,7 @@ MassProperties check_physics(const Scene& scene, Faults& faults) {
   MassProperties properties;
   if (are_sound(scene.points)) {
     properties = find_mass_properties(scene.points, faults);
-    check_modes(scene, 3 * static_cast<int>(scene.points.size()) - properties.rigid_freedoms, faults);
+    if (!has_rigid_links(scene)) check_modes(scene, num_elastic(scene, properties, 0), faults);
   }
   if (has_error(faults)) check_matrices(scene, faults);
   return properties;
@@ -171,6 +182,10 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
 
   const LinkFactor factor = factor_links(scene, needs_rotations(scene), faults);
   if (has_error(faults)) return std::nullopt;
+  // how many modes rigid links leave is known only now
+  if (has_rigid_links(scene))
+    check_modes(scene, num_elastic(scene, structure.mass_properties, factor.constraints.rows()), faults);
+  if (has_error(faults)) return std::nullopt;
 
   // what rigid links hold is no mechanism
   Eigen::MatrixXd held(factor.unit_rows.rows() + factor.constraints.rows(), factor.unit_rows.cols());
@@ -183,9 +198,7 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
                                     mechanisms.motions);
   find_modes(factor, complement, structure);
   if (!structure.omega.allFinite() || !structure.shapes.allFinite()) {
-    add_error(
-        faults, {},
-        "the frequencies are not finite: masses or stiffnesses are too large or too small; use SI units");
+    add_overflow(scene, "the frequencies are not finite", faults);
     return std::nullopt;
   }
   structure.structural_ratio = structural_ratio(scene, factor, structure);

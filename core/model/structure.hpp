@@ -63,8 +63,8 @@ struct Structure {
 /// error.
 MassProperties check_physics(const Scene& scene, Faults& faults);
 
-/// Checks the physics of a scene and computes its structure. Faults are appended; nullopt on an error.
-/// Cost: O(rows n^2) with a dense factor; see tests/bench for times.
+/// Checks the physics of a scene and computes its structure   (THEORY X41-X67). Faults are appended; nullopt
+/// on an error. Cost: O(rows n^2) with a dense factor; see tests/bench for times.
 std::optional<Structure> build_structure(const Scene& scene, Faults& faults);
 
 /// Neighbouring modes whose frequencies agree: their shapes are one choice among many.

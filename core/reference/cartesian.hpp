@@ -77,7 +77,7 @@ void add_load(const CartesianLoad& load, double scale, const Eigen::Matrix3d& R_
 /// Times in (0, end) where a load or its slope jumps: pulse edges and table rows, ascending.
 std::vector<double> discontinuities(const CartesianSystem& system, double end);
 
-/// World positions [m] and velocities [m/s] (3 x N).
+/// World positions [m] and velocities [m/s] (3 x N)   (THEORY X30).
 struct CartesianState {
   double time = 0.0;  // [s]
   Eigen::Matrix3Xd p_W, v_W;

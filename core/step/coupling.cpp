@@ -44,8 +44,13 @@ void add(const DependentLoad& dependent, RigidLoad& load) noexcept {
   load.torque_B = freeflex::add(load.torque_B, dependent.torque_B);
 }
 
-DependentLoad mean(const DependentLoad& a, const DependentLoad& b) noexcept {
-  return {scale(0.5, freeflex::add(a.force_B, b.force_B)), scale(0.5, freeflex::add(a.torque_B, b.torque_B))};
+void add(const DependentStep& dependent, StepLoads& loads) noexcept {
+  const DependentLoad &start = dependent.start, &end = dependent.end;
+  add(start, loads.start);
+  add({scale(0.5, freeflex::add(start.force_B, end.force_B)),
+       scale(0.5, freeflex::add(start.torque_B, end.torque_B))},
+      loads.later->middle);
+  add(end, loads.later->end);
 }
 
 DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept {
@@ -76,6 +81,26 @@ DependentLoad feed_back(const Plan& plan, const double* q, const double* q_dot, 
   return sum;
 }
 
+DependentStep feed_back_over_step(const Plan& plan, const double* q, const double* q_dot, const double* Q0,
+                                  const double* Q1) noexcept {
+  const PlanCoupling& coupling = plan.coupling;
+  if (coupling.load_columns.empty()) return {};
+  alignas(64) std::array<double, PlanCoupling::kLoadRows> sum{};
+  const double* column = coupling.load_columns.data();
+  const auto add_columns = [&](const auto& value_of) {
+    for (const std::int32_t mode : coupling.modes) {
+      combine_one(column, value_of(index(mode)), true, sum.size(), sum.data());
+      column += sum.size();
+    }
+  };
+  add_columns([&](std::size_t l) { return q[l]; });
+  add_columns([&](std::size_t l) { return q_dot[l]; });
+  add_columns([&](std::size_t l) { return Q0[l]; });
+  add_columns([&](std::size_t l) { return Q1[l] - Q0[l]; });
+  return {{{sum[0], sum[1], sum[2]}, {sum[3], sum[4], sum[5]}},
+          {{sum[6], sum[7], sum[8]}, {sum[9], sum[10], sum[11]}}};
+}
+
 void add_coupling_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
                          double* Q) noexcept {
   const std::size_t n = index(plan.num_padded);
@@ -93,8 +118,8 @@ void add_coupling_forces(const Plan& plan, const double* q, const double* q_dot,
   }
 }
 
-void kick(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
-          double* q_dot_out) noexcept {
+DependentLoad kick(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
+                   double* q_dot_out) noexcept {
   const PlanCoupling& coupling = plan.coupling;
   const std::size_t n = index(plan.num_padded), num_kicks = index(coupling.num_kicks);
   // all rates are those before the kick
@@ -104,6 +129,15 @@ void kick(const Plan& plan, const double* q, const double* q_dot, Array& scratch
   if (q_dot_out != q_dot) std::copy_n(q_dot, n, q_dot_out);
   for (std::size_t k = 0; k < num_kicks; ++k)
     combine_one(coupling.kick_out.data() + k * n, scratch[k], true, n, q_dot_out);
+  DependentLoad load;
+  const double* impulse = scratch.data() + coupling.num_damping;
+  for (const PlanFeedback& feedback : plan.feedbacks) {
+    const Vec3 force = scale(2.0 / plan.period, {impulse[0], impulse[1], impulse[2]});
+    load.force_B = freeflex::add(load.force_B, force);
+    load.torque_B = freeflex::add(load.torque_B, cross(feedback.r, force));
+    impulse += 3;
+  }
+  return load;
 }
 
 bool advance_coupled(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,

@@ -17,22 +17,35 @@ struct DependentLoad {
   Vec3 torque_B{};  // [N m] about the centre of mass
 };
 void add(const DependentLoad& dependent, RigidLoad& load) noexcept;
-DependentLoad mean(const DependentLoad& a, const DependentLoad& b) noexcept;
+
+/// Such loads over one step, linear in time.
+struct DependentStep {
+  DependentLoad start, end;
+};
+/// Adds them to the loads over a step.  \pre loads.later
+void add(const DependentStep& dependent, StepLoads& loads) noexcept;
 
 /// What followers add to the same forces in body axes, amplitude * theta(q) x f; generalized forces go to Q
 /// (X73).
 DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept;
 
-/// Forces of feedback; their generalized forces are in the propagator   (X74).
+/// Forces of feedback at an instant; their generalized forces are in the propagator   (X74).
 /// \param Q  [N] (num_padded) external generalized forces, followers among them
 DependentLoad feed_back(const Plan& plan, const double* q, const double* q_dot, const double* Q) noexcept;
+
+/// What feedback does to the body over a step from q, q_dot under Q0 to Q1: exact impulse and first moment,
+/// however fast the force changes   (X75). Nothing unless the path is kExact.
+DependentStep feed_back_over_step(const Plan& plan, const double* q, const double* q_dot, const double* Q0,
+                                  const double* Q1) noexcept;
 
 /// Adds the generalized forces of dashpots and feedback, for accelerations and rigid links that are read out.
 void add_coupling_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
                          double* Q) noexcept;
 
-/// q_dot_out = q_dot + half a kick of dashpots and feedback   (X76); the two may be one.
-void kick(const Plan& plan, const double* q, const double* q_dot, Array& scratch, double* q_dot_out) noexcept;
+/// q_dot_out = q_dot + half a kick of dashpots and feedback   (X76); the two may be one. Returns the force of
+/// feedback that has the kick's impulse in half a step.
+DependentLoad kick(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
+                   double* q_dot_out) noexcept;
 
 /// Coupled modes one period later, over what the propagator of single modes left for them   (X75). True when
 /// finite.

@@ -17,7 +17,7 @@ struct RigidLoad {
   Vec3 force_B{};   // [N] fixed in body axes
   Vec3 torque_B{};  // [N m]
 };
-/// Adds amplitude times a pattern.
+/// Adds amplitude times a pattern   (THEORY X11, X13).
 void add_pattern(const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept;
 
 /// Resultant [N] in world axes and moment about the centre of mass [N m] in body axes.
@@ -52,7 +52,7 @@ void translate(const Plan& plan, const Vec3& mean_force, const Vec3& weighted_fo
 /// Mean and weighted force by Simpson's rule from those at the start, middle and end.
 void translate(const Plan& plan, const Vec3& start, const Vec3& middle, const Vec3& end, Frame& frame) noexcept;
 
-/// The frame one period later. R_WB is the rotation matrix of from.q_WB.
+/// The frame one period later   (THEORY X6-X9). R_WB is the rotation matrix of from.q_WB.
 Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept;
 
 }  // namespace freeflex

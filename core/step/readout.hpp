@@ -31,10 +31,10 @@ struct GroupPose {
 /// Pose of a group from its points (all with rows), first order in V (THEORY X14).
 GroupPose read_group(const Plan& plan, const State& state, int group) noexcept;
 
-/// Forces of one published link into out (num_rows of plan.link_outputs[output]).
+/// Forces of one published link into out (num_rows of plan.link_outputs[output])   (THEORY X48, X49, X67).
 void read_link(const Plan& plan, const State& state, int output, std::span<double> out) noexcept;
 
-/// Conserved quantities and residuals.
+/// Conserved quantities and residuals   (THEORY 2.2, 4.4, 5.5).
 struct Invariants {
   double kinetic_rigid = 0.0;          // [J] (THEORY 4.4)
   double kinetic_elastic = 0.0;        // [J]

@@ -70,12 +70,13 @@ struct Result {
   Frame frame;
   Vec3 force_W;   // [N] at the end
   Vec3 moment_B;  // [N m] at the end
+  DependentLoad kick;  // of feedback over the second half, when modes are split
   bool is_finite;
 };
 
 /// Every mode one period on, from the state into the workspace, under the workspace's loads.
-bool advance_elastic(const Plan& plan, const State& state, const Array& Q_start,
-                     Workspace& workspace) noexcept {
+bool advance_elastic(const Plan& plan, const State& state, const Array& Q_start, Workspace& workspace,
+                     DependentLoad& last_kick) noexcept {
   const ModalState from{state.q.data(), state.q_low.data(), state.q_dot.data(), state.q_dot_low.data()};
   const ModalResult to{workspace.next_q.data(), workspace.next_q_low.data(), workspace.next_q_dot.data(),
                        workspace.next_q_dot_low.data()};
@@ -90,8 +91,17 @@ bool advance_elastic(const Plan& plan, const State& state, const Array& Q_start,
   kick(plan, from.q, from.q_dot, workspace.scratch, workspace.kicked.data());
   const bool is_finite = advance_modes(
       plan.propagator, n, {from.q, from.q_low, workspace.kicked.data(), from.q_dot_low}, Q0, Q1, to);
-  kick(plan, to.q, to.q_dot, workspace.scratch, to.q_dot);
+  last_kick = kick(plan, to.q, to.q_dot, workspace.scratch, to.q_dot);
   return is_finite;
+}
+
+/// Resultant and moment at the end, for accelerations.
+void set_read_out(const Plan& plan, const Mat3& R_WB, const RigidLoad& load, Result& result) noexcept {
+  result.force_W = resultant_W(load, R_WB);
+  result.moment_B = moment_B(load, R_WB);
+  if (plan.attractor_mu == 0.0) return;
+  const Vec3 rho = multiply_transposed(R_WB, sub(result.frame.p_WB, plan.attractor_W));
+  result.moment_B = add(result.moment_B, gradient_torque(plan, rho));
 }
 
 /// Frame, then loads at the end, then modes.
@@ -101,48 +111,52 @@ Result advance_once(const External& external, const State& state, const Array& Q
   Result result;
   result.frame = advance_frame(plan, frame_of(state), R_start, loads);
   const Mat3 R_WB = rotation_matrix(result.frame.q_WB);
-  result.force_W = resultant_W(loads.end(), R_WB);
-  result.moment_B = moment_B(loads.end(), R_WB);
-  if (plan.attractor_mu > 0.0)
-    result.moment_B =
-        add(result.moment_B,
-            gradient_torque(plan, multiply_transposed(R_WB, sub(result.frame.p_WB, plan.attractor_W))));
+  set_read_out(plan, R_WB, loads.end(), result);
   external.generalized(Moment::kEnd, result.frame, R_WB, workspace.Q_left);
   if (q_of_followers != nullptr) follow(plan, q_of_followers, external.tick, true, workspace.Q_left.data());
-  result.is_finite = advance_elastic(plan, state, Q_start, workspace) && is_finite(result.frame);
+  result.is_finite = advance_elastic(plan, state, Q_start, workspace, result.kick) && is_finite(result.frame);
   return result;
 }
 
-/// The step when forces on the body follow the elastic motion: once with those of the start, then with those
-/// that this first end gives   (THEORY X73, X74).
+/// The step when forces on the body follow the elastic motion: once with what is known at the start, then
+/// with what this first end gives   (THEORY X73, X74).
 Result advance_dependent(const External& external, const State& state, const Mat3& R_start,
                          Workspace& workspace) noexcept {
   const Plan& plan = external.plan;
-  StepLoads loads = external.rigid();
-  if (!loads.later) loads.later.emplace(StepLoads::Later{loads.start, loads.start});
-  const StepLoads fixed = loads;
-  DependentLoad start = follow(plan, state.q.data(), external.tick, false, workspace.Q_right.data());
-  const auto add_all = [](DependentLoad& sum, const DependentLoad& more) {
-    sum.force_B = add(sum.force_B, more.force_B);
-    sum.torque_B = add(sum.torque_B, more.torque_B);
+  const double *q = state.q.data(), *q_dot = state.q_dot.data();
+  const bool is_split = plan.coupling.path == PlanCoupling::Path::kSplit;
+  StepLoads fixed = external.rigid();
+  if (!fixed.later) fixed.later.emplace(StepLoads::Later{fixed.start, fixed.start});
+  const auto with = [&](const DependentStep& followers, const DependentStep& feedback) {
+    StepLoads loads = fixed;
+    add(followers, loads);
+    add(feedback, loads);
+    return loads;
   };
-  add_all(start, feed_back(plan, state.q.data(), state.q_dot.data(), workspace.Q_right.data()));
-  for (RigidLoad* load : {&loads.start, &loads.later->middle, &loads.later->end}) add(start, *load);
-  const Result first =
-      advance_once(external, state, workspace.Q_right, R_start, loads, state.q.data(), workspace);
+  const double* const Q_start = workspace.Q_right.data();
+  const DependentLoad turned = follow(plan, q, external.tick, false, workspace.Q_right.data());
+  DependentLoad kicked;
+  if (is_split) kicked = kick(plan, q, q_dot, workspace.scratch, workspace.kicked.data());
+  const StepLoads guess =
+      with({turned, turned},
+           is_split ? DependentStep{kicked, kicked} : feed_back_over_step(plan, q, q_dot, Q_start, Q_start));
+  const Result first = advance_once(external, state, workspace.Q_right, R_start, guess, q, workspace);
   if (!first.is_finite) return first;
 
-  // loads at the end, of the motion found; generalized forces of followers go into the second pass
-  DependentLoad end =
-      feed_back(plan, workspace.next_q.data(), workspace.next_q_dot.data(), workspace.Q_left.data());
+  const DependentStep feedback = is_split
+                                     ? DependentStep{kicked, first.kick}
+                                     : feed_back_over_step(plan, q, q_dot, Q_start, workspace.Q_left.data());
   std::copy(workspace.next_q.begin(), workspace.next_q.end(), workspace.predicted_q.begin());
-  add_all(end, follow(plan, workspace.predicted_q.data(), external.tick, true, workspace.Q_left.data()));
-  loads.later->middle = fixed.later->middle;
-  loads.later->end = fixed.later->end;
-  add(mean(start, end), loads.later->middle);
-  add(end, loads.later->end);
-  return advance_once(external, state, workspace.Q_right, R_start, loads, workspace.predicted_q.data(),
-                      workspace);
+  const DependentLoad end =
+      follow(plan, workspace.predicted_q.data(), external.tick, true, workspace.Q_left.data());
+  Result result = advance_once(external, state, workspace.Q_right, R_start, with({turned, end}, feedback),
+                               workspace.predicted_q.data(), workspace);
+  // the load to read out is that of the instant
+  RigidLoad load = fixed.end();
+  add(end, load);
+  add(feed_back(plan, workspace.next_q.data(), workspace.next_q_dot.data(), workspace.Q_left.data()), load);
+  set_read_out(plan, rotation_matrix(result.frame.q_WB), load, result);
+  return result;
 }
 
 /// The rungs below the coupled ones: the body first, the modes beside it.

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/model/link_factor.hpp"
 #include "service/io/scene_tables.hpp"
 
 namespace freeflex::io::reader {
@@ -206,14 +207,14 @@ class MatrixReader {
         at = &entry;
       }
     }
-    constexpr double kTolerance = 1e-9;  // [-] of the largest entry: nine digits printed
-    if (worst <= kTolerance * largest) return;
+    if (worst <= kSymmetryTolerance * largest) return;
     const Entry* mirror = find(at->column, at->row);
-    fail({source_, at->line, 1},
-         "the " + noun() + " matrix is not symmetric: row " + std::to_string(at->row + 1) + ", column " +
-             std::to_string(at->column + 1) + " is " + format_number(at->value) + ", its mirror " +
-             format_number(mirror ? mirror->value : 0.0) +
-             "; they may differ by 1e-9 of the largest entry: correct one, or write their mean in both");
+    fail({source_, at->line, 1}, "the " + noun() + " matrix is not symmetric: row " +
+                                     std::to_string(at->row + 1) + ", column " +
+                                     std::to_string(at->column + 1) + " is " + format_number(at->value) +
+                                     ", its mirror " + format_number(mirror ? mirror->value : 0.0) +
+                                     "; they may differ by " + format_number(kSymmetryTolerance) +
+                                     " of the largest entry: correct one, or write their mean in both");
   }
 
   void assemble(Eigen::SparseMatrix<double>& matrix) const {

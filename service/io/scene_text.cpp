@@ -175,6 +175,8 @@ bool is_in_range(double value, Bound bound) {
       return value > 0.0;
     case Bound::kPoissonRatio:
       return value > -1.0 && value < 0.5;
+    case Bound::kTickRate:
+      return value >= 1e-3 && value <= 1e6;
   }
   return false;
 }
@@ -241,6 +243,7 @@ std::string describe(const Quantity& quantity) {
   if (quantity.bound == Bound::kPositive) text += " > 0";
   if (quantity.bound == Bound::kNonNegative) text += " >= 0";
   if (quantity.bound == Bound::kPoissonRatio) text += " > -1 and < 0.5";
+  if (quantity.bound == Bound::kTickRate) text += " from 0.001 to 1000000";
   if (quantity.unit != "-") text += " [" + std::string(quantity.unit) + "]";
   return text;
 }

@@ -9,7 +9,7 @@
 
 namespace freeflex::io::reader {
 
-enum class Bound { kAny, kNonNegative, kPositive, kPoissonRatio };
+enum class Bound { kAny, kNonNegative, kPositive, kPoissonRatio, kTickRate };
 
 /// What a number stands for: its SI unit ("-" for none) and its range.
 struct Quantity {

@@ -134,6 +134,26 @@ const std::vector<BadScene>& bad_scenes() {
        [](Scene& s) {
          s.damping.mode_ratios = {{19, 0.1}};
        }},
+      // a rigid pair takes one of the 18
+      {"damping names elastic mode 18, there are 17",
+       [](Scene& s) {
+         s.links[0].kind = Rigid{};
+         s.damping.mode_ratios = {{17, 0.1}, {18, 0.1}};
+       }},
+      {"initial state names elastic mode 18, there are 17",
+       [](Scene& s) {
+         s.links[0].kind = Rigid{};
+         s.initial.modes.push_back({17, 1.0, 0.0});
+         s.initial.modes.push_back({18, 1.0, 0.0});
+       }},
+      {"initial state names elastic mode 1, there are 0",
+       [](Scene& s) {
+         s = Scene{};
+         add_point(s, 1.0, {0.0, 0.0, 0.0});
+         add_point(s, 1.0, {1.0, 0.0, 0.0});
+         add_link(s, 0, 1, Rigid{});
+         s.initial.modes.push_back({1, 1.0, 0.0});
+       }},
       {"damping: mode 2 is given twice",
        [](Scene& s) {
          s.damping.mode_ratios = {{2, 0.1}, {2, 0.2}};
@@ -149,6 +169,20 @@ const std::vector<BadScene>& bad_scenes() {
          s.initial.points.push_back({8, Eigen::Vector3d::Zero(), Eigen::Vector3d::Zero()});
        }},
       {"gravity is not finite", [](Scene& s) { s.gravity.z() = kNaN; }},
+      {"the attractor is on the centre of mass at the start",
+       [](Scene& s) {
+         s.attractor.mu = 100.0;
+         s.initial.position = {5.0, 0.0, 0.0};
+         Eigen::Vector3d centre = Eigen::Vector3d::Zero();
+         for (const PointMass& p : s.points) centre += p.position / static_cast<double>(s.points.size());
+         for (PointMass& p : s.points) p.mass = 1.0;
+         s.attractor.position = s.initial.position + centre;
+       }},
+      {"its pull is no finite number",
+       [](Scene& s) {
+         s.attractor.mu = 100.0;
+         s.attractor.position = {1e300, 0.0, 0.0};
+       }},
       {"rate is 0 Hz", [](Scene& s) { s.rate = 0.0; }},
       {"force limit is -1 N", [](Scene& s) { s.force_limit = -1.0; }},
       {"has no force and no wrench",
@@ -182,7 +216,7 @@ const std::vector<BadScene>& bad_scenes() {
       {"publication names link index 99", [](Scene& s) { s.publication.links = {99}; }},
       {"publication: state rate is -1 Hz", [](Scene& s) { s.publication.state_rate = -1.0; }},
       {"the list of pushable points names point index 8", [](Scene& s) { s.pushable = {8}; }},
-      {"more than 3700 elastic freedoms",
+      {"this is point 1236 of 1300; at most 1235 are taken, rigid or not: 3 N - 6 is at most 3700",
        [](Scene& s) {
          while (s.points.size() < 1300)
            add_point(s, 1.0, {1.0 * static_cast<double>(s.points.size()), 0.0, 0.0});
@@ -197,6 +231,62 @@ TEST(Faults, EachIsFoundAndSaysWhatIsWrong) {
     bad.spoil(scene);
     const Faults faults = faults_of(scene);
     EXPECT_TRUE(has_words(faults, bad.words)) << bad.words << "\nfound:\n" << all_words(faults);
+  }
+}
+
+// X72 is a series in size over distance: 1 of 5 here
+TEST(Faults, AnAttractorNearTheBodyIsAWarning) {
+  Scene scene;
+  add_point(scene, 1.0, {-1.0, 0.0, 0.0});
+  add_point(scene, 1.0, {1.0, 0.0, 0.0});
+  add_link(scene, 0, 1, Spring{10.0});
+  scene.attractor.mu = 1.0;
+  for (const auto& [distance, is_near] : {std::pair{5.0, true}, {0.5, true}, {20.0, false}}) {
+    scene.attractor.position = {0.0, distance, 0.0};
+    const Faults faults = faults_of(scene);
+    EXPECT_FALSE(has_error(faults));
+    EXPECT_EQ(all_words(faults).find("hold far from the body") != std::string::npos, is_near) << distance;
+    EXPECT_EQ(all_words(faults).find("wrong by some 20 % here") != std::string::npos, distance == 5.0);
+  }
+}
+
+struct Overflow {
+  const char* words;
+  std::function<void(Scene&)> spoil;
+  int line;
+};
+
+// what overflows is said at the value that makes it, though it shows in frequencies or propagators only
+TEST(Faults, OverflowIsSaidAtTheMostExtremeValue) {
+  const std::vector<Overflow> overflows{
+      {"link 's3': stiffness of 1e+308 N/m: ", [](Scene& s) { s.links[3].kind = Spring{1e308}; }, 40},
+      {"EA of 1e+308 N: the frequencies are not finite", [](Scene& s) { beam(s).EA = 1e308; }, 41},
+      {"damping of 1e+300 N s/m: the compiled plan is not usable",
+       [](Scene& s) { s.links[3].kind = Dashpot{1e300}; }, 40},
+      {"link 's3': viscous of 1e+308 s: ", [](Scene& s) { s.links[3].viscous = 1e308; }, 40},
+      {"link 's3': loss_factor of 1e+308: ", [](Scene& s) { s.links[3].loss_factor = 1e308; }, 40},
+      {"damping: beta of 1e+308 s: ", [](Scene& s) { s.damping.beta = 1e308; }, 42},
+      {"feedback 'f': velocity gain of 1e+300 N s/m: ",
+       [](Scene& s) {
+         s.feedbacks.push_back({"f", 0, 0, {}, {}, {}, {0, 43, 1}});
+         s.feedbacks[0].displacement_gain.setZero();
+         s.feedbacks[0].velocity_gain = 1e300 * Eigen::Matrix3d::Identity();
+         s.feedbacks[0].acceleration_gain.setZero();
+       },
+       43},
+  };
+  for (const Overflow& overflow : overflows) {
+    Scene scene = sound_scene();
+    // a coordinate that a program left instead of zero does no harm and takes no blame
+    scene.points[0].position.x() += 1e-320;
+    scene.links[3].origin.line = 40;
+    scene.links[scene.links.size() - 2].origin.line = 41;
+    scene.damping.origin.line = 42;
+    overflow.spoil(scene);
+    const Faults faults = faults_of(scene);
+    EXPECT_TRUE(has_words(faults, overflow.words)) << overflow.words << "\nfound:\n" << all_words(faults);
+    ASSERT_FALSE(faults.empty());
+    EXPECT_EQ(faults.back().origin.line, overflow.line) << overflow.words;
   }
 }
 

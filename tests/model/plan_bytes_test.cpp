@@ -149,6 +149,22 @@ TEST(PlanBytes, AnyFlippedBitIsFoundByTheChecksum) {
   }
 }
 
+// rich_plan's loose point leaves mechanisms: modes of frequency zero, the first ones, one for each that is named
+TEST(PlanBytes, AModeOfFrequencyZeroThatIsNoMechanismIsRefused) {
+  const Plan plan = rich_plan();
+  const std::size_t num = plan.mechanisms.size();
+  ASSERT_GT(num, 0U);
+  EXPECT_EQ(find_inconsistency(plan), "");
+  Plan none = plan, fewer = plan, more = plan, later = plan;
+  none.mechanisms.clear();
+  fewer.mechanisms.pop_back();
+  more.mechanisms.push_back({0});
+  std::swap(later.omega[0], later.omega[num]);
+  for (const Plan* bad : {&none, &fewer, &more})
+    EXPECT_EQ(find_inconsistency(*bad), "there are not as many mechanisms as modes of frequency zero");
+  EXPECT_EQ(find_inconsistency(later), "a mode of frequency zero does not come before the others");
+}
+
 // Mutations whose checksum agrees: refused with a text, or harmless to run. Sanitizers watch the reads.
 TEST(PlanBytes, SealedMutationsAreRefusedOrHarmless) {
   const std::vector<std::byte> bytes = plan_to_bytes(rich_plan());

@@ -76,6 +76,35 @@ TEST(RigidLinks, RigidStructureHasNoElasticCoordinateAndRuns) {
   EXPECT_EQ(find_inconsistency(plan), "");
 }
 
+// 1 kg and 2 kg in one place of a rigid body are 3 kg there, in whatever order the body names its points
+TEST(RigidBodies, MayHoldPointsInOnePlaceInAnyOrder) {
+  const auto with = [](const std::vector<double>& masses_at_corner, const std::vector<int>& body) {
+    Scene scene;
+    for (const Eigen::Vector3d& at : {Eigen::Vector3d(1.0, 0.1, 0.0), Eigen::Vector3d(0.2, 1.0, 0.3)})
+      add_point(scene, 1.5, at);
+    add_point(scene, 2.0, {0.3, 0.4, 1.0});
+    add_point(scene, 0.7, {-0.5, 0.6, 0.8});
+    for (const double mass : masses_at_corner) add_point(scene, mass, {0.0, 0.0, 0.0});
+    add_rigid(scene, body, "body");
+    for (const auto& [i, j] : {std::pair{0, 2}, {1, 2}, {4, 2}, {0, 3}, {1, 3}, {4, 3}, {2, 3}})
+      add_link(scene, i, j, Spring{1e3 + 10.0 * i});
+    return scene;
+  };
+  const Structure whole = build(with({3.0}, {0, 1, 4}));
+  ASSERT_EQ(whole.omega.size(), 3 * 5 - 6 - 3);
+  for (const std::vector<int>& body :
+       {std::vector<int>{4, 5, 0, 1}, {4, 0, 5, 1}, {0, 4, 1, 5}, {5, 4, 1, 0}}) {
+    const Structure split = build(with({1.0, 2.0}, body));
+    ASSERT_EQ(split.omega.size(), whole.omega.size());
+    // a few roundings
+    EXPECT_LT(((split.omega - whole.omega).array() / whole.omega.array()).abs().maxCoeff(), 1e-13);
+  }
+  Faults faults;
+  EXPECT_FALSE(build_structure(with({1.0, 2.0, 4.0}, {4, 5, 6}), faults));
+  EXPECT_NE(faults[0].message.find("link 'body': all its points are in one place"), std::string::npos)
+      << faults[0].message;
+}
+
 TEST(RigidLinks, RedundancyIsFoundAndNamed) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});

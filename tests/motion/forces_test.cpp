@@ -163,6 +163,41 @@ TEST(LinkForces, BalanceTheLoadsAndTheAccelerationsOfEveryPoint) {
   }
 }
 
+// Rayleigh's stiffness part is carried by the links: beams and what rigid links hold among them
+TEST(LinkForces, BalanceWithRayleighDampingToo) {
+  Scene scene = every_kind();
+  scene.damping.beta = 2e-3;
+  scene.initial.points.push_back({3, {1e-5, -2e-5, 1e-5}, {1e-3, 0.0, -1e-3}});
+  Load load;
+  load.name = "push";
+  load.axes = Axes::kBody;
+  load.forces = {{8, {3.0, -2.0, 5.0}}, {0, {-1.0, 4.0, 2.0}}};
+  scene.loads.push_back(load);
+  Simulation simulation(scene);
+  const Eigen::Matrix3Xd strain = straining_part(scene, simulation.plan, load.forces);
+  for (const int ticks : {1, 5, 50}) {
+    simulation.run(ticks);
+    const Eigen::Matrix3Xd links = forces_on_points(scene, simulation);
+    expect_balance("damped", strain + links - elastic_inertia(simulation), links.colwise().norm().maxCoeff());
+  }
+}
+
+// k (d + beta d') of one spring, d = 0 and d' = 2e-3 m/s at the start: 100 N/m x 0.05 s x 2e-3 m/s
+TEST(LinkForces, OfADampedSpringAtRestLengthAreThoseOfItsRate) {
+  Scene scene;
+  add_point(scene, 1.0, {0.0, 0.0, 0.0});
+  add_point(scene, 1.0, {1.0, 0.0, 0.0});
+  add(scene, {0, 1}, Spring{100.0});
+  publish_everything(scene);
+  scene.initial.points = {{0, Eigen::Vector3d::Zero(), {-1e-3, 0.0, 0.0}},
+                          {1, Eigen::Vector3d::Zero(), {1e-3, 0.0, 0.0}}};
+  scene.damping.beta = 0.05;
+  EXPECT_NEAR(Simulation(scene).link_forces()[0], 0.01, 1e-17);
+  scene.damping.beta = 0.02;
+  scene.links[0].viscous = 0.03;
+  EXPECT_NEAR(Simulation(scene).link_forces()[0], 0.01, 1e-17);
+}
+
 TEST(LinkForces, BalanceASteadyLoad) {
   const Scene scene = every_kind();
   Simulation simulation(scene);

@@ -219,7 +219,7 @@ INSTANTIATE_TEST_SUITE_P(
             {{"scene.yaml", kFlexibilityScene},
              {"F.mtx", "%%MatrixMarket matrix coordinate real general\n6 6 3\n1 1 2\n4 1 1\n1 4 1.5\n"}},
             {"F.mtx:4:1: error: the flexibility matrix is not symmetric: row 4, column 1 is 1, its mirror "
-             "1.5; they may differ by 1e-9 of the largest entry: correct one, or write their mean in both"}},
+             "1.5; they may differ by 1e-06 of the largest entry: correct one, or write their mean in both"}},
         BadScene{"MissingFile",
                  {{"scene.yaml", kFlexibilityScene}},
                  {"scene.yaml:5:31: error: cannot read 'F.mtx': No such file or directory"}},

@@ -84,7 +84,7 @@ INSTANTIATE_TEST_SUITE_P(
                    "4 4 5\n"}},
                  {"K.mtx:5:1: error: the stiffness matrix is not symmetric: row 4, column 1 is -4, its "
                   "mirror -5; they "
-                  "may differ by 1e-9 of the largest entry: correct one, or write their mean in both"}},
+                  "may differ by 1e-06 of the largest entry: correct one, or write their mean in both"}},
         BadScene{"EntryOfTwoWords",
                  {{"scene.yaml", kMatrixScene},
                   {"K.mtx", kMatrixHeader + "6 6 1\n"

@@ -99,16 +99,35 @@ TEST_F(Limits, ListsThatNameTooMuchAreRefused) {
   folder_.write("points.csv", csv);
   std::string text = "points: {csv: points.csv}\nlinks:\n";
   for (int i = 0; i < 40; ++i) text += "  - {spring: [1..8192], stiffness: 1}\n";
+  const std::string too_many_points =
+      "points.csv:1237:1: error: this is point 1236 of 8192; at most 1235 are taken, rigid or not: 3 N - 6 "
+      "is at "
+      "most 3700, the elastic freedoms that one state message of 60 kB can carry; join points, or leave some "
+      "out";
   EXPECT_EQ(read_text(text),
             Messages{"scene.yaml:35:5: error: more than 262144 links; the rest is not read"});
   text = "points: {csv: points.csv}\nlinks:\n";
   for (int i = 0; i < 1100; ++i) text += "  - {rigid: all}\n";
   EXPECT_EQ(read_text(text),
-            Messages{"scene.yaml:1026:13: error: the scene's lists name more than 8388608 items; "
-                     "it is not read further"});
+            (Messages{"scene.yaml:1026:13: error: the scene's lists name more than 8388608 items; "
+                      "it is not read further",
+                      too_many_points}));
   text = "points: {csv: points.csv}\ngroups:\n";
   for (int i = 0; i < 1024; ++i) text += "  g" + std::to_string(i) + ": all\n";
-  EXPECT_EQ(read_text(text + "loads: [{forces: {'1': [0, 0, 1]}}]\n").size(), 1u);
+  EXPECT_EQ(read_text(text + "loads: [{forces: {'1': [0, 0, 1]}}]\n").size(), 2u);
+}
+
+// 3 x 1236 - 6 = 3702; a body that is rigid throughout is no exception
+TEST_F(Limits, PointsThatAStateMessageCannotCarryAreRefusedAtTheFirstOfThem) {
+  std::string csv = "mass,x,y,z\n";
+  for (int i = 0; i < 1236; ++i) csv += "1," + std::to_string(i) + "," + std::to_string(i % 7) + ",0\n";
+  folder_.write("points.csv", csv);
+  folder_.write("scene.yaml", "points: {csv: points.csv}\nlinks: {rigid: all}\n");
+  const io::PlanResult result = io::load_plan("scene.yaml");
+  EXPECT_FALSE(result.plan);
+  ASSERT_EQ(result.faults.size(), 1u);
+  EXPECT_EQ(io::format_fault(result.faults[0], result.sources, false).substr(0, 86),
+            "points.csv:1237:1: error: this is point 1236 of 1236; at most 1235 are taken, rigid or");
 }
 
 TEST_F(Limits, FaultsAreListedUpToAThousand) {

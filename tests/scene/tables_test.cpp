@@ -143,6 +143,27 @@ TEST_F(MatrixMarket, RoundedGeneralMatrixIsAveraged) {
   EXPECT_DOUBLE_EQ(matrix(0, 3), -0.9999999998);
 }
 
+// 9e-7 of the largest entry, as tables of seven digits differ, are averaged; 1.1e-6 are refused by the same
+// measure
+TEST_F(MatrixMarket, AsymmetryOfSevenDigitsPassesTheReaderAndTheSetUp) {
+  const auto load = [&](const std::string& entry) {
+    folder_.write("K.mtx", "%%MatrixMarket matrix coordinate real general\n6 6 4\n1 1 1\n4 1 " + entry +
+                               "\n1 4 -1\n4 4 1\n");
+    folder_.write("scene.yaml",
+                  "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
+                  "links: {matrix: K.mtx, points: [a, b]}\n");
+    return io::load_plan("scene.yaml");
+  };
+  const io::PlanResult taken = load("-0.9999991");
+  ASSERT_TRUE(taken.plan);
+  EXPECT_NEAR(taken.plan->omega[0], std::sqrt(2.0), 1e-6);
+  const io::PlanResult refused = load("-0.9999989");
+  EXPECT_FALSE(refused.plan);
+  ASSERT_EQ(refused.faults.size(), 1u);
+  EXPECT_NE(refused.faults[0].message.find("may differ by 1e-06 of the largest entry"), std::string::npos)
+      << refused.faults[0].message;
+}
+
 TEST_F(MatrixMarket, FlexibilityIsReadLikeStiffness) {
   folder_.write("F.mtx",
                 "%%MatrixMarket matrix coordinate real symmetric\n% [m/N]\n6 6 2\n1 1 2e-6\n4 1 -1e-6\n");

@@ -13,7 +13,8 @@ namespace {
 using Json = nlohmann::json;
 
 TEST(CommandLine, HelpOfEveryCommandShowsAnExampleAndExitCodes) {
-  for (const char* command : {"check", "modes", "compile", "run", "push", "monitor", "replay"}) {
+  for (const char* command :
+       {"check", "modes", "inspect", "loads", "compile", "run", "push", "monitor", "replay"}) {
     const Outcome outcome = run(kFreeflex + " " + command + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
     EXPECT_TRUE(contains(outcome.out, std::string("freeflex ") + command)) << outcome.out;
@@ -124,6 +125,30 @@ TEST(CommandLine, NothingIsWrittenOverWhatIsRead) {
     EXPECT_EQ(outcome.exit_code, 2) << arguments << outcome.err;
     EXPECT_EQ(read_text(folder / "a.yaml"), scene);
   }
+}
+
+// a line of two points takes no torque about itself, one point takes none, and 1e308 N has no finite answer
+TEST(Loads, ThatHaveNoAnswerAreExitTwoInWords) {
+  const TemporaryFolder folder;
+  write_text(folder / "a.yaml",
+             "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 3, at: [2, 0, 0]}\n"
+             "  - {name: c, mass: 1, at: [3, 1, 0]}\n  - {name: d, mass: 1, at: [3, 0, 1]}\n"
+             "links:\n  - {spring: [a, b, c, d, a, c], stiffness: 10}\n  - {spring: [b, d], stiffness: 10}\n"
+             "groups: {l: [a, b], p: [c], body: [a..d]}\n");
+  const std::vector<std::pair<std::string, std::string>> refused{
+      {"--wrench l=0,0,0,5,0,0",
+       "group 'l' cannot take 5 N m of the torque: its points lie on a line and it is about that line"},
+      {"--wrench l=0,0,0,5,1,0", "group 'l' cannot take 5 N m of the torque"},
+      {"--wrench p=0,0,0,0,0,7", "group 'p' cannot take 7 N m of the torque: its points lie in one place"},
+      {"--force a=1e308,0,0", "the answer is not finite: the load is too large"}};
+  for (const auto& [arguments, words] : refused) {
+    const Outcome outcome = run(kFreeflex + " loads " + folder / "a.yaml" + " " + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_TRUE(outcome.out.empty()) << outcome.out;
+    EXPECT_TRUE(contains(outcome.err, words)) << outcome.err;
+  }
+  for (const char* taken : {"--wrench l=0,0,0,0,5,0", "--wrench p=1,0,0,0,0,0", "--wrench body=0,0,0,5,0,0"})
+    EXPECT_EQ(run(kFreeflex + " loads " + folder / "a.yaml" + " " + taken).exit_code, 0) << taken;
 }
 
 TEST(Check, APlanIsCheckedToo) {

@@ -129,6 +129,15 @@ TEST_F(Run, AStateThatIsNotFiniteNamesCauseAndRemedy) {
   EXPECT_FALSE(std::filesystem::exists(folder_ / "a.log"));
 }
 
+// the pair's masses and spring, driven by 1e4 N s/m: loads are not to blame
+TEST_F(Run, AStateThatIsNotFiniteBlamesTheFeedbackWhereThereIsOne) {
+  const Outcome outcome = run_scene(
+      pair("initial: {modes: {1: {q: 1e-3}}}\nfeedback: {at: a, velocity: 1e4}\n"), "--until 1 --out a.log");
+  EXPECT_EQ(outcome.exit_code, 1);
+  EXPECT_TRUE(contains(outcome.err, "the feedback drives a motion without end, or loads")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "signs and sizes of gains")) << outcome.err;
+}
+
 TEST_F(Run, NoTwoColumnsHaveOneName) {
   const Outcome outcome = run_scene(
       "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: a.x, mass: 1, at: [1, 0, 0]}\n"

@@ -1,0 +1,151 @@
+#include "core/model/extremes.hpp"
+
+#include <cmath>
+
+#include "core/model/faults.hpp"
+
+namespace freeflex {
+namespace {
+
+class Search {
+ public:
+  explicit Search(const Scene& scene) : scene_(scene) {}
+
+  Extreme find() {
+    const auto of = [](const char* noun, const auto& items, std::size_t k) {
+      return join_text(noun, " ", quoted(items[k].name, static_cast<int>(k)));
+    };
+    for (std::size_t k = 0; k < scene_.points.size(); ++k) {
+      const PointMass& point = scene_.points[k];
+      look_at(point.origin, of("point", scene_.points, k));
+      take("mass", point.mass, "kg");
+      take_large("position", point.position, "m");
+    }
+    for (std::size_t k = 0; k < scene_.links.size(); ++k) {
+      look_at(scene_.links[k].origin, of("link", scene_.links, k));
+      take_link(scene_.links[k]);
+    }
+    for (std::size_t k = 0; k < scene_.loads.size(); ++k) {
+      look_at(scene_.loads[k].origin, of("load", scene_.loads, k));
+      take_load(scene_.loads[k]);
+    }
+    for (std::size_t k = 0; k < scene_.feedbacks.size(); ++k) {
+      const Feedback& feedback = scene_.feedbacks[k];
+      look_at(feedback.origin, of("feedback", scene_.feedbacks, k));
+      take_large("displacement gain", feedback.displacement_gain, "N/m");
+      take_large("velocity gain", feedback.velocity_gain, "N s/m");
+      take_large("acceleration gain", feedback.acceleration_gain, "N s^2/m");
+    }
+    take_rest();
+    return std::move(extreme_);
+  }
+
+ private:
+  void look_at(const Origin& origin, std::string who) {
+    origin_ = origin;
+    who_ = std::move(who);
+  }
+  void take(const char* what, double value, const char* unit) {
+    if (value == 0.0) return;
+    const double size = std::abs(std::log(std::abs(value)));
+    if (size <= size_ && !extreme_.what.empty()) return;
+    size_ = size;
+    extreme_ = {origin_, join_text(who_, ": ", what, " of ", value, *unit != 0 ? " " : "", unit)};
+  }
+  // where small values do no harm
+  void take_large(const char* what, double value, const char* unit) {
+    if (std::abs(value) > 1.0) take(what, value, unit);
+  }
+  template <typename Derived>
+  void take_large(const char* what, const Eigen::DenseBase<Derived>& values, const char* unit) {
+    for (const double value : values.reshaped()) take_large(what, value, unit);
+  }
+  void take_link(const Link& link);
+  void take_load(const Load& load);
+  void take_rest();
+
+  const Scene& scene_;
+  Origin origin_;
+  std::string who_;
+  double size_ = 0.0;
+  Extreme extreme_;
+};
+
+void Search::take_link(const Link& link) {
+  take_large("viscous", link.viscous, "s");
+  take_large("loss_factor", link.loss_factor, "");
+  if (const auto* spring = std::get_if<Spring>(&link.kind)) take("stiffness", spring->stiffness, "N/m");
+  if (const auto* bar = std::get_if<Bar>(&link.kind)) take("EA", bar->EA, "N");
+  if (const auto* bending = std::get_if<BendingSpring>(&link.kind))
+    take("stiffness", bending->stiffness, "N m/rad");
+  if (const auto* torsion = std::get_if<TorsionSpring>(&link.kind))
+    take("stiffness", torsion->stiffness, "N m/rad");
+  if (const auto* dashpot = std::get_if<Dashpot>(&link.kind))
+    take_large("damping", dashpot->damping, "N s/m");
+  if (const auto* beam = std::get_if<Beam>(&link.kind)) {
+    take("EA", beam->EA, "N");
+    take("GJ", beam->GJ, "N m^2");
+    take("EI_y", beam->EI_y, "N m^2");
+    take("EI_z", beam->EI_z, "N m^2");
+    take("GA_y", beam->GA_y, "N");
+    take("GA_z", beam->GA_z, "N");
+  }
+  if (const auto* plate = std::get_if<Plate>(&link.kind)) {
+    take("E", plate->E, "Pa");
+    take("thickness", plate->thickness, "m");
+  }
+  if (const auto* matrix = std::get_if<MatrixLink>(&link.kind))
+    take_large("an entry",
+               Eigen::Map<const Eigen::VectorXd>(matrix->matrix.valuePtr(), matrix->matrix.nonZeros()),
+               matrix->is_flexibility ? "m/N" : "N/m");
+}
+
+void Search::take_load(const Load& load) {
+  for (const PointLoad& each : load.forces) take_large("force", each.force, "N");
+  for (const WrenchLoad& each : load.wrenches) {
+    take_large("force", each.force, "N");
+    take_large("torque", each.torque, "N m");
+  }
+  if (const auto* sine = std::get_if<SineHistory>(&load.history)) take("frequency", sine->frequency, "Hz");
+  if (const auto* table = std::get_if<TableHistory>(&load.history))
+    for (const double value : table->values) take_large("value", value, "");
+}
+
+void Search::take_rest() {
+  const Damping& damping = scene_.damping;
+  look_at(damping.origin, "damping");
+  take_large("ratio", damping.modal_ratio, "");
+  for (const auto& [mode, ratio] : damping.mode_ratios) take_large("ratio", ratio, "");
+  take_large("alpha", damping.alpha, "1/s");
+  take_large("beta", damping.beta, "s");
+  look_at(scene_.attractor.origin, "attractor");
+  take_large("mu", scene_.attractor.mu, "m^3/s^2");
+  take_large("position", scene_.attractor.position, "m");
+  const Initial& initial = scene_.initial;
+  look_at(initial.origin, "initial");
+  take_large("position", initial.position, "m");
+  take_large("velocity", initial.velocity, "m/s");
+  take_large("angular velocity", initial.angular_velocity, "rad/s");
+  for (const auto& each : initial.points) {
+    take_large("displacement", each.displacement, "m");
+    take_large("velocity", each.velocity, "m/s");
+  }
+  for (const auto& each : initial.modes) {
+    take_large("q", each.q, "m");
+    take_large("q_dot", each.q_dot, "m/s");
+  }
+}
+
+}  // namespace
+
+Extreme most_extreme(const Scene& scene) { return Search(scene).find(); }
+
+void add_overflow(const Scene& scene, const std::string& problem, Faults& faults) {
+  const Extreme extreme = most_extreme(scene);
+  add_error(faults, extreme.origin,
+            join_text(extreme.what, ": ", problem,
+                      "; this is the most extreme value of the scene: values of one "
+                      "scene must be of sizes that fit each other, in SI units"));
+}
+
+}  // namespace freeflex

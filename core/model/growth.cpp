@@ -1,0 +1,211 @@
+// Does a step of coupled modes make any motion grow, and whose doing is that (THEORY X75, X76).
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/model/compile.hpp"
+#include "core/model/coupling.hpp"
+#include "core/model/faults.hpp"
+
+namespace freeflex {
+namespace {
+
+// growth of an amplitude per tick above this is no rounding: of the exact step, and of the split one, which
+// mechanisms leave with double eigenvalues, good to the root of a rounding
+constexpr double kExactGrowth = 1e-9;
+constexpr double kSplitGrowth = 1e-7;
+
+// growth per tick that splitting may add: doubled after 70,000 ticks
+constexpr double kHarmless = 1e-5;
+
+// the eigenvalues of this many modes take some seconds
+constexpr Eigen::Index kMaxEigenModes = 256;
+
+// [-] gain h / m or gain h^2 / m above which splitting is coarse
+constexpr double kCoarse = 0.1;
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// one step of split modes without loads, on columns (omega q, q_dot): half a kick, the modes, half a kick
+class SplitStep {
+ public:
+  explicit SplitStep(const Plan& plan) : n_(plan.num_elastic) {
+    const auto modal = [&](const Array& rows) -> Eigen::MatrixXd {
+      return Eigen::Map<const RowMatrix>(rows.data(), plan.coupling.num_kicks, plan.num_padded).leftCols(n_);
+    };
+    const Eigen::VectorXd size =
+        Eigen::Map<const Eigen::VectorXd>(plan.omega.data(), n_).cwiseMax(1.0 / plan.period);
+    by_q_ = modal(plan.coupling.kick_q_rows) * size.cwiseInverse().asDiagonal();
+    by_q_dot_ = modal(plan.coupling.kick_q_dot_rows);
+    out_ = modal(plan.coupling.kick_out);
+    for (auto* each : {&qq_, &qv_, &vq_, &vv_}) each->resize(n_);
+    for (Eigen::Index l = 0; l < n_; ++l) {
+      const Propagator::Lanes& p = plan.propagator.lanes[static_cast<std::size_t>(l) / kLanes];
+      const auto k = static_cast<std::size_t>(l) % kLanes;
+      qq_[l] = p.c_qq[k] + p.l_qq[k];
+      qv_[l] = (p.c_qv[k] + p.l_qv[k]) * size[l];
+      vq_[l] = (p.c_vq[k] + p.l_vq[k]) / size[l];
+      vv_[l] = p.c_vv[k] + p.l_vv[k];
+    }
+  }
+
+  Eigen::MatrixXd operator()(const Eigen::MatrixXd& from) const {
+    Eigen::MatrixXd q = from.topRows(n_), v = kicked(q, from.bottomRows(n_)), to(2 * n_, from.cols());
+    to.topRows(n_) = qq_.asDiagonal() * q + qv_.asDiagonal() * v;
+    to.bottomRows(n_) = kicked(to.topRows(n_), vq_.asDiagonal() * q + vv_.asDiagonal() * v);
+    return to;
+  }
+
+  Eigen::Index num_modes() const { return n_; }
+  double cost() const { return 16.0 * static_cast<double>(n_) * static_cast<double>(out_.rows() + 1); }
+
+ private:
+  Eigen::MatrixXd kicked(const Eigen::MatrixXd& q, const Eigen::MatrixXd& v) const {
+    return v + out_.transpose() * (by_q_ * q + by_q_dot_ * v);
+  }
+
+  Eigen::Index n_;
+  Eigen::MatrixXd by_q_, by_q_dot_, out_;
+  Eigen::VectorXd qq_, qv_, vq_, vv_;
+};
+
+// largest growth of an amplitude per tick, by stepping a random motion: 1 when it is below what that shows
+double stepped_growth(const SplitStep& step) {
+  constexpr double kBudget = 1e9;  // [flop]
+  const int num_steps = static_cast<int>(std::clamp(kBudget / step.cost(), 128.0, 20000.0));
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd y = Eigen::MatrixXd::NullaryExpr(2 * step.num_modes(), 1, [&] { return normal(engine); });
+  // mean logarithm of the size over the second quarter and the last, half of the steps apart
+  double log_size = 0.0, early = 0.0, late = 0.0;
+  const int quarter = num_steps / 4;
+  for (int k = 0; k < 4 * quarter; ++k) {
+    y = step(y);
+    const double size = y.norm();
+    if (!(size > 0.0) || !std::isfinite(size)) return size > 0.0 ? HUGE_VAL : 1.0;
+    y /= size;
+    log_size += std::log(size);
+    if (k / quarter == 1) early += log_size / quarter;
+    if (k / quarter == 3) late += log_size / quarter;
+  }
+  const double gained = late - early;
+  return gained > 1.0 ? std::exp(gained / (2 * quarter)) : 1.0;
+}
+
+double split_growth(const Plan& plan) {
+  const SplitStep step(plan);
+  const Eigen::Index n = step.num_modes();
+  if (n > kMaxEigenModes) return stepped_growth(step);
+  const Eigen::MatrixXd once = step(Eigen::MatrixXd::Identity(2 * n, 2 * n));
+  return once.allFinite() ? once.eigenvalues().cwiseAbs().maxCoeff() : HUGE_VAL;
+}
+
+double exact_growth(const Plan& plan) {
+  const auto n = static_cast<Eigen::Index>(plan.coupling.modes.size());
+  const Eigen::Index stride = static_cast<Eigen::Index>(plan.coupling.columns.size()) / (4 * n);
+  const Eigen::MatrixXd once = Eigen::Map<const Eigen::MatrixXd>(plan.coupling.columns.data(), stride, 4 * n)
+                                   .topLeftCorner(2 * n, 2 * n);
+  return once.allFinite() ? once.eigenvalues().cwiseAbs().maxCoeff() : HUGE_VAL;
+}
+
+// the feedback whose force changes most within a tick, and how much
+struct Stiffest {
+  const Feedback* feedback = nullptr;
+  std::string what;   // "feedback 'f': velocity gain of -5 N s/m on a point of 2 kg: gain h / m is 0.0025"
+  double size = 0.0;  // [-]
+};
+
+Stiffest find_stiffest(const Scene& scene, double period) {
+  Stiffest stiffest;
+  for (std::size_t k = 0; k < scene.feedbacks.size(); ++k) {
+    const Feedback& feedback = scene.feedbacks[k];
+    const double mass = scene.points[static_cast<std::size_t>(feedback.point)].mass;
+    const auto take = [&](const Eigen::Matrix3d& gain, const char* name, const char* share, double time) {
+      Eigen::Index row = 0, column = 0;
+      const double size = gain.cwiseAbs().maxCoeff(&row, &column) * time / mass;
+      if (stiffest.feedback != nullptr && !(size > stiffest.size)) return;
+      stiffest = {&feedback,
+                  join_text("feedback ", quoted(feedback.name, static_cast<int>(k)), ": ", name, " gain of ",
+                            gain(row, column), " on a point of ", mass, " kg: ", share, " is ", size),
+                  size};
+    };
+    take(feedback.displacement_gain, "displacement", "gain h^2 / m", period * period);
+    take(feedback.velocity_gain, "velocity", "gain h / m", period);
+  }
+  return stiffest;
+}
+
+void warn_of_drive(const Origin& origin, double growth, double period, Faults& faults) {
+  const double per_second = std::exp(std::log(growth) / period);
+  add_warning(faults, origin,
+              join_text("the feedback drives a motion that grows by a factor of ",
+                        std::isfinite(per_second) ? per_second : growth,
+                        std::isfinite(per_second) ? " a second" : " a tick",
+                        "; check the signs and sizes of its gains"));
+}
+
+// The lowest of the rates, doubled up to six times, at which splitting adds nothing to the growth that is the
+// feedback's own; the same rate when it adds nothing, 0 when none will do.
+double sufficient_rate(const Plan& plan, double growth) {
+  constexpr int kDoublings = 6;
+  constexpr double kNothing = 1e-3;  // [-] of the growth at the rate as it is
+  std::array<double, kDoublings + 1> per_second{};
+  const double rate = 1.0 / plan.period;
+  Plan faster = plan;
+  double factor = growth;
+  for (int k = 0; k <= kDoublings; ++k) {
+    if (k > 0) {
+      set_rate(faster, std::ldexp(rate, k));
+      factor = split_growth(faster);
+    }
+    per_second[static_cast<std::size_t>(k)] = std::log(factor) / faster.period;
+    if (per_second[static_cast<std::size_t>(k)] <= kNothing * per_second[0]) return std::ldexp(rate, k);
+  }
+  if (factor > 2.0) return 0.0;  // held over half a tick, a force is too strong even at the last rate
+  // what is left there is the feedback's own
+  int enough = 0;
+  while (!(per_second[static_cast<std::size_t>(enough)] <= 2.0 * per_second.back())) ++enough;
+  return std::ldexp(rate, enough);
+}
+
+void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
+  const double growth = split_growth(plan), rate = 1.0 / plan.period;
+  const Stiffest stiffest = find_stiffest(scene, plan.period);
+  const Origin& origin = stiffest.feedback->origin;
+  if (growth <= 1.0 + kSplitGrowth) {
+    if (stiffest.size > kCoarse)
+      add_warning(
+          faults, origin,
+          join_text(stiffest.what, "; more than ", kMaxExactModes,
+                    " coupled modes are advanced by splitting, whose error goes with the square of it: "
+                    "raise the rate, or see what changes at another one"));
+    return;
+  }
+  const double enough = sufficient_rate(plan, growth);
+  if (enough == rate) {
+    warn_of_drive(scene.feedbacks.front().origin, growth, plan.period, faults);
+    return;
+  }
+  const std::string what = join_text(
+      stiffest.what, "; more than ", kMaxExactModes, " coupled modes are advanced by splitting, and at ",
+      rate, " Hz that makes a motion grow by a factor of ", growth, " a tick: ",
+      enough > 0.0 ? join_text("raise the rate to ", enough, " Hz, or take smaller gains")
+                   : "take smaller gains");
+  // growth that no run is long enough to see spoils nothing
+  growth > 1.0 + kHarmless ? add_error(faults, origin, what) : add_warning(faults, origin, what);
+}
+
+}  // namespace
+
+void check_growth(const Scene& scene, const Plan& plan, Faults& faults) {
+  if (plan.feedbacks.empty()) return;
+  if (plan.coupling.path == PlanCoupling::Path::kSplit) check_split_growth(scene, plan, faults);
+  if (plan.coupling.path != PlanCoupling::Path::kExact) return;
+  const double growth = exact_growth(plan);
+  // a step that is not finite is said elsewhere
+  if (growth > 1.0 + kExactGrowth && std::isfinite(growth))
+    warn_of_drive(scene.feedbacks.front().origin, growth, plan.period, faults);
+}
+
+}  // namespace freeflex
