@@ -3,7 +3,6 @@
 #include <fstream>
 
 #include "tools/commands.hpp"
-#include "tools/commands.hpp"
 #include "tools/estimates.hpp"
 #include "tools/report.hpp"
 #include "tools/usage.hpp"

@@ -12,9 +12,9 @@
 namespace freeflex::tools {
 
 struct StabilityOptions {
-  bool is_quick = false;     // fewer ticks, for tests
-  bool has_peers = true;     // other methods run beside ours
-  double peer_budget = 2.0;  // [s] CPU that one run of another method may take
+  bool is_quick = false;      // fewer ticks, for tests
+  bool has_peers = true;      // other methods run beside ours
+  double peer_budget = 0.25;  // [s] CPU that one run of another method may take
   std::function<bool()> is_stopped = [] { return false; };
 };
 

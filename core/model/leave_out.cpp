@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <array>
 #include <numeric>
+#include <set>
 
 #include "core/model/budget.hpp"
 #include "core/model/faults.hpp"
@@ -134,11 +135,24 @@ class Lean {
     code_.scope = {scope_.binds_rotation, scope_.binds_plane, to_array(scope_.normal), to_array(scope_.R_WB)};
   }
 
+  // every mode moves some point some way: no need to look further, which takes long in large scenes
+  bool reaches_all(const MotionScope& scope) const {
+    const std::set<int> pushed(scene_.pushable.begin(), scene_.pushable.end());
+    return !scope.binds_plane && pushed.size() == scene_.points.size();
+  }
+
   // which modes nothing reaches, and of those which move along the normal
   void judge_modes() {
     if (full_.num_elastic == 0) {
       for (const Part which : {Part::kOutOfPlane, Part::kUnreachedModes})
         part(which).why = "there are no modes";
+      return;
+    }
+    if (reaches_all(scope_)) {
+      kept_.resize(static_cast<std::size_t>(full_.num_elastic));
+      std::iota(kept_.begin(), kept_.end(), 0);
+      part(Part::kOutOfPlane).why = scope_.why_not_planar;
+      part(Part::kUnreachedModes).why = "commands may push every point any way";
       return;
     }
     align_modes(scene_, reach_rows(scene_, structure_, scope_, initial_), structure_, initial_);
@@ -211,8 +225,9 @@ class Lean {
 
   // everything that commands can reach
   std::optional<Plan> compile_wide(const MotionScope& open, Faults& faults) {
-    const std::vector<int> reached =
-        reached_modes(reach_rows(scene_, structure_, open, initial_), structure_);
+    std::vector<int> reached(static_cast<std::size_t>(structure_.omega.size()));
+    std::iota(reached.begin(), reached.end(), 0);
+    if (!reaches_all(open)) reached = reached_modes(reach_rows(scene_, structure_, open, initial_), structure_);
     std::set_union(reached.begin(), reached.end(), kept_.begin(), kept_.end(),
                    std::back_inserter(wide_kept_));
     CodeLeftOut code = code_;

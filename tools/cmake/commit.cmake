@@ -1,7 +1,7 @@
 # cmake -DSOURCE_DIR=... -DOUTPUT=... -P commit.cmake: writes the commit of the source into a header, which keeps its
 # time stamp while the commit stays as it is.
 cmake_minimum_required(VERSION 3.25)
-execute_process(COMMAND git -C ${SOURCE_DIR} describe --always --dirty --exclude=* --abbrev=12
+execute_process(COMMAND git --no-optional-locks -C ${SOURCE_DIR} describe --always --dirty --exclude=* --abbrev=12
   OUTPUT_VARIABLE commit OUTPUT_STRIP_TRAILING_WHITESPACE ERROR_QUIET)
 if(NOT commit)
   set(commit "unknown")
