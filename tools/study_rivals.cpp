@@ -116,6 +116,7 @@ class Sweep {
 
  private:
   enum class Verdict { kGoOn, kFinest, kOverBudget };
+  static constexpr double kVeryLong = 3.0;  // [s]
 
   Verdict measure(RivalMethod& method, Run& run) {
     RivalOptions options{run.step, run.tolerance, bench_.scale, {}};
@@ -145,6 +146,8 @@ class Sweep {
     constexpr double kFineEnough = 3e-7;  // [-] elastic error, well below the least level asked for
     constexpr double kSmall = 1e-4;       // [-] below which an error that no longer falls is rounding
     if (run.integration_error < kFineEnough) return true;
+    // what takes long at the least level asked for is not asked for more
+    if (taken > kVeryLong && run.integration_error < kLevels.back()) return true;
     if (run.tolerance > 0.0) return false;
     // twice as fine is at least as dear
     if (1.4 * taken > bench_.options.budget) return true;
@@ -156,7 +159,7 @@ class Sweep {
   /// A long run is timed once for the first two read-outs, as it stands; a very long one for all three.
   void time_read_outs(RivalMethod& method, const RivalOptions& options, double& deadline, double taken,
                       Run& run) {
-    constexpr double kLong = 0.3, kVeryLong = 3.0;                               // [s]
+    constexpr double kLong = 0.3;                                                // [s]
     const std::array<double, kReadOuts> every{bench_.options.end, 0.01, 0.001};  // [s]
     run.cpu.fill(taken / bench_.options.end);
     run.repeats = 1;
