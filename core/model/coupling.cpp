@@ -195,7 +195,7 @@ Generator with_impulses(const Plan& plan, const Generator& modes) {
   return all;
 }
 
-// X75: the linear load with impulse J and its integral JJ over a step, from rows of these
+// X75: the linear load with impulse J and its integral K over a step, from rows of these
 WideMatrix linear_loads(const WideMatrix& impulses, long double h) {
   const WideMatrix mean = impulses.topRows(6) / h, weighted = 2.0L / (h * h) * impulses.bottomRows(6);
   WideMatrix loads(2 * 6, impulses.cols());

@@ -7,6 +7,12 @@
 namespace freeflex {
 namespace {
 
+// a value of a scene, and where it was written
+struct Extreme {
+  Origin origin;
+  std::string what;  // "link 'q': EA of 1e+308 N"
+};
+
 class Search {
  public:
   explicit Search(const Scene& scene) : scene_(scene) {}
@@ -138,10 +144,8 @@ void Search::take_rest() {
 
 }  // namespace
 
-Extreme most_extreme(const Scene& scene) { return Search(scene).find(); }
-
 void add_overflow(const Scene& scene, const std::string& problem, Faults& faults) {
-  const Extreme extreme = most_extreme(scene);
+  const Extreme extreme = Search(scene).find();
   add_error(faults, extreme.origin,
             join_text(extreme.what, ": ", problem,
                       "; this is the most extreme value of the scene: values of one "

@@ -165,9 +165,10 @@ struct PlanCoupling {
   Array damping_rows;  // [sqrt(N s/m)] (num_damping x num_padded) R: force of the dashpots -R'R q_dot
   std::int32_t num_damping = 0;
   // exact: (q, q_dot) of the coupled modes = sum of columns times (q, q_dot, Q_start, Q_end - Q_start)
+  std::vector<std::int32_t> modes;  // coupled modes, ascending
+  // [-], [s], [1/s], [m/N], [m/(s N)] (4 num_modes columns of pad(2 num_modes)) column-major
+  Array columns;
   static constexpr int kLoadRows = 16;  // twelve, padded to kLanes
-  std::vector<std::int32_t> modes;      // coupled modes, ascending
-  Array columns;                    // (4 num_modes columns of pad(2 num_modes)) column-major
   // likewise, what feedback does to the body over the step: force and torque at its start, then at its end,
   // of loads linear in time with the same impulse and first moment; empty without feedback
   Array load_columns;  // [N], [N m] per (m, m/s, N, N) (4 num_modes columns of kLoadRows) column-major
