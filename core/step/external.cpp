@@ -30,11 +30,21 @@ StepLoads External::rigid() const noexcept {
   StepLoads loads;
   add_pattern(commands, 1.0, loads.start);
   if (plan.histories.empty()) return loads;
-  auto& [middle, end] = loads.later.emplace(StepLoads::Later{loads.start, loads.start});
+  // one that is zero adds nothing, and what stays as it is over the step needs no middle and end
+  bool varies = false;
   for (const PlanHistory& history : plan.histories) {
-    add_pattern(history.pattern, amplitude(history, Moment::kStart), loads.start);
-    add_pattern(history.pattern, amplitude(history, Moment::kMiddle), middle);
-    add_pattern(history.pattern, amplitude(history, Moment::kEnd), end);
+    const double start = amplitude(history, Moment::kStart);
+    varies |= amplitude(history, Moment::kMiddle) != start || amplitude(history, Moment::kEnd) != start;
+  }
+  if (varies) loads.later.emplace(StepLoads::Later{loads.start, loads.start});
+  const auto add = [](const PlanHistory& history, double amplitude, RigidLoad& load) {
+    if (amplitude != 0.0) add_pattern(history.pattern, amplitude, load);
+  };
+  for (const PlanHistory& history : plan.histories) {
+    add(history, amplitude(history, Moment::kStart), loads.start);
+    if (!varies) continue;
+    add(history, amplitude(history, Moment::kMiddle), loads.later->middle);
+    add(history, amplitude(history, Moment::kEnd), loads.later->end);
   }
   return loads;
 }
@@ -42,7 +52,8 @@ StepLoads External::rigid() const noexcept {
 void External::generalized(Moment moment, const Frame& frame, const Mat3& R_WB, Array& Q) const noexcept {
   bool has_any = project(plan, commands, R_WB, 1.0, false, Q.data());
   for (const PlanHistory& history : plan.histories)
-    has_any |= project(plan, history.pattern, R_WB, amplitude(history, moment), has_any, Q.data());
+    if (const double now = amplitude(history, moment); now != 0.0)
+      has_any |= project(plan, history.pattern, R_WB, now, has_any, Q.data());
   if (!has_any) std::fill(Q.begin(), Q.end(), 0.0);
   if (has_field(plan)) add_field(plan, R_WB, frame.H_W, frame.p_WB, Q.data());
 }
