@@ -43,6 +43,7 @@ RungLimits limits_of(Fidelity rung) {
     case Fidelity::kCoupled:
       return {10.0, kNone};
     case Fidelity::kExactBars:
+    case Fidelity::kFull:
       break;
   }
   return {100.0, kNone};  // the frame is lost when V reaches a tenth of the size

@@ -83,7 +83,8 @@ std::vector<std::pair<const char*, bool>> features(const Plan& plan) {
 
 Json to_json(const StepCost& cost) {
   return {{"step", cost.step()},   {"rigid", cost.rigid},       {"modes", cost.modes}, {"loads", cost.loads},
-          {"fields", cost.fields}, {"coupling", cost.coupling}, {"push", cost.push},   {"point", cost.point}};
+          {"fields", cost.fields}, {"coupling", cost.coupling}, {"stages", cost.stages}, {"push", cost.push},
+          {"point", cost.point},   {"budget", cost.budget}};
 }
 
 const char* on_need_name(const Plan& plan) {
@@ -105,7 +106,9 @@ Json rungs_json(const Plan& plan) {
 
 /// What `fidelity: auto` tried, and what the error budget runs beside.
 void print_rungs(const Plan& plan) {
-  std::printf("rung               %s\n", name_of(plan.fidelity));
+  std::printf("rung               %s", name_of(plan.fidelity));
+  if (plan.coupled.num_parts > 1) std::printf(", each tick in %d parts", plan.coupled.num_parts);
+  std::printf("\n");
   for (const PlanRung& each : plan.tried_rungs) {
     if (each.is_finite)
       std::printf("  %-16s estimate %.2g m, %.2g rad, elastic %.2g: %s\n", name_of(each.rung), each.position,
@@ -150,16 +153,15 @@ void print_plan_json(const Plans& plans) {
   out["horizon"] = plan.horizon;
   out["on_need"] = on_need_name(plan);
   out["rung"] = name_of(plan.fidelity);
+  out["parts_of_a_tick"] = plan.coupled.num_parts;
   out["rungs_tried"] = rungs_json(plan);
   out["budget_horizon"] = plan.budget.horizon;
   out["parts"] = parts_json(plan);
   Json present = Json::object();
   for (const auto& [name, is_there] : features(plan)) present[name] = is_there;
   out["features"] = present;
-  if (!is_coupled(plan)) {
-    out["ns"] = to_json(predict_step(plan));
-    if (plans.whole) out["ns_with_everything_kept"] = to_json(predict_step(*plans.whole));
-  }
+  out["ns"] = to_json(predict_step(plan));
+  if (plans.whole) out["ns_with_everything_kept"] = to_json(predict_step(*plans.whole));
   print_json(out);
 }
 
@@ -210,17 +212,20 @@ void print_parts(const Plan& plan) {
 }
 
 void print_cost(const Plans& plans) {
-  if (is_coupled(*plans.plan)) {
-    std::printf("step               the coupled rungs are measured by freeflex report\n");
-    return;
-  }
   const StepCost cost = predict_step(*plans.plan);
-  std::printf(
-      "step               %.0f ns predicted: body %.0f, modes %.0f, loads %.0f, fields %.0f, coupling %.0f\n",
-      cost.step(), cost.rigid, cost.modes, cost.loads, cost.fields, cost.coupling);
-  std::printf("                   each pushed point adds %.0f ns; reading a point takes %.0f ns\n", cost.push,
-              cost.point);
-  if (plans.whole)
+  if (is_coupled(*plans.plan)) {
+    std::printf("step               %.0f ns, measured; reading a point takes %.0f ns\n", cost.step(), cost.point);
+  } else {
+    std::printf(
+        "step               %.0f ns predicted: body %.0f, modes %.0f, loads %.0f, fields %.0f, coupling %.0f\n",
+        cost.step(), cost.rigid, cost.modes, cost.loads, cost.fields, cost.coupling);
+    std::printf("                   each pushed point adds %.0f ns; reading a point takes %.0f ns\n", cost.push,
+                cost.point);
+  }
+  if (cost.budget > 0.0)
+    std::printf("                   the error budget adds %.0f ns, %.3g times the step; leave error_budget out to save it\n",
+                cost.budget, cost.budget / cost.step());
+  if (plans.whole && !is_coupled(*plans.plan))
     std::printf("                   with everything kept %.0f ns\n", predict_step(*plans.whole).step());
 }
 

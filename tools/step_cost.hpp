@@ -12,14 +12,16 @@ struct StepCost {
   double loads = 0.0;     // projection of built-in loads
   double fields = 0.0;    // spin load, attractor
   double coupling = 0.0;  // dashpots, feedback, followers
+  double stages = 0.0;    // all of a coupled rung, whose parts go through one another
   double push = 0.0;      // more for a command on one point in world axes
   double point = 0.0;     // reading one point, once; no part of the step
+  double budget = 0.0;    // the shadows of the error budget, beside the step
 
-  double step() const { return rigid + modes + loads + fields + coupling; }
+  double step() const { return rigid + modes + loads + fields + coupling + stages; }
 };
 
-/// Measures the constants for some tens of milliseconds, at the plan's own sizes, and adds up. Below the
-/// coupled rungs only.
+/// Measures the constants for some tens of milliseconds, at the plan's own sizes, and adds up. Coupled rungs and
+/// shadows are measured as they are.
 StepCost predict_step(const Plan& plan);
 
 }  // namespace freeflex::tools

@@ -1,6 +1,7 @@
 // The rungs of the fidelity ladder within a study.
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <string>
 
 #include "core/model/compile.hpp"
@@ -14,9 +15,12 @@ namespace freeflex::tools {
 namespace {
 
 constexpr std::array kRungs{Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
-                            Fidelity::kExactBars};
+                            Fidelity::kExactBars, Fidelity::kFull};
 constexpr std::array kSteps{0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.004, 0.0025, 0.002, 0.001, 0.0005};  // [s]
 constexpr double kFineStep = 0.00025;  // [s] for the exact motion
+// [s] of CPU that one run of the full rung may take; its step is divided, so its cost hardly depends on it
+constexpr double kMostFullCost = 4.0;
+constexpr std::array kFullSteps{0.01, 0.001};  // [s]
 
 /// A plan in motion.
 struct Rung {
@@ -148,6 +152,63 @@ std::optional<Rung> make_rung(const Bench& bench, Scene& scene, double step, std
   return std::nullopt;
 }
 
+/// Why a run of the full rung is left out; empty when it is not.
+std::string find_excess(const Bench& bench, Rung& rung) {
+  if (rung.plan.fidelity != Fidelity::kFull) return {};
+  reset_state(rung.plan, rung.state);
+  const double start = thread_cpu();
+  rung.advance(1);
+  const double cost = (thread_cpu() - start) * bench.options.end / rung.plan.period;
+  if (cost <= kMostFullCost) return {};
+  return format_text("%d parts a step would take %.0f s a run", rung.plan.coupled.num_parts, cost);
+}
+
+/// One row: a rung at a step.
+void add_run(const Bench& bench, Scene& scene, double step, const ExactRung& exact, Study& study) {
+  const std::string name = name_of(exact.fidelity);
+  std::string why;
+  const double start = thread_cpu();
+  std::optional<Rung> rung = make_rung(bench, scene, step, why);
+  const double set_up = bench.structure_cpu + thread_cpu() - start;
+  if (rung) why = find_excess(bench, *rung);
+  if (!why.empty()) {
+    study.left_out.push_back({name + format_text(" at %g ms", 1e3 * step), why});
+    return;
+  }
+  Run& run = study.runs.emplace_back();
+  run.set_up = set_up;
+  run.family = Family::kRung;
+  run.method = name;
+  run.step = step;
+  run.memory = rung->memory();
+  run.steps = std::llround(bench.options.end / step);
+  Motion motion;
+  if (!follow(bench, *rung, motion)) {
+    run.failure = "not finite: the step is beyond the method's stability";
+    return;
+  }
+  set_errors(bench, motion, exact.p_W.cols() > 0 ? &exact.p_W : nullptr, run);
+  time_read_outs(bench, *rung, run);
+}
+
+/// The rung's own equations solved exactly; nullopt and `why` when it is refused. `below` are the rungs under it.
+std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity, const std::vector<ExactRung>& below,
+                                       Scene& scene, std::string& why) {
+  if (fidelity == Fidelity::kFull) {
+    // the equations of exact bars
+    for (const ExactRung& each : below)
+      if (each.fidelity == Fidelity::kExactBars) return ExactRung{fidelity, each.p_W};
+    why = "its equations are those of exact bars, which are refused";
+    return std::nullopt;
+  }
+  std::optional<Rung> fine = make_rung(bench, scene, kFineStep, why);
+  if (!fine) return std::nullopt;
+  ExactRung exact{fidelity, {}};
+  Motion motion;
+  if (follow(bench, *fine, motion)) exact.p_W = motion.end.p_W;
+  return exact;
+}
+
 }  // namespace
 
 const char* name_of(Fidelity fidelity) {
@@ -162,6 +223,8 @@ const char* name_of(Fidelity fidelity) {
       return "coupled";
     case Fidelity::kExactBars:
       return "exact bars";
+    case Fidelity::kFull:
+      return "full";
   }
   return "?";
 }
@@ -169,45 +232,23 @@ const char* name_of(Fidelity fidelity) {
 std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::function<bool(double)>& told) {
   std::vector<ExactRung> exact;
   for (std::size_t r = 0; r < kRungs.size(); ++r) {
-    const std::string name = name_of(kRungs[r]);
     Scene scene = with_all_points(bench, kRungs[r]);
     std::string why;
-    std::optional<Rung> fine = make_rung(bench, scene, kFineStep, why);
-    if (!fine) {
-      study.left_out.push_back({"rung " + name, why});
+    std::optional<ExactRung> solved = solve_exactly(bench, kRungs[r], exact, scene, why);
+    if (!solved) {
+      study.left_out.push_back({std::string("rung ") + name_of(kRungs[r]), why});
       continue;
     }
-    exact.push_back({kRungs[r], {}});
-    Motion motion;
-    if (follow(bench, *fine, motion)) exact.back().p_W = motion.end.p_W;
-    for (std::size_t s = 0; s < kSteps.size(); ++s) {
-      if (!told((static_cast<double>(r) + static_cast<double>(s) / kSteps.size()) / kRungs.size()))
+    exact.push_back(std::move(*solved));
+    const std::span<const double> steps = kRungs[r] == Fidelity::kFull ? std::span<const double>(kFullSteps) : kSteps;
+    for (std::size_t s = 0; s < steps.size(); ++s) {
+      if (!told((static_cast<double>(r) + static_cast<double>(s) / static_cast<double>(steps.size())) / kRungs.size()))
         return exact;
-      why = find_misfit(bench, kSteps[s]);
-      if (!why.empty()) {
-        if (r == 0) study.left_out.push_back({format_text("rungs at %g ms", 1e3 * kSteps[s]), why});
-        continue;
-      }
-      const double start = thread_cpu();
-      std::optional<Rung> rung = make_rung(bench, scene, kSteps[s], why);
-      if (!rung) {
-        study.left_out.push_back({name + format_text(" at %g ms", 1e3 * kSteps[s]), why});
-        continue;
-      }
-      Run& run = study.runs.emplace_back();
-      run.set_up = bench.structure_cpu + thread_cpu() - start;
-      run.family = Family::kRung;
-      run.method = name;
-      run.step = kSteps[s];
-      run.memory = rung->memory();
-      run.steps = std::llround(bench.options.end / kSteps[s]);
-      motion = {};
-      if (!follow(bench, *rung, motion)) {
-        run.failure = "not finite: the step is beyond the method's stability";
-        continue;
-      }
-      set_errors(bench, motion, exact.back().p_W.cols() > 0 ? &exact.back().p_W : nullptr, run);
-      time_read_outs(bench, *rung, run);
+      why = find_misfit(bench, steps[s]);
+      if (why.empty())
+        add_run(bench, scene, steps[s], exact.back(), study);
+      else if (r == 0)
+        study.left_out.push_back({format_text("rungs at %g ms", 1e3 * steps[s]), why});
     }
   }
   return exact;

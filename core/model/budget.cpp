@@ -9,7 +9,8 @@
 namespace freeflex {
 namespace {
 
-constexpr Fidelity kTop = Fidelity::kExactBars;
+// what a rung is compared with: exact bars, or itself in parts of half the size where that is not better
+constexpr Fidelity top_of(Fidelity rung) { return std::max(rung, Fidelity::kExactBars); }
 
 // the scene on another rung, with nothing to publish
 Scene shadow_scene(const Scene& scene, Fidelity rung, std::int32_t substeps) {
@@ -38,6 +39,11 @@ bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind
                             "; or leave error_budget out"));
     return false;
   }
+  if (rung == Fidelity::kFull) {
+    // twice the rate alone would be as many parts a second
+    compiled->coupled.part_phase /= substeps;
+    set_rate(*compiled, scene.rate * substeps);
+  }
   plan.budget.shadows.push_back({kind, substeps, std::move(*compiled)});
   return true;
 }
@@ -64,7 +70,7 @@ PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung,
     return result;
   }
   set_horizon(tried.error_budget.horizon, *plan);
-  if (!add_shadow(tried, structure, PlanShadow::Kind::kBest, kTop, rung >= Fidelity::kCoupled ? 2 : 1, *plan, faults))
+  if (!add_shadow(tried, structure, PlanShadow::Kind::kBest, top_of(rung), rung >= Fidelity::kCoupled ? 2 : 1, *plan, faults))
     return result;
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
@@ -104,7 +110,7 @@ std::string describe(const std::vector<PlanRung>& tried) {
 }  // namespace
 
 const char* name_of(Fidelity rung) {
-  static constexpr std::array kNames{"rigid", "separated", "spin-loaded", "coupled", "exact-bars"};
+  static constexpr std::array kNames{"rigid", "separated", "spin-loaded", "coupled", "exact-bars", "full"};
   return kNames[static_cast<std::size_t>(rung)];
 }
 
@@ -123,8 +129,8 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
   }
   set_horizon(scene.error_budget.horizon, plan);
   const std::int32_t substeps = is_coupled(plan) ? 2 : 1;
-  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, kTop, substeps, plan, faults)) return;
-  if (plan.fidelity != kTop && !add_shadow(scene, structure, PlanShadow::Kind::kFine, plan.fidelity, 2, plan, faults))
+  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, top_of(plan.fidelity), substeps, plan, faults)) return;
+  if (plan.fidelity < Fidelity::kExactBars && !add_shadow(scene, structure, PlanShadow::Kind::kFine, plan.fidelity, 2, plan, faults))
     return;
   const bool lacks_modes = plan.fidelity != Fidelity::kRigid && !plan.mode_numbers.empty() &&
                            plan.mode_numbers.size() < static_cast<std::size_t>(structure.omega.size());
@@ -141,7 +147,7 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
   }
   add_error(faults, scene.automatic->origin,
             join_text("fidelity: no rung meets the tolerance over ", scene.automatic->horizon,
-                      " s: ", describe(tried), "; allow more, take a shorter horizon, raise the rate, or load less"));
+                      " s: ", describe(tried), "; allow more, take a shorter horizon, raise the rate, load less, or take fidelity: full"));
   return std::nullopt;
 }
 

@@ -21,11 +21,11 @@ inline constexpr int kRungSamples = 16;
 
 /// The cheapest rung within the tolerances of scene.automatic, the last of `tried` (X99). Without one that is: an error
 /// at the place of the tolerance, and nullopt.
-/// Cost: up to five runs over the horizon, each with the best rung beside it.
+/// Cost: up to six runs over the horizon, each with the best rung beside it.
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<PlanRung>& tried,
                                     Faults& faults);
 
-/// "rigid", "separated", "spin-loaded", "coupled", "exact-bars".
+/// "rigid", "separated", "spin-loaded", "coupled", "exact-bars", "full".
 const char* name_of(Fidelity rung);
 
 }  // namespace freeflex

@@ -399,7 +399,7 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   if (is_coupled(plan)) compile_coupled(scene, structure, plan, faults);
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, scene.rate);
-  check_bar_phase(plan, faults);
+  if (is_coupled(plan)) check_stages(scene, plan, faults);
   check_growth(scene, plan, faults);
   warn_of_ticks(scene, plan, faults);
   if (has_error(faults)) return std::nullopt;

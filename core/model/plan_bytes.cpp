@@ -96,7 +96,7 @@ void fields(Archive& archive, T& b) {
 
 template <typename Archive, Is<PlanCoupled> T>
 void fields(Archive& archive, T& c) {
-  all_of(archive, c.functions, c.bars);
+  all_of(archive, c.functions, c.bars, c.part_phase, c.num_parts);
 }
 
 template <typename Archive, Is<LoadSums> T>

@@ -1,9 +1,48 @@
 #include "core/model/rungs.hpp"
 
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+
+#include "core/model/budget.hpp"
 #include "core/model/faults.hpp"
 #include "core/model/propagator.hpp"
 
 namespace freeflex {
+namespace {
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// largest singular value of rows (count x num_padded)
+double norm_of_rows(const Array& array, Eigen::Index count, const Plan& plan) {
+  if (count == 0 || array.empty()) return 0.0;
+  const Eigen::Map<const RowMatrix> rows(array.data(), count, plan.num_padded);
+  const double largest = rows.cwiseAbs().maxCoeff();
+  if (!(largest > 0.0)) return 0.0;
+  const RowMatrix unit = rows / largest;
+  return largest * std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(unit * unit.transpose(), Eigen::EigenvaluesOnly)
+                                 .eigenvalues()
+                                 .maxCoeff());
+}
+
+double top_frequency(const Plan& plan) {
+  return plan.num_elastic == 0 ? 0.0 : plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1];
+}
+
+// [1/s] bound of how fast dashpots and feedback change the motion, each feedback by itself
+double stage_rate(const Plan& plan) {
+  const double damping = norm_of_rows(plan.coupling.damping_rows, plan.coupling.num_damping, plan);
+  double rate = damping * (damping / plan.mass);
+  for (const PlanFeedback& feedback : plan.feedbacks) {
+    const Array rows(plan.rows.begin() + 3 * std::ptrdiff_t{feedback.row} * plan.num_padded,
+                     plan.rows.begin() + 3 * (std::ptrdiff_t{feedback.row} + 1) * plan.num_padded);
+    const double out = norm_of_rows(rows, 3, plan) / plan.mass;
+    rate += norm_of_rows(feedback.q_dot_rows, 3, plan) * out + std::sqrt(norm_of_rows(feedback.q_rows, 3, plan) * out);
+  }
+  return rate;
+}
+
+}  // namespace
 
 Reduced without_modes(const Scene& scene, const Structure& structure, Faults& faults) {
   if (!scene.initial.points.empty() || !scene.initial.modes.empty())
@@ -40,6 +79,7 @@ void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan,
   // dashpots and feedback act stage by stage
   plan.coupling.path = PlanCoupling::Path::kNone;
   plan.coupling.modes.clear();
+  if (plan.fidelity == Fidelity::kFull) plan.coupled.part_phase = kFullPhase;
   if (plan.fidelity < Fidelity::kExactBars) return;
   for (std::size_t k = 0; k < scene.links.size(); ++k) {
     const Link& link = scene.links[k];
@@ -62,23 +102,47 @@ void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan,
 
 void set_coupled_period(Plan& plan) {
   if (!is_coupled(plan)) return;
+  PlanCoupled& coupled = plan.coupled;
+  coupled.num_parts = 1;
+  if (coupled.part_phase > 0.0) {
+    const double phase = std::max(top_frequency(plan), stage_rate(plan)) * plan.period;
+    while (phase > coupled.part_phase * coupled.num_parts && coupled.num_parts < kMaxParts) coupled.num_parts *= 2;
+  }
+  const double period = plan.period / coupled.num_parts;
   const auto n = static_cast<std::size_t>(plan.num_padded);
-  plan.coupled.functions.assign(std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions} * n, 0.0);
+  coupled.functions.assign(std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions} * n, 0.0);
   for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
-    const ModeFunctions functions = mode_functions(plan.omega[l], plan.decay[l], plan.period);
-    for (std::size_t k = 0; k < functions.size(); ++k) plan.coupled.functions[k * n + l] = functions[k];
+    const ModeFunctions functions = mode_functions(plan.omega[l], plan.decay[l], period);
+    for (std::size_t k = 0; k < functions.size(); ++k) coupled.functions[k * n + l] = functions[k];
   }
 }
 
-void check_bar_phase(const Plan& plan, Faults& faults) {
-  if (plan.fidelity < Fidelity::kExactBars || plan.num_elastic == 0) return;
-  const double omega = plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1];
-  if (omega * plan.period <= kMaxBarPhase) return;
-  add_error(faults, {},
-            join_text("fidelity exact-bars at ", 1.0 / plan.period, " Hz: the stiffest mode, ", omega,
-                      " rad/s, turns by ", omega * plan.period, " rad a tick, and true bar forces hold to ",
-                      kMaxBarPhase, "; raise the rate to ", omega / kMaxBarPhase,
-                      " Hz or more, soften the stiffest bars, or take fidelity: coupled"));
+void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
+  const double omega = top_frequency(plan), rate = stage_rate(plan), hertz = 1.0 / plan.period;
+  const double part = plan.period / plan.coupled.num_parts;
+  const std::string at = join_text("fidelity ", name_of(plan.fidelity), " at ", hertz, " Hz: ");
+  if (plan.coupled.part_phase > 0.0) {
+    if (std::max(omega, rate) * part > plan.coupled.part_phase)
+      add_error(faults, {},
+                join_text(at, "the fastest rate, ", std::max(omega, rate), " 1/s, needs a tick in more than ", kMaxParts,
+                          " parts; raise the rate, soften the stiffest links, or take fidelity: coupled"));
+    return;
+  }
+  if (rate * part > kMaxStagePhase) {
+    const Origin& origin = scene.feedbacks.empty() ? Origin{} : scene.feedbacks.front().origin;
+    add_error(faults, origin,
+              join_text(at, "dashpots and feedback change the motion at ", rate, " 1/s, ", rate * part,
+                        " a tick, and here they act stage by stage, which holds to ", kMaxStagePhase,
+                        "; raise the rate to ", rate / kMaxStagePhase,
+                        " Hz or more, take smaller gains, or take fidelity: full, or spin-loaded or below"));
+  }
+  if (plan.fidelity == Fidelity::kExactBars && omega * part > kMaxBarPhase)
+    add_error(faults, {},
+              join_text(at, "the stiffest mode, ", omega, " rad/s, turns by ", omega * part,
+                        " rad a tick, and true bar forces hold to ", kMaxBarPhase, "; raise the rate to ",
+                        omega / kMaxBarPhase,
+                        " Hz or more, soften the stiffest bars, or take fidelity: full, which divides the tick, or "
+                        "coupled"));
 }
 
 }  // namespace freeflex

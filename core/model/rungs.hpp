@@ -21,10 +21,21 @@ std::string find_rung_inconsistency(const Plan& plan);
 /// at 5 rad/s is some 1 %, and it grows with the square (tests/motion/rungs_test).
 inline constexpr double kMaxBarPhase = 1000.0;
 
-/// PlanCoupled::functions for the plan's period.
+/// Largest rate of dashpots and feedback [1/s] times a step [s]: they act stage by stage, where the classical method is
+/// stable to 2.5 and of order 4.
+inline constexpr double kMaxStagePhase = 1.0;
+
+/// On the full rung the fastest rate turns by this in a part of a step, at most [rad]: the error of order 4 is below
+/// 1e-6 there (tests/motion/full_rung_test).
+inline constexpr double kFullPhase = 0.5;
+
+/// Parts of a tick: at some 10 us each this is most of a second.
+inline constexpr std::int32_t kMaxParts = 65536;
+
+/// PlanCoupled::num_parts and functions for the plan's period.
 void set_coupled_period(Plan& plan);
 
-/// An error when the period is too long for the exact-bars rung.  \pre set_coupled_period
-void check_bar_phase(const Plan& plan, Faults& faults);
+/// An error when the period is too long for what acts stage by stage.  \pre set_coupled_period
+void check_stages(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

@@ -1,5 +1,6 @@
 // What must hold in a plan of the coupled rungs before it is stepped.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 
 #include "core/model/compile.hpp"
@@ -75,11 +76,19 @@ std::string find_budget_inconsistency(const Plan& plan) {
 
 std::string find_rung_inconsistency(const Plan& plan) {
   if (std::string error = find_budget_inconsistency(plan); !error.empty()) return error;
-  if (plan.fidelity < Fidelity::kRigid || plan.fidelity > Fidelity::kExactBars) return "the rung is of no known kind";
+  if (plan.fidelity < Fidelity::kRigid || plan.fidelity > Fidelity::kFull) return "the rung is of no known kind";
   if (std::string error = find_in_histories(plan); !error.empty()) return error;
   const PlanCoupled& coupled = plan.coupled;
   if (!is_coupled(plan))
-    return coupled.functions.empty() && coupled.bars.empty() ? "" : "there is more than the rung needs";
+    return coupled.functions.empty() && coupled.bars.empty() && coupled.num_parts == 1
+               ? ""
+               : "there is more than the rung needs";
+  const bool is_divided = plan.fidelity == Fidelity::kFull;
+  if (!std::isfinite(coupled.part_phase) || (is_divided ? coupled.part_phase <= 0.0 : coupled.part_phase != 0.0))
+    return "the phase of a part of a step is out of range";
+  if (coupled.num_parts < 1 || coupled.num_parts > (is_divided ? kMaxParts : 1) ||
+      !std::has_single_bit(static_cast<std::uint32_t>(coupled.num_parts)))
+    return "a step is in a number of parts that is no power of two or too large";
   const auto num_points = static_cast<std::int64_t>(plan.points.size());
   if (plan.num_elastic != 3 * num_points - plan.rigid_freedoms || plan.num_padded != plan.num_moving)
     return "a coupled rung needs every elastic mode and nothing besides";

@@ -23,7 +23,7 @@ struct BudgetReading {
 };
 
 /// Factor between the distance from the best shadow and the estimate. Set on 200 random scenes, shown on 200 others
-/// (tests/budget): the shadow's own errors stand in it.
+/// (tests/tools/estimates_test): the shadow's own errors stand in it.
 inline constexpr double kCover = 1.25;
 
 /// State of the shadows. Allocated by make_budget; nothing after.

@@ -291,7 +291,7 @@ bool advance_coupled_rung(const External& external, const State& state, bool is_
                           Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept {
   const Plan& plan = external.plan;
   CoupledWorkspace& w = workspace.coupled;
-  const double h = plan.period;
+  const double h = plan.period / plan.coupled.num_parts;
   Turning turning{rotation_matrix(state.q_WB), {}};
   turning.H_start = multiply_transposed(turning.R_start, state.H_W);
   Stages N{};
@@ -328,7 +328,7 @@ bool advance_coupled_rung(const External& external, const State& state, bool is_
   turn_attitude(scale(h, Turning::mean(turning.g_rate)), frame);
   const Vec3 H_gain = scale(h, multiply(turning.R_start, Turning::mean(turning.H_rate)));
   for (std::size_t i = 0; i < 3; ++i) add_compensated(frame.H_W[i], frame.H_W_low[i], H_gain[i]);
-  translate(plan, turning.force_W[0], scale(0.5, add(turning.force_W[1], turning.force_W[2])),
+  translate(plan, h, turning.force_W[0], scale(0.5, add(turning.force_W[1], turning.force_W[2])),
             turning.force_W[3], frame);
 
   const Mat3 R_end = rotation_matrix(frame.q_WB);

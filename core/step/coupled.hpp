@@ -13,8 +13,8 @@ void set_coupled_motion(const Plan& plan, const Vec3& w_B, State& state) noexcep
 /// Scratch for advance_coupled_rung, sized for the plan.
 CoupledWorkspace make_coupled_workspace(const Plan& plan);
 
-/// The state one period later (X93), in `frame`, workspace.next_q, next_q_dot, Q_left and workspace.coupled.next; the
-/// state is left alone. True when everything is finite. Order 4 in the period, whatever the stiffest mode is.
+/// The state one period later, or one part of it (X93, X100), in `frame`, workspace.next_q, next_q_dot, Q_left and
+/// workspace.coupled.next; the state is left alone. True when everything is finite. Order 4, whatever the stiffest mode is.
 /// \param is_fresh  loads jumped at this tick: the rates of the state are not those of its right limit
 bool advance_coupled_rung(const External& external, const State& state, bool is_fresh, Workspace& workspace,
                           Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept;

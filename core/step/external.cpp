@@ -9,15 +9,20 @@
 namespace freeflex {
 
 double External::amplitude(const PlanHistory& history, Moment moment) const noexcept {
+  if (history.kind == PlanHistory::Kind::kPulse) return amplitude_right(history, plan.period, tick);
+  // num_parts is a power of two: the time of a part is not rounded
+  const std::int32_t num_parts = plan.coupled.num_parts;
+  const double period = plan.period / num_parts;
+  const std::int64_t at = tick * num_parts + part;
   switch (moment) {
     case Moment::kStart:
-      return amplitude_right(history, plan.period, tick);
+      return amplitude_right(history, period, at);
     case Moment::kMiddle:
-      return amplitude_middle(history, plan.period, tick);
+      return amplitude_middle(history, period, at);
     case Moment::kEnd:
       break;
   }
-  return amplitude_left(history, plan.period, tick + 1);
+  return amplitude_left(history, period, at + 1);
 }
 
 bool External::jumps() const noexcept {

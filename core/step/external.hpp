@@ -14,7 +14,8 @@ enum class Moment { kStart, kMiddle, kEnd };
 struct External {
   const Plan& plan;
   const LoadPattern& commands;
-  std::int64_t tick;  // since the epoch began
+  std::int64_t tick;      // since the epoch began
+  std::int32_t part = 0;  // of the step, where the plan divides it; moments are those of that part   (X100)
 
   double amplitude(const PlanHistory& history, Moment moment) const noexcept;
 

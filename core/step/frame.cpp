@@ -184,32 +184,10 @@ Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads
   return turn_loaded(turning, start, third, middle, interpolate(end, middle, start), end, needs_middle);
 }
 
-}  // namespace
-
-Mat3 rotation_of_gibbs(const Vec3& g) noexcept {
-  const double k = 2.0 / (1.0 + dot(g, g));
-  const double xx = k * g[0] * g[0], yy = k * g[1] * g[1], zz = k * g[2] * g[2];
-  const double xy = k * g[0] * g[1], xz = k * g[0] * g[2], yz = k * g[1] * g[2];
-  const double x = k * g[0], y = k * g[1], z = k * g[2];
-  return {1.0 - (yy + zz), xy - z, xz + y, xy + z, 1.0 - (xx + zz), yz - x, xz - y, yz + x, 1.0 - (xx + yy)};
-}
-
-/// q_WB o (1, g) / sqrt(1 + g.g) as an increment, so that rounding stays behind in the low part (X9).
-void turn_attitude(const Vec3& g, Frame& frame) noexcept {
-  const double s = dot(g, g);
-  const double norm = __builtin_sqrt(1.0 + s), inverse = 1.0 / norm;
-  const Quat turned =
-      multiply(frame.q_WB, {-s / (norm * (1.0 + norm)), inverse * g[0], inverse * g[1], inverse * g[2]});
-  // the norm is drawn back to 1 slowly: what its own rounding feeds in stays below eps / 256 a step
-  const Quat& q = frame.q_WB;
-  const double excess = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1.0;
-  for (std::size_t i = 0; i < 4; ++i)
-    add_compensated(frame.q_WB[i], frame.q_WB_low[i], turned[i] - 0x1p-9 * excess * q[i]);
-}
-
-/// Translation under gravity and the resultant, exact for forces quadratic in time (X6).
-void translate(const Plan& plan, const Vec3& mean_force, const Vec3& weighted_force, Frame& frame) noexcept {
-  const double h = plan.period;
+/// Translation under gravity and the resultant, exact for forces quadratic in time (X6): mean force, and
+/// weighted_force 2 int (1 - s) F(s) ds [N].
+void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
+               Frame& frame) noexcept {
   if (!plan.falls) {
     for (std::size_t i = 0; i < 3; ++i) {
       const double p_gain = h * frame.v_WB_low[i] + 0.5 * h * h * (weighted_force[i] / plan.mass);
@@ -238,9 +216,33 @@ void translate(const Plan& plan, const Vec3& mean_force, const Vec3& weighted_fo
   }
 }
 
-void translate(const Plan& plan, const Vec3& start, const Vec3& middle, const Vec3& end, Frame& frame) noexcept {
+}  // namespace
+
+Mat3 rotation_of_gibbs(const Vec3& g) noexcept {
+  const double k = 2.0 / (1.0 + dot(g, g));
+  const double xx = k * g[0] * g[0], yy = k * g[1] * g[1], zz = k * g[2] * g[2];
+  const double xy = k * g[0] * g[1], xz = k * g[0] * g[2], yz = k * g[1] * g[2];
+  const double x = k * g[0], y = k * g[1], z = k * g[2];
+  return {1.0 - (yy + zz), xy - z, xz + y, xy + z, 1.0 - (xx + zz), yz - x, xz - y, yz + x, 1.0 - (xx + yy)};
+}
+
+/// q_WB o (1, g) / sqrt(1 + g.g) as an increment, so that rounding stays behind in the low part (X9).
+void turn_attitude(const Vec3& g, Frame& frame) noexcept {
+  const double s = dot(g, g);
+  const double norm = __builtin_sqrt(1.0 + s), inverse = 1.0 / norm;
+  const Quat turned =
+      multiply(frame.q_WB, {-s / (norm * (1.0 + norm)), inverse * g[0], inverse * g[1], inverse * g[2]});
+  // the norm is drawn back to 1 slowly: what its own rounding feeds in stays below eps / 256 a step
+  const Quat& q = frame.q_WB;
+  const double excess = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1.0;
+  for (std::size_t i = 0; i < 4; ++i)
+    add_compensated(frame.q_WB[i], frame.q_WB_low[i], turned[i] - 0x1p-9 * excess * q[i]);
+}
+
+void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
+               Frame& frame) noexcept {
   const Vec3 mean = scale(1.0 / 6.0, add_scaled(add(start, end), 4.0, middle));
-  translate(plan, mean, scale(1.0 / 3.0, add_scaled(start, 2.0, middle)), frame);
+  translate(plan, h, mean, scale(1.0 / 3.0, add_scaled(start, 2.0, middle)), frame);
 }
 
 void add_pattern(const LoadPattern& pattern, double amplitude, RigidLoad& load) noexcept {
@@ -279,9 +281,9 @@ Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoa
   Frame to = from;
   const Vec3 start = resultant_W(loads.start, R_WB);
   if (loads.later)
-    translate(plan, start, resultant_W(loads.middle(), R_WB), resultant_W(loads.end(), R_WB), to);
+    translate(plan, plan.period, start, resultant_W(loads.middle(), R_WB), resultant_W(loads.end(), R_WB), to);
   else
-    translate(plan, start, start, to);
+    translate(plan, plan.period, start, start, to);
   return to;
 }
 
@@ -296,13 +298,13 @@ Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const
   for (std::size_t i = 0; i < 3; ++i) add_compensated(to.H_W[i], to.H_W_low[i], H_gain[i]);
   const RigidLoad &start = loads.start, &middle = loads.middle(), &end = loads.end();
   if (!loads.later && is_zero(start.force_B)) {
-    translate(plan, start.force_W, start.force_W, to);
+    translate(plan, plan.period, start.force_W, start.force_W, to);
     return to;
   }
   const auto force_W = [&](const RigidLoad& load, const Vec3& g) {
     return add(load.force_W, multiply(R_WB, multiply(rotation_of_gibbs(g), load.force_B)));
   };
-  translate(plan, force_W(start, {}), force_W(middle, turned.g_middle), force_W(end, turned.g_end), to);
+  translate(plan, plan.period, force_W(start, {}), force_W(middle, turned.g_middle), force_W(end, turned.g_end), to);
   return to;
 }
 

@@ -46,11 +46,9 @@ struct Frame {
 Mat3 rotation_of_gibbs(const Vec3& g) noexcept;
 /// The attitude turned by the Gibbs vector g in the axes of the step's start   (X9).
 void turn_attitude(const Vec3& g, Frame& frame) noexcept;
-/// Position and velocity one period later   (X6, X72).
-/// \param mean_force  [N] over the step, world axes  \param weighted_force  [N] 2 int (1 - s) F(s) ds
-void translate(const Plan& plan, const Vec3& mean_force, const Vec3& weighted_force, Frame& frame) noexcept;
-/// Mean and weighted force by Simpson's rule from those at the start, middle and end.
-void translate(const Plan& plan, const Vec3& start, const Vec3& middle, const Vec3& end, Frame& frame) noexcept;
+/// Position and velocity a time h [s] later   (X6, X72), from forces [N] at its start, middle and end, world axes.
+void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
+               Frame& frame) noexcept;
 
 /// The frame one period later   (THEORY X6-X9). R_WB is the rotation matrix of from.q_WB.
 Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept;

@@ -17,6 +17,7 @@ enum class Fidelity : std::int32_t {
   kSpinLoaded = 2,  // and the centrifugal load of the spin   (X70)
   kCoupled = 3,     // every term in the elastic displacements, linear elasticity   (X92)
   kExactBars = 4,   // and springs and bars at true length and direction   (X94)
+  kFull = 5,        // and the step divided until its fastest motion is resolved   (X100)
 };
 
 /// Modes are padded to a multiple of this with zeros; reductions run in this many fixed lanes.
@@ -192,8 +193,10 @@ struct PlanCoupled {
   /// Entry. `kStep` less the unit matrix, so that slow modes keep their digits.
   enum Function { kHalfStep, kHalf1, kHalf2, kStep, kWhole1, kWhole2, kWhole3, kNumFunctions };
   enum Entry { kQq, kQv, kVq, kVv, kNumEntries };
-  Array functions;  // (4 kNumFunctions x num_padded), row 4 * function + entry
+  Array functions;  // (4 kNumFunctions x num_padded), row 4 * function + entry; of a part of the step
   std::vector<PlanBar> bars;
+  double part_phase = 0.0;    // [rad] the fastest rate times a part of the step, at most; 0: the step is not divided
+  std::int32_t num_parts = 1;  // of a step, a power of two, so that the time of a part is exact   (X100)
 };
 
 /// Output rows for one published link: force = rows q + rate rows q_dot + load rows Q, each in

@@ -80,6 +80,7 @@ Workspace make_workspace(const Plan& plan) {
   if (has_dependent_loads(plan)) workspace.predicted_q.resize(n);
   workspace.scratch.resize(coupling_scratch_size(plan));
   if (is_coupled(plan)) workspace.coupled = make_coupled_workspace(plan);
+  if (plan.coupled.num_parts > 1) workspace.part = make_state(plan);
   workspace.next_slots.resize(kMaxSlots);
   workspace.next_pattern = make_roomy_pattern(plan);
   workspace.sums = make_load_sums(plan);

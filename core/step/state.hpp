@@ -75,6 +75,7 @@ struct Workspace {
   Array kicked;                  // [m/s] (num_padded) q_dot after half a kick; empty but for split coupling
   Array scratch;                 // see coupling_scratch_size
   CoupledWorkspace coupled;      // empty below the coupled rungs
+  State part;                    // after one part of a step; empty but where the plan divides it   (X100)
   std::vector<Slot> next_slots;  // size kMaxSlots
   LoadPattern next_pattern;
   LoadSums sums;

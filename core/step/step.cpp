@@ -174,18 +174,7 @@ Result advance_separated(const External& external, const State& state, bool is_c
                       workspace);
 }
 
-Result advance_coupled(const External& external, const State& state, bool is_changed,
-                       Workspace& workspace) noexcept {
-  Result result;
-  result.is_finite = advance_coupled_rung(external, state, is_changed || external.jumps(), workspace,
-                                          result.frame, result.force_W, result.moment_B);
-  result.is_finite = result.is_finite && is_finite(result.frame);
-  return result;
-}
-
-/// Moves the next state in; nothing allocates.
-void commit(const Plan& plan, const Result& result, State& state, Workspace& workspace) noexcept {
-  const Frame& frame = result.frame;
+void set_frame(const Frame& frame, State& state) noexcept {
   state.p_WB = frame.p_WB;
   state.p_WB_low = frame.p_WB_low;
   state.v_WB = frame.v_WB;
@@ -194,6 +183,33 @@ void commit(const Plan& plan, const Result& result, State& state, Workspace& wor
   state.q_WB_low = frame.q_WB_low;
   state.H_W = frame.H_W;
   state.H_W_low = frame.H_W_low;
+}
+
+/// The coupled rungs, in as many parts as the plan divides the step into   (X93, X100).
+Result advance_coupled(const External& external, const State& state, bool is_changed,
+                       Workspace& workspace) noexcept {
+  const bool is_fresh = is_changed || external.jumps();
+  const std::int32_t last = external.plan.coupled.num_parts - 1;
+  const State* from = &state;
+  Result result;
+  for (std::int32_t part = 0;; ++part) {
+    const External at{external.plan, external.commands, external.tick, part};
+    result.is_finite = advance_coupled_rung(at, *from, is_fresh && part == 0, workspace, result.frame,
+                                            result.force_W, result.moment_B) &&
+                       is_finite(result.frame);
+    if (part == last || !result.is_finite) return result;
+    State& next = workspace.part;
+    set_frame(result.frame, next);
+    next.force_W = result.force_W;
+    next.q.swap(workspace.next_q);
+    std::swap(next.coupled, workspace.coupled.next);
+    from = &next;
+  }
+}
+
+/// Moves the next state in; nothing allocates.
+void commit(const Plan& plan, const Result& result, State& state, Workspace& workspace) noexcept {
+  set_frame(result.frame, state);
   state.q.swap(workspace.next_q);
   state.q_low.swap(workspace.next_q_low);
   state.q_dot.swap(workspace.next_q_dot);

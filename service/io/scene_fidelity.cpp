@@ -9,7 +9,7 @@ constexpr Quantity kHorizon{"s", Bound::kPositive};
 
 std::vector<std::string_view> rung_names() {
   std::vector<std::string_view> names;
-  for (int k = 0; k <= static_cast<int>(Fidelity::kExactBars); ++k)
+  for (int k = 0; k <= static_cast<int>(Fidelity::kFull); ++k)
     names.emplace_back(name_of(static_cast<Fidelity>(k)));
   names.emplace_back("auto");
   return names;

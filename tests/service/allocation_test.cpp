@@ -59,6 +59,24 @@ TEST(Loop, AllocatesNothing) {
       << "every command was answered, and again those that waited for the reset";
 }
 
+TEST(Loop, AllocatesNothingOnTheFullRungWithItsBudget) {
+  Scene scene = octahedron();
+  publish_everything(scene);
+  scene.fidelity = Fidelity::kFull;
+  scene.error_budget.horizon = 0.1;
+  const Plan plan = lean_plan_of(scene);
+  ASSERT_GT(plan.coupled.num_parts, 1);
+  Rig rig(plan, {.until_tick = 400});
+  rig.push(make_push(1, 0, 100));
+  rig.control(freeflex_msgs::control_t::RESET);
+  is_counting = true;
+  ::operator delete(::operator new(1));  // the counter counts
+  rig.simulation.run();
+  is_counting = false;
+  EXPECT_EQ(std::exchange(num_allocations, 0), 1);
+  EXPECT_EQ(rig.simulation.state().tick, 400);
+}
+
 TEST(Loop, AllocatesNothingWhenItReplans) {
   // a ring in a plane, with springs across it that bend nothing: out of the plane it has modes of its own
   Scene scene = octahedron();

@@ -1,0 +1,72 @@
+// What a tick costs on each rung of the fidelity ladder, and what the live error budget adds, side by side on the
+// 20-point truss.
+#include <benchmark/benchmark.h>
+
+#include "core/model/budget.hpp"
+#include "core/model/leave_out.hpp"
+#include "core/step/budget.hpp"
+#include "service/io/input.hpp"
+
+namespace {
+
+using namespace freeflex;
+
+Scene truss(Fidelity rung) {
+  Scene scene = *io::read_scene(FREEFLEX_SOURCE_DIR "/service/scenes/truss-s1.yaml").scene;
+  scene.fidelity = rung;
+  scene.rate = 1000.0;
+  return scene;
+}
+
+Plan compiled(const Scene& scene) {
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  return *compile_lean_plan(scene, *structure, faults);
+}
+
+void tick(benchmark::State& bench) {
+  const auto rung = static_cast<Fidelity>(bench.range(0));
+  const Plan plan = compiled(truss(rung));
+  State state = make_state(plan);
+  Workspace workspace = make_workspace(plan);
+  StepReport report;
+  for (auto _ : bench) step(plan, state, {}, workspace, report);
+  bench.SetLabel(name_of(rung));
+  bench.counters["parts"] = plan.coupled.num_parts;
+}
+BENCHMARK(tick)->DenseRange(static_cast<int>(Fidelity::kRigid), static_cast<int>(Fidelity::kFull))->ArgName("rung");
+
+// the step and its shadows
+void tick_with_budget(benchmark::State& bench) {
+  const auto rung = static_cast<Fidelity>(bench.range(0));
+  Scene scene = truss(rung);
+  scene.error_budget.horizon = 2.0;
+  const Plan plan = compiled(scene);
+  State state = make_state(plan);
+  Workspace workspace = make_workspace(plan);
+  Budget budget = make_budget(plan);
+  StepReport report;
+  for (auto _ : bench) {
+    prepare_budget(plan, state, budget);
+    step(plan, state, {}, workspace, report);
+    follow_step(plan, state, false, budget);
+  }
+  bench.SetLabel(name_of(rung));
+}
+BENCHMARK(tick_with_budget)
+    ->DenseRange(static_cast<int>(Fidelity::kSeparated), static_cast<int>(Fidelity::kFull))
+    ->ArgName("rung");
+
+// errors as the status publishes them
+void read_out_budget(benchmark::State& bench) {
+  Scene scene = truss(Fidelity::kSeparated);
+  scene.error_budget.horizon = 2.0;
+  const Plan plan = compiled(scene);
+  State state = make_state(plan);
+  Budget budget = make_budget(plan);
+  prepare_budget(plan, state, budget);
+  for (auto _ : bench) benchmark::DoNotOptimize(read_budget(plan, state, budget));
+}
+BENCHMARK(read_out_budget);
+
+}  // namespace

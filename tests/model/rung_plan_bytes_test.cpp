@@ -1,0 +1,140 @@
+// Plans of the coupled rungs, with the shadows of an error budget, as bytes.
+#include <gtest/gtest.h>
+#include <xxhash.h>
+
+#include <cstring>
+#include <random>
+
+#include "core/model/compile.hpp"
+#include "core/step/budget.hpp"
+#include "core/step/readout.hpp"
+#include "tests/model/make_scene.hpp"
+#include "tests/support/omissions.hpp"
+#include "tests/support/simulation.hpp"
+#include "tests/support/structures.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+constexpr std::size_t kHeaderSize = 28;  // magic 8, version 4, length 8, checksum 8
+
+/// Four points on the full rung, two parts a tick, with feedback, a sine and a budget.
+Plan full_plan() {
+  Scene scene;
+  scene.name = "full";
+  for (int i = 0; i < 4; ++i) add_point(scene, 1.0 + i, Eigen::Vector3d::Unit(i % 3) * (i < 3 ? 1.0 : 0.0));
+  for (int i = 0; i < 4; ++i)
+    for (int j = 0; j < i; ++j) add_link(scene, j, i, Spring{4e5});
+  add_corner_pulse(scene);
+  scene.feedbacks.push_back({"f", 1, 1, -5.0 * Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity(),
+                             Eigen::Matrix3d::Zero(), {}});
+  publish_everything(scene);
+  scene.fidelity = Fidelity::kFull;
+  scene.rate = 1000.0;
+  scene.error_budget.horizon = 0.004;
+  return lean_plan_of(scene);
+}
+
+void seal(std::vector<std::byte>& bytes) {
+  const std::uint64_t checksum = XXH3_64bits(bytes.data() + kHeaderSize, bytes.size() - kHeaderSize);
+  const std::uint64_t length = bytes.size() - kHeaderSize;
+  std::memcpy(bytes.data() + 12, &length, 8);
+  std::memcpy(bytes.data() + 20, &checksum, 8);
+}
+
+/// Steps with the shadows beside, a command, a reset and a horizon that is over: no access out of bounds.
+void exercise(const Plan& plan) {
+  State state = make_state(plan);
+  Workspace workspace = make_workspace(plan);
+  Budget budget = make_budget(plan);
+  StepReport report;
+  ForceCommand command = make_command(0, 1, Axes::kBody, 5);
+  add_force(command, 0, {0.1, 0.2, 0.3});
+  for (int tick = 0; tick < 8; ++tick) {
+    const bool pushes = tick == 2 && plan.points[0].row >= 0 && plan.points[0].pushable;
+    prepare_budget(plan, state, budget);
+    step(plan, state, {{&command, pushes ? 1U : 0U}}, workspace, report);
+    if (report.status == StepStatus::kOk) follow_step(plan, state, pushes, budget);
+    read_budget(plan, state, budget);
+    read_invariants(plan, state);
+    if (tick == 5) reset_state(plan, state);
+  }
+}
+
+TEST(RungPlan, ComesBackFromBytesToTheBit) {
+  const Plan plan = full_plan();
+  ASSERT_GT(plan.coupled.num_parts, 1);
+  ASSERT_EQ(plan.budget.shadows.size(), 1U);
+  const std::vector<std::byte> bytes = plan_to_bytes(plan);
+  std::string error;
+  const auto back = plan_from_bytes(bytes, error);
+  ASSERT_TRUE(back.has_value()) << error;
+  EXPECT_EQ(plan_to_bytes(*back), bytes);
+  EXPECT_EQ(back->coupled.functions, plan.coupled.functions);
+  EXPECT_EQ(back->coupled.num_parts, plan.coupled.num_parts);
+  EXPECT_EQ(back->coupled.bars.size(), 6U);
+  EXPECT_EQ(back->budget.shadows[0].plan.coupled.num_parts, plan.budget.shadows[0].plan.coupled.num_parts);
+  exercise(*back);
+}
+
+TEST(RungPlan, WhatDoesNotFitTheRungIsRefused) {
+  const auto error_of = [](const auto& spoil) {
+    Plan plan = full_plan();
+    spoil(plan);
+    std::string error;
+    EXPECT_FALSE(plan_from_bytes(plan_to_bytes(plan), error).has_value());
+    return error;
+  };
+  const auto names = [](const std::string& error, const char* what) {
+    EXPECT_NE(error.find(what), std::string::npos) << error;
+  };
+  names(error_of([](Plan& p) { p.coupled.num_parts = 3; }), "no power of two");
+  names(error_of([](Plan& p) { p.coupled.num_parts = 1 << 20; }), "too large");
+  names(error_of([](Plan& p) { p.coupled.part_phase = -1.0; }), "the phase of a part");
+  names(error_of([](Plan& p) { p.coupled.functions.pop_back(); }), "functions of the modes");
+  names(error_of([](Plan& p) { p.coupled.bars[2].first = 4; }), "a bar is out of range");
+  names(error_of([](Plan& p) { std::swap(p.coupled.bars[0], p.coupled.bars[1]); }), "out of order");
+  names(error_of([](Plan& p) { p.fidelity = Fidelity::kCoupled; }), "the phase of a part");
+  names(error_of([](Plan& p) { p.fidelity = static_cast<Fidelity>(6); }), "no known kind");
+  names(error_of([](Plan& p) { p.budget.shadows[0].substeps = 3; }), "no known kind");
+  names(error_of([](Plan& p) { p.budget.shadows[0].plan.points.pop_back(); }), "shadow");
+  names(error_of([](Plan& p) { p.budget.horizon = 0.0; }), "without a horizon");
+  names(error_of([](Plan& p) { p.budget.horizon = -1.0; }), "out of range");
+  names(error_of([](Plan& p) { p.budget.shadows[0].plan.budget.shadows = p.budget.shadows; }), "holds another");
+}
+
+TEST(RungPlan, SealedDamageIsRefusedOrHarmless) {
+  const std::vector<std::byte> bytes = plan_to_bytes(full_plan());
+  std::mt19937_64 engine(11);
+  int num_refused = 0, num_taken = 0;
+  for (int trial = 0; trial < 2000; ++trial) {
+    std::vector<std::byte> damaged = bytes;
+    const std::size_t at = kHeaderSize + engine() % (bytes.size() - kHeaderSize - 8);
+    if (trial % 3 == 0)
+      damaged[at] ^= static_cast<std::byte>(1U << (engine() % 8));
+    else if (trial % 3 == 1)
+      std::memset(damaged.data() + at, 0xff, 4);
+    else
+      damaged.erase(damaged.begin() + static_cast<std::ptrdiff_t>(at));
+    seal(damaged);
+    std::string error;
+    const auto plan = plan_from_bytes(damaged, error);
+    if (plan) exercise(*plan);
+    ++(plan ? num_taken : num_refused);
+  }
+  EXPECT_GT(num_refused, 500);
+  EXPECT_GT(num_taken, 100);
+}
+
+TEST(RungPlan, AnotherRateDividesAnew) {
+  Plan plan = full_plan();
+  const std::int32_t parts = plan.coupled.num_parts;
+  set_rate(plan, 500.0);
+  EXPECT_EQ(plan.coupled.num_parts, 2 * parts);
+  EXPECT_EQ(plan.budget.shadows[0].plan.period * plan.budget.shadows[0].substeps, plan.period);
+  EXPECT_EQ(find_inconsistency(plan), "");
+  exercise(plan);
+}
+
+}  // namespace
+}  // namespace freeflex::testing
