@@ -23,7 +23,8 @@ struct Options {
   std::vector<std::string> scenes;
   std::string folder;
   StudyOptions study;
-  EstimateOptions estimates;
+  std::uint64_t seed = 2;  // the factor of the estimate was set on seed 1
+  int num_estimates = 0;
   bool only_rungs = false;
   bool stability = false;
   bool quick = false;
@@ -101,7 +102,7 @@ int stability(const Options& options) {
 
 /// Options that do not go together. Empty: none.
 std::string find_conflict(const CLI::App& command, const Options& options) {
-  const bool draws = options.estimates.count > 0;
+  const bool draws = options.num_estimates > 0;
   if (!options.stability) {
     if (options.scenes.empty() && !draws)
       return "SCENE is needed, or --stability or --estimates N, which have scenes of their own";
@@ -113,18 +114,19 @@ std::string find_conflict(const CLI::App& command, const Options& options) {
   return {};
 }
 
-int report(const Options& options) {
-  if (options.estimates.count > 0) {
-    if (!options.scenes.empty() || !options.folder.empty())
-      return print_error(
-                 "--estimates draws its own scenes and writes to standard output: no SCENE and no --out"),
-             kExitUsage;
-    EstimateOptions estimates = options.estimates;
-    estimates.json = options.json;
-    return report_estimates(estimates);
+std::vector<NamedText> files_of(const Report& report) {
+  std::vector<NamedText> files{{"report.json", to_json(report).dump(2) + "\n"}, {"report.html", to_html(report)}};
+  if (!report.studies.empty()) {
+    files.push_back({"report.csv", to_csv(report)});
+    files.push_back({"work-precision.svg", work_precision_svg(report)});
   }
+  if (!report.estimates.empty()) files.push_back({"estimates.csv", estimates_to_csv(report)});
+  return files;
+}
+
+int report(const Options& options) {
   const std::vector<Scene> scenes = read_scenes(options.scenes);
-  if (scenes.empty()) return kExitUsage;
+  if (scenes.size() < options.scenes.size()) return kExitUsage;
   Report report;
   report.machine = this_machine();
   StudyOptions study = options.study;
@@ -142,16 +144,20 @@ int report(const Options& options) {
       return kExitUsage;
     }
   }
+  if (options.num_estimates > 0 && !is_interrupted_now) {
+    Progress progress("estimates");
+    report.seed = options.seed;
+    report.estimates = study_estimates(options.seed, options.num_estimates, [&](double share) {
+      progress.update(share);
+      return !is_interrupted();
+    });
+    is_interrupted_now = is_interrupted();
+  }
   if (options.json)
     print_json(to_json(report));
   else
     print_text(report);
-  if (!options.folder.empty() &&
-      !write_folder(options.folder, {{"report.csv", to_csv(report)},
-                                     {"report.json", to_json(report).dump(2) + "\n"},
-                                     {"report.html", to_html(report)},
-                                     {"work-precision.svg", work_precision_svg(report)}}))
-    return kExitDiffers;
+  if (!options.folder.empty() && !write_folder(options.folder, files_of(report))) return kExitDiffers;
   return is_interrupted_now ? kExitInterrupted : kExitOk;
 }
 
@@ -163,14 +169,14 @@ void add_report(CLI::App& app, int& exit_code) {
       "report", "error against run time of every rung, beside other methods on the same scene");
   command->add_option("SCENE", options->scenes, "scene files of springs and bars");
   command
-      ->add_option("--estimates", options->estimates.count,
+      ->add_option("--estimates", options->num_estimates,
                    "random scenes on which the error estimate is held against the full system")
       ->check(whole_number(1, 100000));
-  command->add_option("--seed", options->estimates.seed, "of the random scenes")->capture_default_str();
+  command->add_option("--seed", options->seed, "of the random scenes")->capture_default_str();
   command
       ->add_option("--out", options->folder,
-                   "folder for report.csv, report.json, report.html and work-precision.svg; with --stability "
-                   "stability.csv, stability.json and stability.html")
+                   "folder for report.csv, report.json, report.html and work-precision.svg, with --estimates "
+                   "estimates.csv; with --stability stability.csv, stability.json and stability.html")
       ->check(file_name());
   command->add_option("--until", options->study.end, "simulated time [s]")
       ->capture_default_str()
@@ -190,7 +196,7 @@ void add_report(CLI::App& app, int& exit_code) {
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(
       "Example:\n  freeflex report service/scenes/truss-s1.yaml --out report\n"
-      "  freeflex report --stability --out report\n"
+      "  freeflex report --stability --out report\n  freeflex report --estimates 200 --out report\n"
       "Exit codes: 0 done, 1 not written, or a case of --stability fails, 2 wrong arguments or a scene "
       "without a full system, 130 "
       "interrupted.");

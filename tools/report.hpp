@@ -1,4 +1,4 @@
-// A report on several scenes: as text, JSON, CSV, one page and one picture.
+// A report on several scenes, and on the error estimate: as text, JSON, CSV, one page and one picture.
 #pragma once
 
 #include <cstdint>
@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "tools/console.hpp"
+#include "tools/estimates.hpp"
 #include "tools/machine.hpp"
 #include "tools/study.hpp"
 
@@ -14,6 +15,8 @@ namespace freeflex::tools {
 struct Report {
   Machine machine;
   std::vector<Study> studies;
+  std::uint64_t seed = 0;              // of the random scenes
+  std::vector<EstimateRow> estimates;  // empty unless asked for
 };
 
 /// [ns] CPU time of a step with the first read-out; not a number for a run that failed.
@@ -32,14 +35,11 @@ std::string to_html(const Report& report);
 /// Elastic error over CPU time, a row of panels a scene, one panel a read-out; for the page and by itself.
 std::string work_precision_svg(const Report& report);
 
-/// `--estimates`: random scenes, of a seed.
-struct EstimateOptions {
-  std::uint64_t seed = 2;  // the factor of the estimate was set on seed 1
-  int count = 0;
-  bool json = false;
-};
-/// Runs the study and prints it; an exit code.
-int report_estimates(const EstimateOptions& options);
+/// The part on the error estimate, of a report that has one.
+void print_estimates(const Report& report);
+Json estimates_to_json(const Report& report);
+std::string estimates_to_csv(const Report& report);
+std::string estimates_section(const Report& report);
 
 /// What every page begins with, its style included, up to the body.
 std::string page_head(const std::string& title);

@@ -116,6 +116,7 @@ Json to_json(const Report& report) {
   json["scenes"] = Json::array();
   for (const Study& study : report.studies) json["scenes"].push_back(to_json(study));
   json["findings"] = findings(report);
+  if (!report.estimates.empty()) json["estimates"] = estimates_to_json(report);
   return json;
 }
 

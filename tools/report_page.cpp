@@ -159,7 +159,10 @@ std::string to_html(const Report& report) {
   text += "<h1>Error against run time</h1>\n<p>freeflex " + escaped(machine.version) + ", commit " +
           escaped(machine.commit) + ", " + escaped(machine.date) + ". " + escaped(machine.processor) +
           format_text(", %d cores, ", machine.cores) + escaped(machine.system) + ". " +
-          escaped(machine.compiler) + ", " + escaped(machine.flags) + ".</p>\n<h2>What it says</h2><ul>\n";
+          escaped(machine.compiler) + ", " + escaped(machine.flags) + ".</p>\n";
+  if (!report.estimates.empty()) text += estimates_section(report);
+  if (report.studies.empty()) return text + "</body></html>\n";
+  text += "<h2>What it says</h2><ul>\n";
   for (const std::string& sentence : findings(report)) text += "<li>" + escaped(sentence) + "</li>\n";
   text +=
       "</ul>\n<h2>At equal error</h2><p>For each scene and level: the cheapest rung and step that has no "

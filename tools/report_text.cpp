@@ -138,8 +138,9 @@ void print_text(const Report& report) {
   const Machine& machine = report.machine;
   std::printf("%s, %d cores; %s %s; commit %s; %s\n", machine.processor.c_str(), machine.cores,
               machine.compiler.c_str(), machine.flags.c_str(), machine.commit.c_str(), machine.date.c_str());
-  std::printf(
-      "errors at the end against the full system; CPU in seconds per simulated second, by read-out\n");
+  if (!report.studies.empty())
+    std::printf(
+        "errors at the end against the full system; CPU in seconds per simulated second, by read-out\n");
   for (const Study& study : report.studies) {
     std::printf(
         "\n%s: %zu points, %zu links, %zu elastic freedoms, %.4g to %.4g rad/s, spin %g rad/s, %g s\n",
@@ -153,7 +154,9 @@ void print_text(const Report& report) {
     print_comparisons(study);
   }
   std::printf("\n");
-  for (const std::string& sentence : findings(report)) std::printf("%s\n", sentence.c_str());
+  if (!report.studies.empty())
+    for (const std::string& sentence : findings(report)) std::printf("%s\n", sentence.c_str());
+  if (!report.estimates.empty()) print_estimates(report);
 }
 
 }  // namespace freeflex::tools

@@ -18,10 +18,10 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         bad_line("UnknownFidelity", "fidelity: spinloaded",
                  {"scene.yaml:5:11: error: scene: fidelity is the text 'spinloaded', must be rigid, "
-                  "separated, spin-loaded, coupled, exact-bars or auto (did you mean 'spin-loaded'?)"}),
+                  "separated, spin-loaded, coupled, exact-bars, full or auto (did you mean 'spin-loaded'?)"}),
         bad_line("FidelityIsAList", "fidelity: [separated]",
                  {"scene.yaml:5:11: error: scene: fidelity is a list, must be rigid, separated, spin-loaded, "
-                  "coupled, exact-bars or auto"}),
+                  "coupled, exact-bars, full or auto"}),
         bad_line("AttractorIsANumber", "attractor: 3.986e14",
                  {"scene.yaml:5:12: error: attractor is the text '3.986e14', must be a mapping of at, mu"}),
         bad_line("AttractorWithoutStrength", "attractor: {at: [0, 0, 7e6]}",
