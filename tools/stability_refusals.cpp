@@ -117,6 +117,24 @@ Outcome bars_at_a_long_period() {
   return named(ride.said(), {"exact-bars", "the stiffest mode"});
 }
 
+/// On the rungs where dashpots act stage by stage; full divides the tick for the same one.
+Outcome dashpot_too_fast(Fidelity rung) {
+  Scene scene = square_truss(3, 1e5);
+  Link dashpot;
+  dashpot.name = "damper";
+  dashpot.points = {0, 1};
+  dashpot.kind = Dashpot{1e5};
+  scene.links.push_back(dashpot);
+  scene.fidelity = rung;
+  add_force(scene, 10, {0.1, 0.2, 0.3});
+  Ride ride(scene);
+  if (!ride.has_plan()) return named(ride.said(), {"act stage by stage", "take fidelity: full"});
+  if (rung != Fidelity::kFull) return no_answer("a plan was made");
+  const bool is_finite = ride.run(200) && ride.positions_W().allFinite();
+  return named(is_finite ? format_text("taken, a tick in %d parts", ride.plan.coupled.num_parts) : "not finite",
+               {"taken"});
+}
+
 /// The daemon's pacer over a step that costs more than its period, on the clock of this machine.
 Outcome unheld_period(const StabilityOptions& options) {
   constexpr double kRateOfScene = 1e6;  // [Hz] the highest a scene may ask for
@@ -157,6 +175,11 @@ void add_refusal_cases(std::vector<StabilityCase>& cases) {
   add("force over max_force", [](const Options&) { return too_much_force(true); });
   add("a tolerance no rung meets", [](const Options&) { return unmet_tolerance(); });
   add("exact bars at a period too long for them", [](const Options&) { return bars_at_a_long_period(); });
+  add("a dashpot too fast for the stages of coupled",
+      [](const Options&) { return dashpot_too_fast(Fidelity::kCoupled); });
+  add("a dashpot too fast for the stages of exact bars",
+      [](const Options&) { return dashpot_too_fast(Fidelity::kExactBars); });
+  add("the same dashpot on full is taken", [](const Options&) { return dashpot_too_fast(Fidelity::kFull); });
   add("a period this machine cannot hold", [](const Options& options) { return unheld_period(options); });
 }
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <numbers>
 
+#include "core/model/rungs.hpp"
 #include "core/reference/elastic_error.hpp"
 #include "tools/stability_ride.hpp"
 #include "tools/stability_scenes.hpp"
@@ -89,6 +90,33 @@ Outcome across_pi(Fidelity rung, const StabilityOptions& options) {
   return outcome;
 }
 
+/// The full rung, whose parts are of one size at every step: against exact bars at half a part.
+Outcome full_across_pi(const StabilityOptions& options) {
+  const Ride probe(turning_truss(Fidelity::kSeparated));
+  if (!probe.has_plan()) return no_answer(probe.said());
+  const double top = probe.plan.omega[static_cast<std::size_t>(probe.plan.num_elastic) - 1];
+  const Shape shape(turning_truss(Fidelity::kFull));
+  constexpr std::int64_t kTicks = 50;
+  const double most = options.is_quick ? 100.0 : 200.0;
+  Outcome outcome;
+  outcome.measured = 0.0;
+  for (const double k : {10.0, 30.0, most})
+    for (const double off : {0.0, 1e-9, 1e-3}) {
+      if (options.is_stopped()) return no_answer("interrupted");
+      const double phase = k * std::numbers::pi * (1.0 + off);
+      std::int64_t parts = 1;
+      while (phase > kFullPhase * static_cast<double>(parts)) parts *= 2;
+      const double step = phase / top;
+      const auto divided = run_at(Fidelity::kFull, step, kTicks, outcome.said),
+                 fine = run_at(Fidelity::kExactBars, 0.5 * step / static_cast<double>(parts), 2 * parts * kTicks,
+                               outcome.said);
+      if (!divided || !fine) return no_answer(outcome.said);
+      outcome.measured = std::max(outcome.measured, shape.difference(*divided, *fine));
+    }
+  outcome.said = format_text("9 steps, omega h of 31.4 to %.3g; 0 is below the rounding of positions", most * std::numbers::pi);
+  return outcome;
+}
+
 }  // namespace
 
 void add_rung_cases(std::vector<StabilityCase>& cases) {
@@ -108,6 +136,8 @@ void add_rung_cases(std::vector<StabilityCase>& cases) {
     cases.push_back(
         {"steps across omega h = k pi", row.name, row.quantity, row.limit, false,
          [rung = row.rung](const StabilityOptions& options) { return across_pi(rung, options); }});
+  cases.push_back({"steps across omega h = k pi", "full", "elastic difference from parts of half the size, the worst",
+                   1e-6, false, full_across_pi});
 }
 
 }  // namespace freeflex::tools
