@@ -6,8 +6,10 @@
 
 #include "core/model/compile.hpp"
 #include "core/reference/elastic_error.hpp"
+#include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
+#include "core/step/vector.hpp"
 #include "tools/console.hpp"
 #include "tools/study_runs.hpp"
 
@@ -29,8 +31,14 @@ struct Rung {
   Workspace workspace;
   StepReport report;
 
+  std::vector<Vec3> V, V_dot;  // [m], [m/s] (num_points) body axes
+
   explicit Rung(Plan given)
-      : plan(std::move(given)), state(make_state(plan)), workspace(make_workspace(plan)) {}
+      : plan(std::move(given)),
+        state(make_state(plan)),
+        workspace(make_workspace(plan)),
+        V(plan.points.size()),
+        V_dot(plan.points.size()) {}
 
   /// False when the state stops being finite.
   bool advance(std::int64_t ticks) {
@@ -42,12 +50,17 @@ struct Rung {
     return true;
   }
 
-  void read(CartesianState& to) const {
+  /// Positions and velocities of all points, which is what other methods are read for.  \pre row i is point i's
+  void read(CartesianState& to) {
+    contract_points(plan, state.q.data(), state.q_dot.data(), V, V_dot);
+    const Mat3 R = rotation_matrix(state.q_WB);
+    const Vec3 w = angular_velocity(plan, state);
     for (std::size_t i = 0; i < plan.points.size(); ++i) {
-      const PointState point = read_point(plan, state, static_cast<int>(i));
+      const Vec3 x = add(plan.points[i].r, V[i]);
+      const Vec3 p = add(state.p_WB, multiply(R, x)), v = add(state.v_WB, multiply(R, add(cross(w, x), V_dot[i])));
       const auto column = static_cast<Eigen::Index>(i);
-      to.p_W.col(column) = Eigen::Vector3d(point.p_W[0], point.p_W[1], point.p_W[2]);
-      to.v_W.col(column) = Eigen::Vector3d(point.v_W[0], point.v_W[1], point.v_W[2]);
+      to.p_W.col(column) = Eigen::Vector3d(p[0], p[1], p[2]);
+      to.v_W.col(column) = Eigen::Vector3d(v[0], v[1], v[2]);
     }
   }
 
