@@ -131,7 +131,7 @@ void StatusReporter::fill_budget(const Snapshot& snapshot, freeflex_msgs::status
   const bool has_budget = !plan_.budget.shadows.empty();
   Verdict verdict = judge_ratios(plan_, status.displacement_ratio, status.spin_ratio);
   if (has_budget) {
-    verdict = judge_budget(reading, validity_.size(), status.displacement_ratio, status.spin_ratio);
+    verdict = judge_budget(plan_, reading, validity_.size(), status.displacement_ratio, status.spin_ratio);
     status.budget_horizon = plan_.budget.horizon;
     status.budget_age = reading.age;
     const ErrorSize* const parts[] = {&reading.total, &reading.integration, &reading.truncation, &reading.model};

@@ -49,10 +49,18 @@ RungLimits limits_of(Fidelity rung) {
   return {100.0, kNone};  // the frame is lost when V reaches a tenth of the size
 }
 
+constexpr double kGoodShare = 0.1;  // of a limit
+
+/// True when some link has no second order on any rung: all but springs and bars, and what damps them   (X98).
+bool has_unseen_links(const Plan& plan) {
+  if (plan.budget.shadows.empty()) return false;
+  const Plan& best = plan.budget.shadows.front().plan;
+  return best.coupled.bars.size() < best.links.size() || best.coupling.num_damping > 0;
+}
+
 }  // namespace
 
 Verdict judge_ratios(const Plan& plan, double displacement_ratio, double spin_ratio) {
-  constexpr double kGoodShare = 0.1;  // of the limit
   const RungLimits limits = limits_of(plan.fidelity);
   const double d = displacement_ratio / (limits.displacement * kMaxDisplacementRatio),
                s = spin_ratio / (limits.spin * kMaxSpinRatio);
@@ -63,7 +71,10 @@ Verdict judge_ratios(const Plan& plan, double displacement_ratio, double spin_ra
   return verdict;
 }
 
-Verdict judge_budget(const BudgetReading& reading, double size, double displacement_ratio, double spin_ratio) {
+namespace {
+
+/// Of the distances alone.
+Verdict judge_distances(const BudgetReading& reading, double size, double displacement_ratio, double spin_ratio) {
   if (reading.is_lost) return {Verdict::Word::kOutside, "the full equations beside it left the numbers"};
   const ErrorSize& total = reading.total;
   const double position = size > 0.0 ? total.position / size : 0.0;
@@ -86,6 +97,20 @@ Verdict judge_budget(const BudgetReading& reading, double size, double displacem
   verdict.cause += by_elastic ? "; elastic error " + number(total.elastic)
                               : "; position error " + number(total.position) + " m";
   return verdict;
+}
+
+}  // namespace
+
+Verdict judge_budget(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
+                     double spin_ratio) {
+  const Verdict verdict = judge_distances(reading, size, displacement_ratio, spin_ratio);
+  if (!has_unseen_links(plan)) return verdict;
+  const double limit = limits_of(Fidelity::kCoupled).displacement * kMaxDisplacementRatio;
+  const Verdict::Word by_ratio = grade(displacement_ratio / limit, kGoodShare, 1.0);
+  if (by_ratio <= verdict.word) return verdict;
+  return {by_ratio, "deformation: displacement ratio " + number(displacement_ratio) +
+                        ", and the estimate sees the second order of springs and bars alone, not of other links or "
+                        "dampers"};
 }
 
 Validity::Validity(const Plan& plan) : plan_(plan) {

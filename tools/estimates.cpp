@@ -190,7 +190,7 @@ void judge_estimate(const Scene& scene, const Structure& structure, const Measur
   row.is_lost = reading.is_lost;
   row.estimate = reading.total;
   row.truth = true_error(measure, *plan, state, truth);
-  row.verdict = service::judge_budget(reading, validity.size(), validity.displacement_ratio(V),
+  row.verdict = service::judge_budget(*plan, reading, validity.size(), validity.displacement_ratio(V),
                                       validity.spin_ratio(spin, V));
 }
 

@@ -160,6 +160,7 @@ void print_plan_json(const Plans& plans) {
   Json present = Json::object();
   for (const auto& [name, is_there] : features(plan)) present[name] = is_there;
   out["features"] = present;
+  predict_step(plan);  // the processor warms up
   out["ns"] = to_json(predict_step(plan));
   if (plans.whole) out["ns_with_everything_kept"] = to_json(predict_step(*plans.whole));
   print_json(out);
@@ -212,6 +213,7 @@ void print_parts(const Plan& plan) {
 }
 
 void print_cost(const Plans& plans) {
+  predict_step(*plans.plan);  // the processor warms up
   const StepCost cost = predict_step(*plans.plan);
   if (is_coupled(*plans.plan)) {
     std::printf("step               %.0f ns, measured; reading a point takes %.0f ns\n", cost.step(), cost.point);

@@ -153,6 +153,7 @@ int report(const Options& options) {
     });
     is_interrupted_now = is_interrupted();
   }
+  report.is_interrupted = is_interrupted_now;
   if (options.json)
     print_json(to_json(report));
   else

@@ -15,6 +15,7 @@ namespace freeflex::tools {
 struct Report {
   Machine machine;
   std::vector<Study> studies;
+  bool is_interrupted = false;         // something that was asked for is not in it
   std::uint64_t seed = 0;              // of the random scenes
   std::vector<EstimateRow> estimates;  // empty unless asked for
 };

@@ -115,6 +115,7 @@ Json to_json(const Report& report) {
                      {"commit", machine.commit},       {"date", machine.date}};
   json["scenes"] = Json::array();
   for (const Study& study : report.studies) json["scenes"].push_back(to_json(study));
+  json["complete"] = !report.is_interrupted;
   json["findings"] = findings(report);
   if (!report.estimates.empty()) json["estimates"] = estimates_to_json(report);
   return json;

@@ -92,10 +92,11 @@ double ns_per_step(const Study& study, const Run& run) {
 
 std::vector<std::string> findings(const Report& report) {
   std::vector<std::string> sentences;
-  bool loses = false;
+  bool loses = false, is_compared = false;
   for (std::size_t load = 0; load < kReadOuts; ++load) {
     const Nearest now = nearest(report, static_cast<ReadOut>(load));
     if (now.study == nullptr) continue;
+    is_compared = true;
     const Run& ours = now.study->runs[now.found.ours];
     const char* scene = now.study->scene.c_str();
     const char* method = now.found.best.method.c_str();
@@ -117,9 +118,10 @@ std::vector<std::string> findings(const Report& report) {
       std::string(
           "Where the full field of a large structure is wanted often, a rung of modes is the wrong tool: one "
           "reading of N points costs some 9 N^2 products, a step of a sparse method some 100 N. ") +
-      (loses ? "The figures above show it."
-             : "On the scenes of this report that has not yet turned the order round; on a thousand points "
-               "(truss-s3) it does."));
+      (loses              ? "The figures above show it."
+       : is_compared      ? "On the scenes of this report that has not yet turned the order round; on a thousand points "
+                            "(truss-s3) it does."
+                          : ""));
   if (is_krylov_nearest(report))
     sentences.push_back(
         "Of the others Krylov's method on the linearised system comes nearest with one read-out: a step as "
@@ -157,6 +159,7 @@ void print_text(const Report& report) {
   if (!report.studies.empty())
     for (const std::string& sentence : findings(report)) std::printf("%s\n", sentence.c_str());
   if (!report.estimates.empty()) print_estimates(report);
+  if (report.is_interrupted) std::printf("\ninterrupted: not all that was asked for is here\n");
 }
 
 }  // namespace freeflex::tools

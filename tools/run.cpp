@@ -75,13 +75,16 @@ std::string ratios_text(const Extremes& extremes) {
                      extremes.spin_ratio());
 }
 
-/// Says so when a run went beyond the method.
-void warn_beyond_limits(const Plan& plan, const Extremes& extremes) {
-  if (!extremes.is_known()) return;
-  if (is_coupled(plan)) {
-    const service::Verdict verdict = service::judge_ratios(plan, extremes.displacement_ratio(), extremes.spin_ratio());
+/// Says so when a run went beyond the method: by its budget where it has one.
+void warn_beyond_limits(const Plan& plan, const Extremes& extremes, const std::optional<service::Verdict>& by_budget) {
+  if (!extremes.is_known() && !by_budget) return;
+  if (is_coupled(plan) || by_budget || plan.has_spin_load) {
+    const service::Verdict verdict =
+        by_budget ? *by_budget
+                  : service::judge_ratios(plan, extremes.displacement_ratio(), extremes.spin_ratio());
     if (verdict.word == service::Verdict::Word::kOutside)
-      print_warning(verdict.cause + ": outside what this rung can answer (README, 'When not to trust it')");
+      print_warning(verdict.cause + ": outside what this rung can answer (README, 'When not to trust it')" +
+                    (is_coupled(plan) ? "" : "; smaller loads, a stiffer structure, a slower spin, or fidelity: coupled"));
     return;
   }
   const char* reference = "outside what the method can answer (README, 'When not to trust it')";
@@ -92,11 +95,9 @@ void warn_beyond_limits(const Plan& plan, const Extremes& extremes) {
   }
   if (extremes.spin_ratio() > service::kMaxSpinRatio) {
     print_warning(format_text(
-        "spin ratio %.2g is above %g: %s; %s; the pose stays good for longer; a slower spin%s",
-        extremes.spin_ratio(), service::kMaxSpinRatio, reference,
-        plan.has_spin_load ? "Coriolis forces and what the deformation does to the spin are left out"
-                           : "the deformation lacks that of centrifugal forces",
-        plan.has_spin_load ? "" : ", or fidelity: spin-loaded"));
+        "spin ratio %.2g is above %g: %s; the deformation lacks that of centrifugal forces; the pose stays good "
+        "for longer; a slower spin, or fidelity: spin-loaded or coupled",
+        extremes.spin_ratio(), service::kMaxSpinRatio, reference));
   }
 }
 
@@ -255,7 +256,7 @@ void report(const Options& options, const std::string& file, const Result& resul
   const double seconds = static_cast<double>(result.ticks) * plan.period;
   std::optional<service::Verdict> verdict;
   if (result.budget)
-    verdict = service::judge_budget(*result.budget, extremes.size(), extremes.displacement_ratio(), extremes.spin_ratio());
+    verdict = service::judge_budget(plan, *result.budget, extremes.size(), extremes.displacement_ratio(), extremes.spin_ratio());
   if (options.json) {
     Json errors;
     if (result.budget)
@@ -283,7 +284,7 @@ void report(const Options& options, const std::string& file, const Result& resul
     std::fprintf(stderr, "freeflex: interrupted: %s holds %" PRId64 " of %" PRId64 " ticks; %s\n",
                  file.c_str(), result.ticks, last, ratios_text(extremes).c_str());
   }
-  warn_beyond_limits(plan, extremes);
+  warn_beyond_limits(plan, extremes, verdict);
 }
 
 int run(const CLI::App& command, const Options& options) {

@@ -48,13 +48,14 @@ const char* StabilityRow::verdict() const {
 }
 
 bool StabilityReport::holds() const {
-  return std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.holds(); });
+  return !is_interrupted && std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.holds(); });
 }
 
 StabilityReport check_stability(const StabilityOptions& options, const std::function<void(double)>& told) {
   StabilityReport report;
   report.machine = this_machine();
   const std::vector<StabilityCase> cases = stability_cases();
+  report.num_cases = cases.size();
   for (std::size_t k = 0; k < cases.size(); ++k) {
     const double start = thread_cpu();
     StabilityRow row{cases[k], cases[k].run(options), 0.0};
@@ -85,6 +86,8 @@ void print_text(const StabilityReport& report) {
   const auto failed = std::count_if(report.rows.begin(), report.rows.end(),
                                     [](const StabilityRow& row) { return !row.holds(); });
   std::printf("\n%zu cases, %d of them fail\n", report.rows.size(), static_cast<int>(failed));
+  if (report.is_interrupted)
+    std::printf("interrupted: %zu of %zu cases did not run\n", report.num_cases - report.rows.size(), report.num_cases);
 }
 
 Json to_json(const StabilityReport& report) {

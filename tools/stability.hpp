@@ -56,6 +56,7 @@ struct StabilityReport {
   Machine machine;
   std::vector<StabilityRow> rows;
   bool is_interrupted = false;
+  std::size_t num_cases = 0;  // of which rows holds those that ran
   bool holds() const;
 };
 

@@ -51,6 +51,9 @@ std::string to_html(const StabilityReport& report) {
           escaped(machine.commit) + ", " + escaped(machine.date) + ". " + escaped(machine.processor) + ", " +
           escaped(machine.compiler) + ", " + escaped(machine.flags) + ".</p>\n<p>" +
           format_text("%zu cases, %zu of them fail. ", report.rows.size(), failed) +
+          (report.is_interrupted ? format_text("<b>Interrupted: %zu more did not run.</b> ",
+                                               report.num_cases - report.rows.size())
+                                 : std::string()) +
           "Each has a figure that must be met, stated beside the measured one; what cannot be answered must "
           "be refused "
           "or flagged by name. Hand-written methods run at our step, packaged ones at a local error of 1e-8 "

@@ -23,6 +23,9 @@ Scene shadow_scene(const Scene& scene, Fidelity rung, std::int32_t substeps) {
   return shadow;
 }
 
+// [ticks] of the runs by which auto chooses: with 20 points some seconds
+constexpr std::int64_t kMostTicksTried = 200'000;
+
 bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind kind, Fidelity rung,
                 std::int32_t substeps, Plan& plan, Faults& faults) {
   Faults own;
@@ -33,10 +36,11 @@ bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind
   if (!compiled) {
     for (const Fault& fault : own)
       if (fault.severity == Fault::Severity::kError)
-        add_error(faults, fault.origin,
-                  join_text("error_budget: the equations it compares with, fidelity ", name_of(rung), " at ",
-                            scene.rate * substeps, " Hz, cannot carry the scene: ", fault.message,
-                            "; or leave error_budget out"));
+        add_error(faults, scene.automatic ? scene.automatic->origin : fault.origin,
+                  join_text(scene.automatic ? "fidelity: auto" : "error_budget",
+                            ": the equations it compares with, fidelity ", name_of(rung), " at ", scene.rate * substeps,
+                            " Hz, cannot carry the scene: ", fault.message, "; or ",
+                            scene.automatic ? "name a rung" : "leave error_budget out"));
     return false;
   }
   if (rung == Fidelity::kFull) {
@@ -139,6 +143,13 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
 
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<PlanRung>& tried,
                                     Faults& faults) {
+  if (scene.automatic->horizon * scene.rate > static_cast<double>(kMostTicksTried)) {
+    add_error(faults, scene.automatic->origin,
+              join_text("tolerance: horizon of ", scene.automatic->horizon, " s is ", scene.automatic->horizon * scene.rate,
+                        " ticks, at most ", kMostTicksTried,
+                        " are tried; take a shorter one, a lower rate, or name a rung in place of auto"));
+    return std::nullopt;
+  }
   for (const Fidelity rung : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
                               Fidelity::kExactBars}) {
     tried.push_back(try_rung(scene, structure, rung, faults));

@@ -396,7 +396,10 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   compile_publication(scene.publication, plan);
   compile_histories(scene, structure, plan, faults);
   compile_coupling(scene, structure, plan, faults);
-  if (is_coupled(plan)) compile_coupled(scene, structure, plan, faults);
+  if (is_coupled(plan)) {
+    warn_of_feedback(scene, plan, faults);
+    compile_coupled(scene, structure, plan, faults);
+  }
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, scene.rate);
   if (is_coupled(plan)) check_stages(scene, plan, faults);

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/model/budget.hpp"
+#include "core/model/coupling.hpp"
 #include "core/model/faults.hpp"
 #include "core/model/propagator.hpp"
 
@@ -58,6 +59,14 @@ Reduced without_modes(const Scene& scene, const Structure& structure, Faults& fa
   rigid.scene.publication.links.clear();
   rigid.structure.link_forces.clear();
   return rigid;
+}
+
+void warn_of_feedback(const Scene& scene, const Plan& plan, Faults& faults) {
+  if (plan.coupling.path != PlanCoupling::Path::kExact || plan.feedbacks.empty()) return;
+  Plan linear = plan;
+  linear.period = 1.0 / scene.rate;
+  set_coupling_period(linear);
+  check_growth(scene, linear, faults);
 }
 
 void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {

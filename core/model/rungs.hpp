@@ -9,6 +9,9 @@ namespace freeflex {
 /// The scene and its structure on the rigid rung: no mode. Warns of elastic state and link forces, which go with them.
 Reduced without_modes(const Scene& scene, const Structure& structure, Faults& faults);
 
+/// Warns of feedback that drives a motion, by the modes that it couples, before compile_coupled takes them apart.
+void warn_of_feedback(const Scene& scene, const Plan& plan, Faults& faults);
+
 /// Fills plan.coupled but for what depends on the period. Errors: rigid links, acceleration feedback.
 /// \pre modes, points and coupling of the plan stand; its rung is coupled or above
 void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);

@@ -1,6 +1,8 @@
 // The live error budget: what it may not touch, when it starts again, and which part sees which error.
-#include "core/model/compile.hpp"
+#include "core/model/budget.hpp"
+#include "core/model/leave_out.hpp"
 #include "core/step/budget.hpp"
+#include "service/validity.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/support/omissions.hpp"
 
@@ -121,6 +123,77 @@ TEST(Budget, OfABestShadowThatLeavesTheNumbersIsLost) {
   // no moment: the body stays, its bars stretch beyond what the full equations can square
   scene.loads[0].forces = {{18, {1e120, 0.0, 0.0}}, {14, {-1e120, 0.0, 0.0}}};
   EXPECT_TRUE(Watched(scene).run(50).is_lost);
+}
+
+service::Verdict verdict_of(const Scene& scene, int ticks) {
+  Watched watched(scene);
+  const BudgetReading reading = watched.run(ticks);
+  const service::Validity validity(watched.plan);
+  const double ratio = validity.displacement_ratio(validity.max_displacement(watched.state));
+  std::printf("displacement ratio %.1e, estimate %.1e\n", ratio, reading.total.elastic);
+  return service::judge_budget(watched.plan, reading, validity.size(), ratio, 0.0);
+}
+
+// no rung knows the second order of beams and dampers, so that all rungs agree there and may all be wrong
+TEST(Budget, WordOnLinksThatNoRungKnowsGoesByTheDisplacementToo) {
+  using Word = service::Verdict::Word;
+  Scene springs = watched_truss(Fidelity::kExactBars, 10.0);
+  springs.loads[0].forces[0].force = {0.0, 0.0, 10000.0};
+  Scene damped = springs, beam = springs;
+  Link dashpot;
+  dashpot.name = "d";
+  dashpot.points = {0, 19};
+  dashpot.kind = Dashpot{5.0};
+  damped.links.push_back(dashpot);
+  Link stay;
+  stay.name = "b";
+  stay.points = {0, 19};
+  stay.kind = Beam{.EA = 1e3, .GJ = 1.0, .EI_y = 1.0, .EI_z = 1.0, .y_axis = Eigen::Vector3d::UnitY()};
+  beam.links.push_back(stay);
+  EXPECT_EQ(verdict_of(springs, 150).word, Word::kGood);
+  for (const Scene& scene : {damped, beam}) {
+    const service::Verdict verdict = verdict_of(scene, 150);
+    EXPECT_EQ(verdict.word, Word::kOutside);
+    EXPECT_NE(verdict.cause.find("second order of springs and bars alone"), std::string::npos) << verdict.cause;
+  }
+  damped.loads[0].forces[0].force = {0.0, 0.0, 1.0};
+  EXPECT_EQ(verdict_of(damped, 150).word, Word::kGood);
+}
+
+std::vector<Fault> faults_of(const Scene& scene) {
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  if (structure) compile_lean_plan(scene, *structure, faults);
+  return {faults.begin(), faults.end()};
+}
+
+TEST(Budget, AutoRefusesAHorizonOfTooManyTicksAndScenesThatItsEquationsCannotCarry) {
+  Scene scene = boxed_truss(0.0, 1.0);
+  scene.rate = 1000.0;
+  scene.automatic = AutomaticRung{1e-3, {}, {}, 1e9, {}};
+  std::vector<Fault> faults = faults_of(scene);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_NE(faults.back().message.find("ticks, at most 200000 are tried"), std::string::npos) << faults.back().message;
+  scene.automatic->horizon = 0.1;
+  scene.links[3].kind = Spring{1e15};
+  faults = faults_of(scene);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_EQ(faults.back().message.find("fidelity: auto: the equations it compares with, fidelity exact-bars"), 0U)
+      << faults.back().message;
+}
+
+TEST(Budget, FeedbackThatDrivesAMotionIsSaidOnEveryRung) {
+  Scene scene = boxed_truss(0.0, 1.0);
+  scene.rate = 2000.0;
+  scene.feedbacks.push_back({"f", 3, 3, Eigen::Matrix3d::Zero(), 20.0 * Eigen::Matrix3d::Identity(),
+                             Eigen::Matrix3d::Zero(), {}});
+  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull}) {
+    scene.fidelity = rung;
+    const std::vector<Fault> faults = faults_of(scene);
+    ASSERT_EQ(faults.size(), 1U) << name_of(rung);
+    EXPECT_EQ(faults[0].severity, Fault::Severity::kWarning);
+    EXPECT_NE(faults[0].message.find("drives a motion that grows"), std::string::npos) << faults[0].message;
+  }
 }
 
 }  // namespace

@@ -40,7 +40,7 @@ Point point_at(double spin, double force) {
   }
   const BudgetReading reading = read_budget(simulation.plan, simulation.state, budget);
   return {spin, force, errors_of(simulation, truth).elastic, reading.total.elastic,
-          service::judge_budget(reading, validity.size(), validity.displacement_ratio(V), validity.spin_ratio(spin, V))};
+          service::judge_budget(simulation.plan, reading, validity.size(), validity.displacement_ratio(V), validity.spin_ratio(spin, V))};
 }
 
 /// Slope of log(error) over log(x) by least squares, over the errors between 1e-5 and 0.1; points used.
