@@ -183,7 +183,7 @@ void add_report(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(positive_time());
   command
-      ->add_option("--budget", options->study.budget, "CPU time that one run of another method may take [s]")
+      ->add_option("--budget", options->study.budget, "CPU time that one run may take [s]")
       ->capture_default_str()
       ->check(positive_time());
   command->add_option("--repeats", options->study.repeats, "timings of a run, of which the median is taken")

@@ -55,6 +55,10 @@ class Lean {
         part.why = scene_.fidelity == Fidelity::kRigid ? "the rigid rung is advanced whole"
                                                        : "the coupled rungs need a complete set of modes";
       full_.parts = parts_;
+      if (scene_.leave_out.tolerance > 0.0)
+        add_warning(faults, scene_.leave_out.origin,
+                    std::string("leave_out: tolerance has no effect on fidelity ") + name_of(scene_.fidelity) +
+                        ", which is advanced whole; leave it out, or take separated or spin-loaded");
       return std::move(full_);
     }
     const bool with_commands = scene_.leave_out.on_need == OnNeed::kKeep;

@@ -182,6 +182,15 @@ TEST(Budget, AutoRefusesAHorizonOfTooManyTicksAndScenesThatItsEquationsCannotCar
       << faults.back().message;
 }
 
+TEST(Budget, AToleranceForModesIsSaidToHaveNoEffectWhereEveryModeIsNeeded) {
+  Scene scene = boxed_truss(0.0, 1.0);
+  scene.leave_out.tolerance = 0.1;
+  scene.fidelity = Fidelity::kCoupled;
+  const std::vector<Fault> faults = faults_of(scene);
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_EQ(faults[0].message.find("leave_out: tolerance has no effect on fidelity coupled"), 0U) << faults[0].message;
+}
+
 TEST(Budget, FeedbackThatDrivesAMotionIsSaidOnEveryRung) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.rate = 2000.0;
