@@ -103,7 +103,7 @@ Verdict judge_distances(const BudgetReading& reading, double size, double displa
 
 Verdict judge_budget(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
                      double spin_ratio) {
-  const Verdict verdict = judge_distances(reading, size, displacement_ratio, spin_ratio);
+  Verdict verdict = judge_distances(reading, size, displacement_ratio, spin_ratio);
   if (!has_unseen_links(plan)) return verdict;
   const double limit = limits_of(Fidelity::kCoupled).displacement * kMaxDisplacementRatio;
   const Verdict::Word by_ratio = grade(displacement_ratio / limit, kGoodShare, 1.0);
