@@ -23,7 +23,7 @@ Scene shadow_scene(const Scene& scene, Fidelity rung, std::int32_t substeps) {
   return shadow;
 }
 
-// [ticks] of the runs by which auto chooses: with 20 points some seconds
+// [ticks] of the runs by which auto chooses: with 20 points up to half a minute
 constexpr std::int64_t kMostTicksTried = 200'000;
 
 bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind kind, Fidelity rung,

@@ -14,7 +14,7 @@ namespace {
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// largest singular value of rows (count x num_padded)
+// largest singular value of rows (count x num_padded), in their unit
 double norm_of_rows(const Array& array, Eigen::Index count, const Plan& plan) {
   if (count == 0 || array.empty()) return 0.0;
   const Eigen::Map<const RowMatrix> rows(array.data(), count, plan.num_padded);
@@ -30,7 +30,7 @@ double top_frequency(const Plan& plan) {
   return plan.num_elastic == 0 ? 0.0 : plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1];
 }
 
-// [1/s] bound of how fast dashpots and feedback change the motion, each feedback by itself
+// s of X100 [1/s]: bound of how fast dashpots and feedback change the motion
 double stage_rate(const Plan& plan) {
   const double damping = norm_of_rows(plan.coupling.damping_rows, plan.coupling.num_damping, plan);
   double rate = damping * (damping / plan.mass);

@@ -9,7 +9,7 @@ namespace freeflex {
 /// The scene and its structure on the rigid rung: no mode. Warns of elastic state and link forces, which go with them.
 Reduced without_modes(const Scene& scene, const Structure& structure, Faults& faults);
 
-/// Warns of feedback that drives a motion, by the modes that it couples, before compile_coupled takes them apart.
+/// Warns of feedback that drives a motion   (THEORY X75), by the modes that it couples, before compile_coupled takes them apart.
 void warn_of_feedback(const Scene& scene, const Plan& plan, Faults& faults);
 
 /// Fills plan.coupled but for what depends on the period. Errors: rigid links, acceleration feedback.
@@ -35,10 +35,10 @@ inline constexpr double kFullPhase = 0.5;
 /// Parts of a tick: at some 10 us each this is most of a second.
 inline constexpr std::int32_t kMaxParts = 65536;
 
-/// PlanCoupled::num_parts and functions for the plan's period.
+/// PlanCoupled::num_parts and functions for the plan's period   (THEORY X93, X100).
 void set_coupled_period(Plan& plan);
 
-/// An error when the period is too long for what acts stage by stage.  \pre set_coupled_period
+/// An error when the period is too long for what acts stage by stage   (THEORY X94, X100).  \pre set_coupled_period
 void check_stages(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex
