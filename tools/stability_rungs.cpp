@@ -137,7 +137,7 @@ void add_rung_cases(std::vector<StabilityCase>& cases) {
         {"steps across omega h = k pi", row.name, row.quantity, row.limit, false,
          [rung = row.rung](const StabilityOptions& options) { return across_pi(rung, options); }});
   cases.push_back({"steps across omega h = k pi", "full", "elastic difference from parts of half the size, the worst",
-                   1e-6, false, full_across_pi});
+                   1e-8, false, full_across_pi});
 }
 
 }  // namespace freeflex::tools

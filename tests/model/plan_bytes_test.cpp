@@ -1,19 +1,12 @@
 // Plans as bytes: exact round trip, and no damaged or hostile file gets further than an error text.
-#include <gtest/gtest.h>
-#include <xxhash.h>
-
-#include <cstring>
-#include <random>
-
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 #include "tests/model/make_scene.hpp"
+#include "tests/model/plan_damage.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {
 namespace {
-
-constexpr std::size_t kHeaderSize = 28;  // magic 8, version 4, length 8, checksum 8
 
 // every kind of content, small enough to try each of its bytes
 Plan rich_plan() {
@@ -39,14 +32,6 @@ Plan rich_plan() {
   scene.loads.push_back(load);
   scene.initial.modes.push_back({4, 1e-3, 0.0});
   return compile(scene);
-}
-
-// a checksum that agrees, so that what follows it is put to the test
-void seal(std::vector<std::byte>& bytes) {
-  const std::uint64_t checksum = XXH3_64bits(bytes.data() + kHeaderSize, bytes.size() - kHeaderSize);
-  const std::uint64_t length = bytes.size() - kHeaderSize;
-  std::memcpy(bytes.data() + 12, &length, 8);
-  std::memcpy(bytes.data() + 20, &checksum, 8);
 }
 
 // a plan that was accepted can be run and read

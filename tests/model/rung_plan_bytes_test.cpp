@@ -1,22 +1,15 @@
 // Plans of the coupled rungs, with the shadows of an error budget, as bytes.
-#include <gtest/gtest.h>
-#include <xxhash.h>
-
-#include <cstring>
-#include <random>
-
 #include "core/model/compile.hpp"
 #include "core/step/budget.hpp"
 #include "core/step/readout.hpp"
 #include "tests/model/make_scene.hpp"
+#include "tests/model/plan_damage.hpp"
 #include "tests/support/omissions.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {
 namespace {
-
-constexpr std::size_t kHeaderSize = 28;  // magic 8, version 4, length 8, checksum 8
 
 /// Four points on the full rung, two parts a tick, with feedback, a sine and a budget.
 Plan full_plan() {
@@ -33,13 +26,6 @@ Plan full_plan() {
   scene.rate = 1000.0;
   scene.error_budget.horizon = 0.004;
   return lean_plan_of(scene);
-}
-
-void seal(std::vector<std::byte>& bytes) {
-  const std::uint64_t checksum = XXH3_64bits(bytes.data() + kHeaderSize, bytes.size() - kHeaderSize);
-  const std::uint64_t length = bytes.size() - kHeaderSize;
-  std::memcpy(bytes.data() + 12, &length, 8);
-  std::memcpy(bytes.data() + 20, &checksum, 8);
 }
 
 /// Steps with the shadows beside, a command, a reset and a horizon that is over: no access out of bounds.
@@ -78,52 +64,26 @@ TEST(RungPlan, ComesBackFromBytesToTheBit) {
 }
 
 TEST(RungPlan, WhatDoesNotFitTheRungIsRefused) {
-  const auto error_of = [](const auto& spoil) {
-    Plan plan = full_plan();
-    spoil(plan);
-    std::string error;
-    EXPECT_FALSE(plan_from_bytes(plan_to_bytes(plan), error).has_value());
-    return error;
-  };
-  const auto names = [](const std::string& error, const char* what) {
-    EXPECT_NE(error.find(what), std::string::npos) << error;
-  };
-  names(error_of([](Plan& p) { p.coupled.num_parts = 3; }), "no power of two");
-  names(error_of([](Plan& p) { p.coupled.num_parts = 1 << 20; }), "too large");
-  names(error_of([](Plan& p) { p.coupled.part_phase = -1.0; }), "the phase of a part");
-  names(error_of([](Plan& p) { p.coupled.functions.pop_back(); }), "functions of the modes");
-  names(error_of([](Plan& p) { p.coupled.bars[2].first = 4; }), "a bar is out of range");
-  names(error_of([](Plan& p) { std::swap(p.coupled.bars[0], p.coupled.bars[1]); }), "out of order");
-  names(error_of([](Plan& p) { p.fidelity = Fidelity::kCoupled; }), "the phase of a part");
-  names(error_of([](Plan& p) { p.fidelity = static_cast<Fidelity>(6); }), "no known kind");
-  names(error_of([](Plan& p) { p.budget.shadows[0].substeps = 3; }), "no known kind");
-  names(error_of([](Plan& p) { p.budget.shadows[0].plan.points.pop_back(); }), "shadow");
-  names(error_of([](Plan& p) { p.budget.horizon = 0.0; }), "without a horizon");
-  names(error_of([](Plan& p) { p.budget.horizon = -1.0; }), "out of range");
-  names(error_of([](Plan& p) { p.budget.shadows[0].plan.budget.shadows = p.budget.shadows; }), "holds another");
+  const auto error_of = [](const auto& spoil) { return error_of_spoilt(full_plan(), spoil); };
+  expect_named(error_of([](Plan& p) { p.coupled.num_parts = 3; }), "no power of two");
+  expect_named(error_of([](Plan& p) { p.coupled.num_parts = 1 << 20; }), "too large");
+  expect_named(error_of([](Plan& p) { p.coupled.part_phase = -1.0; }), "the phase of a part");
+  expect_named(error_of([](Plan& p) { p.coupled.functions.pop_back(); }), "functions of the modes");
+  expect_named(error_of([](Plan& p) { p.coupled.bars[2].first = 4; }), "a bar is out of range");
+  expect_named(error_of([](Plan& p) { std::swap(p.coupled.bars[0], p.coupled.bars[1]); }), "out of order");
+  expect_named(error_of([](Plan& p) { p.fidelity = Fidelity::kCoupled; }), "the phase of a part");
+  expect_named(error_of([](Plan& p) { p.fidelity = static_cast<Fidelity>(6); }), "no known kind");
+  expect_named(error_of([](Plan& p) { p.budget.shadows[0].substeps = 3; }), "no known kind");
+  expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.points.pop_back(); }), "shadow");
+  expect_named(error_of([](Plan& p) { p.budget.horizon = 0.0; }), "without a horizon");
+  expect_named(error_of([](Plan& p) { p.budget.horizon = -1.0; }), "out of range");
+  expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.budget.shadows = p.budget.shadows; }), "holds another");
 }
 
 TEST(RungPlan, SealedDamageIsRefusedOrHarmless) {
-  const std::vector<std::byte> bytes = plan_to_bytes(full_plan());
-  std::mt19937_64 engine(11);
-  int num_refused = 0, num_taken = 0;
-  for (int trial = 0; trial < 2000; ++trial) {
-    std::vector<std::byte> damaged = bytes;
-    const std::size_t at = kHeaderSize + engine() % (bytes.size() - kHeaderSize - 8);
-    if (trial % 3 == 0)
-      damaged[at] ^= static_cast<std::byte>(1U << (engine() % 8));
-    else if (trial % 3 == 1)
-      std::memset(damaged.data() + at, 0xff, 4);
-    else
-      damaged.erase(damaged.begin() + static_cast<std::ptrdiff_t>(at));
-    seal(damaged);
-    std::string error;
-    const auto plan = plan_from_bytes(damaged, error);
-    if (plan) exercise(*plan);
-    ++(plan ? num_taken : num_refused);
-  }
-  EXPECT_GT(num_refused, 500);
-  EXPECT_GT(num_taken, 100);
+  const DamageCount count = damage(full_plan(), 11, 2000, exercise);
+  EXPECT_GT(count.num_refused, 500);
+  EXPECT_GT(count.num_taken, 100);
 }
 
 TEST(RungPlan, AnotherRateDividesAnew) {

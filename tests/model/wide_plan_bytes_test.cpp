@@ -1,18 +1,11 @@
 // Plans that leave parts out, and hold the plan that has them, as bytes.
-#include <gtest/gtest.h>
-#include <xxhash.h>
-
-#include <cstring>
-#include <random>
-
 #include "core/step/scope.hpp"
+#include "tests/model/plan_damage.hpp"
 #include "tests/support/omissions.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {
 namespace {
-
-constexpr std::size_t kHeaderSize = 28;  // magic 8, version 4, length 8, checksum 8
 
 /// Five points in a plane that are told to replan, with a group and a load.
 Plan wide_plan() {
@@ -39,13 +32,6 @@ Plan wide_plan() {
   scene.loads = {load};
   scene.leave_out.on_need = OnNeed::kReplan;
   return lean_plan_of(scene);
-}
-
-void seal(std::vector<std::byte>& bytes) {
-  const std::uint64_t checksum = XXH3_64bits(bytes.data() + kHeaderSize, bytes.size() - kHeaderSize);
-  const std::uint64_t length = bytes.size() - kHeaderSize;
-  std::memcpy(bytes.data() + 12, &length, 8);
-  std::memcpy(bytes.data() + 20, &checksum, 8);
 }
 
 /// Steps, replans where it can, goes on, resets: no access out of bounds.
@@ -89,48 +75,22 @@ TEST(WidePlan, ComesBackFromBytesToTheBit) {
 }
 
 TEST(WidePlan, WhatDoesNotFitTheNarrowOneIsRefused) {
-  const auto error_of = [](const auto& spoil) {
-    Plan plan = wide_plan();
-    spoil(plan);
-    std::string error;
-    EXPECT_FALSE(plan_from_bytes(plan_to_bytes(plan), error).has_value());
-    return error;
-  };
-  const auto names = [](const std::string& error, const char* what) {
-    EXPECT_NE(error.find(what), std::string::npos) << error;
-  };
-  names(error_of([](Plan& p) { p.wide.push_back(p.wide.front()); }), "more than one wide plan");
-  names(error_of([](Plan& p) { p.wide.front().wide.push_back(p.wide.front()); }), "holds another");
-  names(error_of([](Plan& p) { p.wide_modes.back() = p.wide.front().num_elastic; }), "places of modes");
-  names(error_of([](Plan& p) { p.wide_modes.pop_back(); }), "places of modes");
-  names(error_of([](Plan& p) { p.wide.front().period *= 2.0; }), "another structure");
-  names(error_of([](Plan& p) { p.wide.front().points[1].r[0] += 1.0; }), "another structure");
-  names(error_of([](Plan& p) { p.wide.front().omega[0] = -1.0; }), "wide plan: a frequency is negative");
-  names(error_of([](Plan& p) { p.wide.clear(); }), "without a wide plan");
-  names(error_of([](Plan& p) { p.propagator.undamped.pop_back(); }), "one value a mode");
+  const auto error_of = [](const auto& spoil) { return error_of_spoilt(wide_plan(), spoil); };
+  expect_named(error_of([](Plan& p) { p.wide.push_back(p.wide.front()); }), "more than one wide plan");
+  expect_named(error_of([](Plan& p) { p.wide.front().wide.push_back(p.wide.front()); }), "holds another");
+  expect_named(error_of([](Plan& p) { p.wide_modes.back() = p.wide.front().num_elastic; }), "places of modes");
+  expect_named(error_of([](Plan& p) { p.wide_modes.pop_back(); }), "places of modes");
+  expect_named(error_of([](Plan& p) { p.wide.front().period *= 2.0; }), "another structure");
+  expect_named(error_of([](Plan& p) { p.wide.front().points[1].r[0] += 1.0; }), "another structure");
+  expect_named(error_of([](Plan& p) { p.wide.front().omega[0] = -1.0; }), "wide plan: a frequency is negative");
+  expect_named(error_of([](Plan& p) { p.wide.clear(); }), "without a wide plan");
+  expect_named(error_of([](Plan& p) { p.propagator.undamped.pop_back(); }), "one value a mode");
 }
 
 TEST(WidePlan, SealedDamageIsRefusedOrHarmless) {
-  const std::vector<std::byte> bytes = plan_to_bytes(wide_plan());
-  std::mt19937_64 engine(7);
-  int num_refused = 0, num_taken = 0;
-  for (int trial = 0; trial < 4000; ++trial) {
-    std::vector<std::byte> damaged = bytes;
-    const std::size_t at = kHeaderSize + engine() % (bytes.size() - kHeaderSize - 8);
-    if (trial % 3 == 0)
-      damaged[at] ^= static_cast<std::byte>(1U << (engine() % 8));
-    else if (trial % 3 == 1)
-      std::memset(damaged.data() + at, 0xff, 4);
-    else
-      damaged.erase(damaged.begin() + static_cast<std::ptrdiff_t>(at));
-    seal(damaged);
-    std::string error;
-    const auto plan = plan_from_bytes(damaged, error);
-    if (plan) exercise(*plan);
-    ++(plan ? num_taken : num_refused);
-  }
-  EXPECT_GT(num_refused, 1000);
-  EXPECT_GT(num_taken, 100);
+  const DamageCount count = damage(wide_plan(), 7, 4000, exercise);
+  EXPECT_GT(count.num_refused, 1000);
+  EXPECT_GT(count.num_taken, 100);
 }
 
 TEST(WidePlan, AnotherRateIsThatOfBothPlans) {

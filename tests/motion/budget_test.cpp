@@ -70,7 +70,7 @@ TEST(Budget, StartsFromTheStateAndAgainWhenTheHorizonIsOver) {
   EXPECT_NEAR(watched.run(3).age, 0.003, 1e-15);
 }
 
-// one reading is exact: a shadow is the rung itself
+// the shadow is the other rung itself
 TEST(Budget, IsTheDistanceFromTheBestRung) {
   Watched watched(watched_truss(Fidelity::kSeparated, 10.0));
   const BudgetReading reading = watched.run(400);
@@ -98,6 +98,17 @@ TEST(Budget, PartsSeeThePeriodTheModesLeftOutAndTheRung) {
   EXPECT_NEAR(order, 2.0, 0.2);
   EXPECT_GT(fine.integration.elastic, 3.0 * fine.model.elastic);
   EXPECT_EQ(fine.truncation.elastic, 0.0);
+
+  // with modes of less than a tenth left out, and both rungs the same
+  scene.rate = 2000.0;
+  scene.leave_out.tolerance = 0.1;
+  Watched lean(scene);
+  ASSERT_LT(lean.plan.num_elastic, 54);
+  const BudgetReading cut = lean.run(500);
+  std::printf("%d of 54 modes: truncation %.1e, integration %.1e, model %.1e\n", lean.plan.num_elastic,
+              cut.truncation.elastic, cut.integration.elastic, cut.model.elastic);
+  EXPECT_GT(cut.truncation.elastic, 3.0 * std::max(cut.integration.elastic, cut.model.elastic));
+  EXPECT_LT(cut.truncation.elastic, 0.5);
 
   const BudgetReading spun = Watched(watched_truss(Fidelity::kSeparated, 10.0, 1.0)).run(300);
   EXPECT_GT(spun.model.elastic, 100.0 * spun.integration.elastic);

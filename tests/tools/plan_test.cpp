@@ -60,6 +60,16 @@ TEST(Plan, SaysOfEveryPartWhetherItIsThereAndWhy) {
   EXPECT_GT(plan["ns"]["step"].get<double>(), 0.0);
 }
 
+TEST(Plan, SaysWhatARungInPartsAndItsBudgetCost) {
+  const Json plan = plan_json(square("fidelity: full\nerror_budget: {horizon: 1}\n"));
+  EXPECT_EQ(plan["rung"], "full");
+  EXPECT_GT(plan["parts_of_a_tick"], 1);
+  EXPECT_EQ(plan["budget_horizon"], 1.0);
+  EXPECT_GT(plan["ns"]["stages"].get<double>(), 0.0);
+  EXPECT_EQ(plan["ns"]["stages"], plan["ns"]["step"]);
+  EXPECT_GT(plan["ns"]["budget"].get<double>(), 0.0);
+}
+
 TEST(Plan, KeepForcesPartsBackIn) {
   const std::string yaml = square("damping: {ratio: 0}\nleave_out: {on_need: refuse}\n");
   const Json rotation = plan_json(yaml, "--keep rotation damping");

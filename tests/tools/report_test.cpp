@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <filesystem>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -182,7 +183,7 @@ TEST_F(ReportProgram, MeasuresEveryRungAndEveryOtherMethod) {
     EXPECT_GT(item["cpu_once"], 0.0);
     EXPECT_GE(item["elastic_error"], 0.0);
   }
-  for (const char* method : {"rigid", "separated", "spin-loaded", "coupled", "exact bars", "velocity Verlet",
+  for (const char* method : {"rigid", "separated", "spin-loaded", "coupled", "exact bars", "full", "velocity Verlet",
                              "Runge-Kutta 4", "ARKODE explicit 4", "ARKODE explicit 8", "ARKODE implicit 5",
                              "CVODE Adams", "CVODE BDF", "leapfrog, linear", "Krylov, linear"})
     EXPECT_TRUE(methods.count(method)) << method;
@@ -242,6 +243,36 @@ TEST_F(ReportProgram, WritesATableAPageAndAPictureThatNeedNothingElse) {
   }
   for (const char* part : {"tetrahedron", "exact bars", "Krylov, linear", "<title>"})
     EXPECT_TRUE(contains(svg, part)) << part;
+}
+
+TEST(ReportEstimates, StandOnThePageInTheTableAndInTheJson) {
+  const TemporaryFolder folder;
+  const Outcome outcome = run(kFreeflex + " report --estimates 2 --seed 4 --json --out " + folder / "out");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  EXPECT_EQ(json["complete"], true);
+  EXPECT_EQ(json["estimates"]["seed"], 4);
+  EXPECT_EQ(json["estimates"]["scenes"].size(), 2u);
+  EXPECT_EQ(json, nlohmann::json::parse(read_text(folder / "out/report.json")));
+  const std::string csv = read_text(folder / "out/estimates.csv"), page = read_text(folder / "out/report.html");
+  EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3) << "a head, and a line a scene";
+  for (const char* part : {"How honest the error estimate is", "2 random scenes of seed 4", "estimate over truth"})
+    EXPECT_TRUE(contains(page, part)) << part;
+  EXPECT_FALSE(contains(page, "Work and precision")) << "nothing was measured";
+  EXPECT_FALSE(std::filesystem::exists(folder / "out/report.csv"));
+}
+
+TEST(ReportArguments, RungsThatWouldTakeTooLongAreNamed) {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.yaml", kTetrahedron);
+  const Outcome outcome =
+      run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --budget 1e-9 --json " + folder / "scene.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto scene = nlohmann::json::parse(outcome.out)["scenes"][0];
+  EXPECT_TRUE(scene["runs"].empty()) << scene["runs"];
+  ASSERT_FALSE(scene["left_out"].empty());
+  EXPECT_TRUE(contains(scene["left_out"][0].dump(), "solved exactly, at 0.25 ms: a run would take"))
+      << scene["left_out"][0];
 }
 
 TEST(ReportArguments, WhatCannotBeReportedIsSaid) {
