@@ -23,6 +23,7 @@ struct Options {
   std::vector<std::string> scenes;
   std::string folder;
   StudyOptions study;
+  std::vector<double> ends{study.end};  // [s] one for all, or one a scene
   std::uint64_t seed = 2;  // the factor of the estimate was set on seed 1
   int num_estimates = 0;
   bool only_rungs = false;
@@ -106,6 +107,9 @@ std::string find_conflict(const CLI::App& command, const Options& options) {
   if (!options.stability) {
     if (options.scenes.empty() && !draws)
       return "SCENE is needed, or --stability or --estimates N, which have scenes of their own";
+    if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
+      return format_text("--until has %zu times for %zu scenes: give one for all, or one a scene", options.ends.size(),
+                         options.scenes.size());
     return options.quick ? "--quick goes with --stability" : "";
   }
   if (!options.scenes.empty()) return "--stability takes no SCENE: its cases are built in";
@@ -134,6 +138,7 @@ int report(const Options& options) {
   bool is_interrupted_now = is_interrupted();
   for (std::size_t k = 0; k < scenes.size() && !is_interrupted_now; ++k) {
     Progress progress(scenes[k].name);
+    study.end = options.ends[options.ends.size() == 1 ? 0 : k];
     report.studies.push_back(study_scene(options.scenes[k], scenes[k], study, [&](double share) {
       if (share >= 0.0) progress.update(share);
       return !is_interrupted();
@@ -179,8 +184,10 @@ void add_report(CLI::App& app, int& exit_code) {
                    "folder for report.csv, report.json, report.html and work-precision.svg, with --estimates "
                    "estimates.csv; with --stability stability.csv, stability.json and stability.html")
       ->check(file_name());
-  command->add_option("--until", options->study.end, "simulated time [s]")
-      ->capture_default_str()
+  command->add_option("--until", options->ends, "simulated time [s], one for all or one a scene")
+      ->default_str("2")
+      ->delimiter(',')
+      ->allow_extra_args(false)
       ->check(positive_time());
   command
       ->add_option("--budget", options->study.budget, "CPU time that one run may take [s]")
@@ -197,6 +204,7 @@ void add_report(CLI::App& app, int& exit_code) {
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(
       "Example:\n  freeflex report service/scenes/truss-s1.yaml --out report\n"
+      "  freeflex report service/scenes/truss-s1.yaml service/scenes/truss-s3.yaml --until 2,0.5\n"
       "  freeflex report --stability --out report\n  freeflex report --estimates 200 --out report\n"
       "Exit codes: 0 done, 1 not written, or a case of --stability fails, 2 wrong arguments or a scene "
       "without a full system, 130 "

@@ -15,6 +15,7 @@ Json to_json(const Study& study, const Run& run) {
   json["family"] = name_of(run.family);
   json["method"] = run.method;
   json["step"] = run.step > 0.0 ? Json(run.step) : Json(nullptr);
+  json["free_step"] = run.free_step > 0.0 ? Json(run.free_step) : Json(nullptr);
   json["tolerance"] = run.tolerance > 0.0 ? Json(run.tolerance) : Json(nullptr);
   if (!run.failure.empty()) {
     json["failure"] = run.failure;
@@ -58,6 +59,7 @@ Json comparisons(const Study& study) {
       const Run& ours = study.runs[found->ours];
       json["rung"] = ours.method;
       json["step"] = ours.step;
+      json["free_step"] = ours.free_step > 0.0 ? Json(ours.free_step) : Json(nullptr);
       json["elastic_error"] = ours.elastic_error;
       json["model_error"] = ours.model_error;
       json["cpu"] = found->cpu;
@@ -123,7 +125,7 @@ Json to_json(const Report& report) {
 
 std::string to_csv(const Report& report) {
   std::string text =
-      "scene,family,method,step,tolerance,elastic_error,integration_error,model_error,position_error,"
+      "scene,family,method,step,free_step,tolerance,elastic_error,integration_error,model_error,position_error,"
       "attitude_error,"
       "frequency_error,energy_drift,cpu_once,cpu_10ms,cpu_1ms,steps,ns_per_step,set_up,memory,repeats,"
       "failure\n";
@@ -132,6 +134,7 @@ std::string to_csv(const Report& report) {
       text += csv_text(study.scene) + "," + name_of(run.family) + "," + csv_text(run.method);
       const auto add = [&text](const std::optional<double>& value) { text += "," + csv_number(value); };
       add(run.step > 0.0 ? std::optional(run.step) : std::nullopt);
+      add(run.free_step > 0.0 ? std::optional(run.free_step) : std::nullopt);
       add(run.tolerance > 0.0 ? std::optional(run.tolerance) : std::nullopt);
       const bool ok = run.failure.empty();
       for (const double error : {run.elastic_error, run.integration_error, run.model_error,

@@ -169,13 +169,12 @@ const char* name_of(Family family) {
 }
 
 std::string setting_of(const Run& run) {
-  std::string text;
-  if (run.step >= 1.0)
-    text = format_text("%.3g s", run.step);
-  else if (run.step >= 1e-4)
-    text = format_text("%.3g ms", 1e3 * run.step);
-  else if (run.step > 0.0)
-    text = format_text("%.3g us", 1e6 * run.step);
+  const auto time = [](double step) {
+    if (step >= 1.0) return format_text("%.3g s", step);
+    return step >= 1e-4 ? format_text("%.3g ms", 1e3 * step) : format_text("%.3g us", 1e6 * step);
+  };
+  std::string text = run.step > 0.0 ? time(run.step) : std::string();
+  if (run.free_step > 0.0) text += ", then " + time(run.free_step);
   if (run.tolerance > 0.0) text += format_text("%stol %.0e", text.empty() ? "" : ", ", run.tolerance);
   return text;
 }

@@ -25,6 +25,7 @@ struct Run {
   Family family = Family::kRung;
   std::string method;      // "separated", "velocity Verlet"
   double step = 0.0;       // [s] 0: adaptive
+  double free_step = 0.0;  // [s] of a rung once the loads have ended; 0: the same
   double tolerance = 0.0;  // [-] 0: fixed step alone
   std::string failure;     // empty: reached the end
   long steps = 0;
@@ -92,6 +93,6 @@ inline constexpr std::array kLevels{1e-2, 1e-3, 1e-4, 1e-5};
 std::optional<Comparison> compare_at(const Study& study, double level, ReadOut read_out);
 
 const char* name_of(Family family);
-std::string setting_of(const Run& run);  // "10 ms", "tolerance 1e-06"
+std::string setting_of(const Run& run);  // "10 ms", "100 ms, then 1.9 s", "tol 1e-06"
 
 }  // namespace freeflex::tools

@@ -24,9 +24,10 @@ constexpr double kFineStep = 0.00025;  // [s] for the exact motion
 constexpr double kMostFullCost = 4.0;
 constexpr std::array kFullSteps{0.01, 0.001};  // [s]
 
-/// A plan in motion.
+/// A plan in motion; where the free motion has a step of its own, the same plan at that rate takes over.
 struct Rung {
   Plan plan;
+  std::optional<Plan> free_plan;
   State state;
   Workspace workspace;
   StepReport report;
@@ -41,10 +42,20 @@ struct Rung {
         V_dot(plan.points.size()) {}
 
   /// False when the state stops being finite.
-  bool advance(std::int64_t ticks) {
+  bool advance(std::int64_t ticks) { return advance(plan, ticks); }
+
+  /// Has the motion after the first `ticks`, when every pulse has ended, taken in steps of its own [s].
+  void take_freely(std::int64_t ticks, double free_step) {
+    set_rate(free_plan.emplace(plan), 1.0 / free_step);
+    for (PlanHistory& history : free_plan->histories) history.start_tick = 0, history.end_tick = ticks;
+  }
+
+  bool advance_freely() { return advance(*free_plan, 1); }
+
+  bool advance(const Plan& at, std::int64_t ticks) {
     const Inputs none{};
     for (std::int64_t k = 0; k < ticks; ++k) {
-      step(plan, state, none, workspace, report);
+      step(at, state, none, workspace, report);
       if (report.status != StepStatus::kOk) return false;
     }
     return true;
@@ -73,7 +84,8 @@ struct Rung {
     const std::size_t arrays =
         state.q.size() + state.q_low.size() + state.q_dot.size() + state.q_dot_low.size() + state.Q.size();
     // the workspace holds the next state, and loads at both ends
-    return plan_to_bytes(plan).size() + (2 * arrays + 2 * state.Q.size()) * sizeof(double);
+    const std::size_t plans = plan_to_bytes(plan).size() * (free_plan ? 2 : 1);
+    return plans + (2 * arrays + 2 * state.Q.size()) * sizeof(double);
   }
 };
 
@@ -87,11 +99,16 @@ std::string find_misfit(const Bench& bench, double step) {
   return {};
 }
 
+/// Ticks of the plan itself.
+std::int64_t loaded_ticks(const Bench& bench, const Rung& rung) {
+  return std::llround((rung.free_plan ? bench.free_from : bench.options.end) / rung.plan.period);
+}
+
 /// Runs to the end, reading every `every` ticks (0: at the end only); frames each 10 ms where ticks allow.
 bool follow(const Bench& bench, Rung& rung, Motion& motion) {
   const double period = rung.plan.period;
   reset_state(rung.plan, rung.state);
-  const auto ticks = std::llround(bench.options.end / period);
+  const auto ticks = loaded_ticks(bench, rung);
   const auto points = static_cast<Eigen::Index>(rung.plan.points.size());
   motion.end = {bench.options.end, Eigen::Matrix3Xd(3, points), Eigen::Matrix3Xd(3, points)};
   const bool has_frames = period <= kFramePeriod * (1.0 + 1e-9) && is_whole(kFramePeriod / period);
@@ -104,8 +121,9 @@ bool follow(const Bench& bench, Rung& rung, Motion& motion) {
       rung.read(motion.end);
       motion.frames.push_back(motion.end.p_W);
     }
-    if (k == free_tick && k < ticks) motion.energy_start = rung.energy();
+    if (k == free_tick && (k < ticks || rung.free_plan)) motion.energy_start = rung.energy();
   }
+  if (rung.free_plan && !rung.advance_freely()) return false;
   rung.read(motion.end);
   if (motion.energy_start) motion.energy_end = rung.energy();
   return motion.end.p_W.allFinite();
@@ -113,7 +131,7 @@ bool follow(const Bench& bench, Rung& rung, Motion& motion) {
 
 void time_read_outs(const Bench& bench, Rung& rung, Run& run) {
   const double period = rung.plan.period;
-  const auto ticks = std::llround(bench.options.end / period);
+  const auto ticks = loaded_ticks(bench, rung);
   CartesianState now{0.0, Eigen::Matrix3Xd(3, rung.plan.points.size()),
                      Eigen::Matrix3Xd(3, rung.plan.points.size())};
   constexpr std::array<double, kReadOuts> kEvery{0.0, 0.01, 0.001};  // [s]
@@ -121,12 +139,18 @@ void time_read_outs(const Bench& bench, Rung& rung, Run& run) {
     std::int64_t every = ticks;
     if (load > 0) {
       // what is read must stand at a tick
-      if (kEvery[load] < period * (1.0 - 1e-9) || !is_whole(kEvery[load] / period)) continue;
+      if (rung.free_plan || kEvery[load] < period * (1.0 - 1e-9) || !is_whole(kEvery[load] / period)) continue;
       every = std::llround(kEvery[load] / period);
     }
     const Timing timing = time_work(
         [&] {
           reset_state(rung.plan, rung.state);
+          if (rung.free_plan) {
+            rung.advance(ticks);
+            rung.advance_freely();
+            rung.read(now);
+            return;
+          }
           for (std::int64_t k = 0; k < ticks; k += every) {
             rung.advance(std::min<std::int64_t>(every, ticks - k));
             rung.read(now);
@@ -178,8 +202,8 @@ std::string find_excess(const Bench& bench, Rung& rung, double most) {
   return cost <= most ? std::string() : format_text("a run would take %.0f s of CPU time", cost);
 }
 
-/// One row: a rung at a step.
-void add_run(const Bench& bench, Scene& scene, double step, const ExactRung& exact, Study& study) {
+/// One row: a rung at a step, and at another once the loads have ended (0: the same).
+void add_run(const Bench& bench, Scene& scene, double step, double free_step, const ExactRung& exact, Study& study) {
   const std::string name = name_of(exact.fidelity);
   std::string why;
   const double start = thread_cpu();
@@ -190,13 +214,15 @@ void add_run(const Bench& bench, Scene& scene, double step, const ExactRung& exa
     study.left_out.push_back({name + format_text(" at %g ms", 1e3 * step), why});
     return;
   }
+  if (free_step > 0.0) rung->take_freely(std::llround(bench.free_from / step), free_step);
   Run& run = study.runs.emplace_back();
   run.set_up = set_up;
   run.family = Family::kRung;
   run.method = name;
   run.step = step;
+  run.free_step = free_step;
   run.memory = rung->memory();
-  run.steps = std::llround(bench.options.end / step);
+  run.steps = loaded_ticks(bench, *rung) + (free_step > 0.0 ? 1 : 0);
   Motion motion;
   if (!follow(bench, *rung, motion)) {
     run.failure = "not finite: the step is beyond the method's stability";
@@ -204,6 +230,17 @@ void add_run(const Bench& bench, Scene& scene, double step, const ExactRung& exa
   }
   set_errors(bench, motion, exact.p_W.cols() > 0 ? &exact.p_W : nullptr, run);
   time_read_outs(bench, *rung, run);
+}
+
+/// One step over all of the free motion, the longest that fits before it: without stages a rung's own motion has
+/// no other limit than how its frame turns.
+void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study& study) {
+  const double free_step = bench.options.end - bench.free_from;
+  if (exact.fidelity > Fidelity::kSpinLoaded || free_step <= 0.0) return;
+  if (bench.free_from == 0.0) return add_run(bench, scene, free_step, 0.0, exact, study);
+  for (const double step : kSteps)
+    if (is_whole(bench.free_from / step) && find_misfit(bench, step).empty())
+      return add_run(bench, scene, step, free_step, exact, study);
 }
 
 /// The rung's own equations solved exactly; nullopt and `why` when it is refused. `below` are the rungs under it.
@@ -259,13 +296,14 @@ std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::fu
       continue;
     }
     exact.push_back(std::move(*solved));
+    add_longest(bench, scene, exact.back(), study);
     const std::span<const double> steps = kRungs[r] == Fidelity::kFull ? std::span<const double>(kFullSteps) : kSteps;
     for (std::size_t s = 0; s < steps.size(); ++s) {
       if (!told((static_cast<double>(r) + static_cast<double>(s) / static_cast<double>(steps.size())) / kRungs.size()))
         return exact;
       why = find_misfit(bench, steps[s]);
       if (why.empty())
-        add_run(bench, scene, steps[s], exact.back(), study);
+        add_run(bench, scene, steps[s], 0.0, exact.back(), study);
       else if (r == 0)
         study.left_out.push_back({format_text("rungs at %g ms", 1e3 * steps[s]), why});
     }

@@ -101,7 +101,9 @@ TEST(Budget, PartsSeeThePeriodTheModesLeftOutAndTheRung) {
 
   // with modes of less than a tenth left out, and both rungs the same
   scene.rate = 2000.0;
+  scene.pushable.clear();
   scene.leave_out.tolerance = 0.1;
+  scene.leave_out.horizon = 0.25;
   Watched lean(scene);
   ASSERT_LT(lean.plan.num_elastic, 54);
   const BudgetReading cut = lean.run(500);

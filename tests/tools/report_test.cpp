@@ -192,6 +192,24 @@ TEST_F(ReportProgram, MeasuresEveryRungAndEveryOtherMethod) {
   EXPECT_FALSE(json["findings"].empty());
 }
 
+// the propagator is exact for any step: the free motion in one step is the motion of many
+TEST_F(ReportProgram, FreeMotionIsTakenInOneStep) {
+  const auto json = nlohmann::json::parse(outcome.out);
+  std::map<std::string, nlohmann::json> many, one;  // by rung
+  for (const auto& item : json["scenes"][0]["runs"]) {
+    if (item["family"] != "freeflex" || item["step"] != 0.02) continue;
+    (item["free_step"].is_null() ? many : one)[item["method"]] = item;
+  }
+  EXPECT_EQ(one.size(), 3u) << "rungs without stages";
+  for (const auto& [rung, item] : one) {
+    EXPECT_EQ(item["steps"], 2) << rung;
+    EXPECT_NEAR(item["free_step"], 0.08, 1e-12);
+    ASSERT_TRUE(many.count(rung));
+    EXPECT_NEAR(item["elastic_error"], many[rung]["elastic_error"], 1e-6) << rung;
+    EXPECT_TRUE(item["cpu_10ms"].is_null()) << "there is nothing to read in between";
+  }
+}
+
 // each rung of the ladder is nearer to the full system, and what a linear method leaves is the model's
 TEST_F(ReportProgram, ModelErrorFallsUpTheLadderAndIsSharedByTheLinearMethods) {
   const auto json = nlohmann::json::parse(outcome.out);
@@ -219,7 +237,7 @@ TEST_F(ReportProgram, WritesATableAPageAndAPictureThatNeedNothingElse) {
   std::string line;
   std::getline(lines, line);
   const auto columns = std::count(line.begin(), line.end(), ',');
-  EXPECT_EQ(line.find("scene,family,method,step,tolerance,elastic_error,integration_error,model_error"), 0u);
+  EXPECT_EQ(line.find("scene,family,method,step,free_step,tolerance,elastic_error,integration_error,model_error"), 0u);
   std::size_t rows = 0;
   while (std::getline(lines, line)) {
     ++rows;
@@ -286,6 +304,9 @@ TEST(ReportArguments, WhatCannotBeReportedIsSaid) {
   EXPECT_EQ(run(kFreeflex + " report " + folder / "none.yaml").exit_code, 2);
   EXPECT_EQ(run(kFreeflex + " report").exit_code, 2);
   EXPECT_EQ(run(kFreeflex + " report --until -1 " + folder / "beam.yaml").exit_code, 2);
+  const Outcome times = run(kFreeflex + " report --until 1,2 " + folder / "beam.yaml");
+  EXPECT_EQ(times.exit_code, 2);
+  EXPECT_TRUE(contains(times.err, "2 times for 1 scenes: give one for all, or one a scene")) << times.err;
   write_text(folder / "tetrahedron.yaml", kTetrahedron);
   write_text(folder / "file", "");
   const Outcome blocked = run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --out " + folder / "file" +
