@@ -1,8 +1,11 @@
 // freeflex report: error against run time of scenes, beside other methods.
 #include "tools/report.hpp"
 
+#include <unistd.h>
+
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <cerrno>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
@@ -46,14 +49,20 @@ struct NamedText {
   std::string text;
 };
 
-/// Writes the files that are named into a folder, which is made.
-bool write_folder(const std::filesystem::path& folder, const std::vector<NamedText>& files) {
+/// Makes the folder. What a long run is to fill must take files before it starts.
+bool prepare_folder(const std::filesystem::path& folder) {
+  if (folder.empty()) return true;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (error) {
-    print_error(folder.string() + ": " + error.message());
-    return false;
-  }
+  if (!error && !std::filesystem::is_directory(folder)) error = std::make_error_code(std::errc::not_a_directory);
+  if (!error && access(folder.c_str(), W_OK) != 0) error = std::error_code(errno, std::generic_category());
+  if (!error) return true;
+  print_error("--out " + folder.string() + ": " + error.message() + "; name a folder that can be written");
+  return false;
+}
+
+/// Writes the files that are named into a folder.
+bool write_folder(const std::filesystem::path& folder, const std::vector<NamedText>& files) {
   return std::all_of(files.begin(), files.end(),
                      [&folder](const NamedText& file) { return write_file(folder / file.name, file.text); });
 }
@@ -216,7 +225,9 @@ void add_report(CLI::App& app, int& exit_code) {
       exit_code = kExitUsage;
       return;
     }
-    exit_code = options->stability ? stability(*options) : report(*options);
+    exit_code = !prepare_folder(options->folder) ? kExitDiffers
+                : options->stability             ? stability(*options)
+                                                 : report(*options);
   });
 }
 

@@ -170,19 +170,19 @@ void add_motion_cases(std::vector<StabilityCase>& cases) {
         kPerForce, 1e-12,
         [force](const StabilityOptions&) { return small_force(force, Fidelity::kSeparated); });
   for (const auto& [rung, name] :
-       {std::pair{Fidelity::kCoupled, "coupled"}, {Fidelity::kExactBars, "exact bars"}})
+       {std::pair{Fidelity::kCoupled, "coupled"}, {Fidelity::kExactBars, "exact-bars"}})
     for (const double force : {1e-300, 1e-30})
       add(kForces, format_text("%g N, %s", force, name), kPerForce, 1e-12,
           [force, rung](const StabilityOptions&) { return small_force(force, rung); });
   for (const auto& [rung, name] : {std::pair{Fidelity::kSeparated, "separated"},
                                    {Fidelity::kCoupled, "coupled"},
-                                   {Fidelity::kExactBars, "exact bars"}})
+                                   {Fidelity::kExactBars, "exact-bars"}})
     add(kForces, format_text("1e-310 N, a denormal, %s", name),
         "displacement off, in units of the least double", 1e4,
         [rung](const StabilityOptions&) { return denormal_force(rung); });
   for (const double size : {1e-9, 1e9})
     for (const auto& [rung, name] :
-         {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kExactBars, "exact bars"}})
+         {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kExactBars, "exact-bars"}})
       add("size of structures", format_text("%g m across, %s", 2.0 * size, name),
           "elastic difference from 1 m, after 1 s", 1e-9,
           [size, rung](const StabilityOptions& options) { return at_size(size, rung, options); });

@@ -132,7 +132,7 @@ void add_rung_cases(std::vector<StabilityCase>& cases) {
         Row{Fidelity::kSeparated, "separated", kElastic, 1e-5},
         Row{Fidelity::kSpinLoaded, "spin-loaded", kElastic, 1e-5},
         Row{Fidelity::kCoupled, "coupled", kElastic, 1e-5},
-        Row{Fidelity::kExactBars, "exact bars", kElastic, 1e-2}})
+        Row{Fidelity::kExactBars, "exact-bars", kElastic, 1e-2}})
     cases.push_back(
         {"steps across omega h = k pi", row.name, row.quantity, row.limit, false,
          [rung = row.rung](const StabilityOptions& options) { return across_pi(rung, options); }});

@@ -4,6 +4,7 @@
 #include <span>
 #include <string>
 
+#include "core/model/budget.hpp"
 #include "core/model/compile.hpp"
 #include "core/reference/elastic_error.hpp"
 #include "core/step/kernels.hpp"
@@ -266,24 +267,6 @@ std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity, co
 }
 
 }  // namespace
-
-const char* name_of(Fidelity fidelity) {
-  switch (fidelity) {
-    case Fidelity::kRigid:
-      return "rigid";
-    case Fidelity::kSeparated:
-      return "separated";
-    case Fidelity::kSpinLoaded:
-      return "spin-loaded";
-    case Fidelity::kCoupled:
-      return "coupled";
-    case Fidelity::kExactBars:
-      return "exact bars";
-    case Fidelity::kFull:
-      return "full";
-  }
-  return "?";
-}
 
 std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::function<bool(double)>& told) {
   std::vector<ExactRung> exact;

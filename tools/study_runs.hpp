@@ -31,8 +31,6 @@ struct ExactRung {
   Eigen::Matrix3Xd p_W;
 };
 
-const char* name_of(Fidelity fidelity);
-
 /// Every rung that compiles, at every step that fits; appends to study.runs and study.left_out.
 std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::function<bool(double)>& told);
 

@@ -7,10 +7,12 @@
 namespace freeflex::io::reader {
 namespace {
 
-std::vector<std::string_view> part_names() {
-  std::vector<std::string_view> names;
-  for (int k = 0; k < kNumParts; ++k) names.emplace_back(name_of(static_cast<Part>(k)));
-  return names;
+/// Every part by its number, then all of them.
+std::vector<std::string_view> keep_words() {
+  std::vector<std::string_view> words;
+  for (int k = 0; k < kNumParts; ++k) words.emplace_back(name_of(static_cast<Part>(k)));
+  words.emplace_back("all");
+  return words;
 }
 
 }  // namespace
@@ -30,16 +32,20 @@ void SceneReader::read_leave_out(const Node& node) {
       leave_out.on_need = static_cast<OnNeed>(*word);
   const Node* keep = fields.find("keep");
   if (!keep) return;
-  if (keep->kind == Node::Kind::kText && keep->text == "all") return leave_out.keeps.fill(true);
   const std::vector<const Node*> items =
       keep->kind == Node::Kind::kList ? std::vector<const Node*>(keep->items.begin(), keep->items.end())
                                       : std::vector<const Node*>{keep};
-  for (const Node* item : items)
-    if (const auto part = read_word(report_, *item, "leave_out: keep", part_names())) {
-      if (leave_out.keeps[*part])
-        report_.error(item->origin, "leave_out: keep names " + std::string(part_names()[*part]) + " twice");
-      leave_out.keeps[*part] = true;
+  for (const Node* item : items) {
+    const auto word = read_word(report_, *item, "leave_out: keep", keep_words());
+    if (!word) continue;
+    if (*word == kNumParts) {
+      leave_out.keeps.fill(true);
+    } else {
+      if (leave_out.keeps[*word])
+        report_.error(item->origin, "leave_out: keep names " + std::string(keep_words()[*word]) + " twice");
+      leave_out.keeps[*word] = true;
     }
+  }
 }
 
 }  // namespace freeflex::io::reader

@@ -14,7 +14,7 @@ class LeaveOutKey : public ::testing::TestWithParam<BadScene> {};
 TEST_P(LeaveOutKey, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
 
 const std::string kParts =
-    "damping, gravity, rotation, out_of_plane, unreached_modes, small_modes or point_rows";
+    "damping, gravity, rotation, out_of_plane, unreached_modes, small_modes, point_rows or all";
 
 INSTANTIATE_TEST_SUITE_P(
     BadScene, LeaveOutKey,
@@ -38,6 +38,9 @@ INSTANTIATE_TEST_SUITE_P(
                   "(did you mean 'replan'?)"}),
         bad_line("UnknownPart", "leave_out: {keep: [rotation, plane]}",
                  {"scene.yaml:5:30: error: leave_out: keep is the text 'plane', must be " + kParts}),
+        bad_line("MisspeltAll", "leave_out: {keep: alll}",
+                 {"scene.yaml:5:19: error: leave_out: keep is the text 'alll', must be " + kParts +
+                  " (did you mean 'all'?)"}),
         bad_line("PartTwice", "leave_out: {keep: [rotation, rotation]}",
                  {"scene.yaml:5:30: error: leave_out: keep names rotation twice"})),
     bad_scene_name);
