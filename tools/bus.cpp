@@ -1,6 +1,7 @@
 #include "tools/bus.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cstdlib>
 #include <utility>
 
@@ -118,6 +119,11 @@ std::optional<std::int32_t> SceneCatalogue::find_point(const std::string& name) 
 }
 std::optional<std::int32_t> SceneCatalogue::find_group(const std::string& name) const {
   return find_name(groups_, name);
+}
+
+const char* validity_name(std::int32_t validity) {
+  static constexpr std::array kNames{"good", "watch", "outside"};
+  return validity >= 0 && validity < 3 ? kNames[static_cast<std::size_t>(validity)] : "?";
 }
 
 const char* mode_name(std::int32_t mode) {

@@ -88,8 +88,9 @@ class SceneCatalogue {
   std::vector<double> frequencies_;
 };
 
-/// Name of status_t.mode.
+/// Names of status_t.mode and of status_t.validity.
 const char* mode_name(std::int32_t mode);
+const char* validity_name(std::int32_t validity);  // "good", "watch", "outside"
 
 /// [us] since 1970.
 std::int64_t wall_clock_us();

@@ -210,8 +210,7 @@ std::string LiveView::elastic_text(std::size_t num_modes) const {
 
 std::string LiveView::validity_text() const {
   const auto& s = *status_;
-  static constexpr std::array kWords{"good", "watch", "outside"};
-  const std::string word = s.validity >= 0 && s.validity < 3 ? kWords[static_cast<std::size_t>(s.validity)] : "?";
+  const std::string word = validity_name(s.validity);
   const bool is_good = s.validity == freeflex_msgs::status_t::GOOD;
   std::string out = "validity   " + (is_good ? bold(word) : std::string(kAlarm) + word + kPlain);
   out += s.validity_cause.empty() ? "" : "  " + s.validity_cause;
@@ -275,10 +274,10 @@ std::string LiveView::page(const std::string& bus, int num_rows) const {
 std::string LiveView::line() const {
   if (!status_) return "waiting for a daemon";
   std::string out =
-      format_text("tick %lld, %s, rate %s, late p99 %.0f us, overruns %lld, slips %lld",
-                  static_cast<long long>(status_->tick), mode_name(status_->mode), rate_text().c_str(),
-                  status_->lateness_us[1], static_cast<long long>(status_->overruns),
-                  static_cast<long long>(status_->slips));
+      format_text("tick %lld, %s, %s, rate %s, late p99 %.0f us, overruns %lld, slips %lld",
+                  static_cast<long long>(status_->tick), mode_name(status_->mode),
+                  validity_name(status_->validity), rate_text().c_str(), status_->lateness_us[1],
+                  static_cast<long long>(status_->overruns), static_cast<long long>(status_->slips));
   if (state_) {
     out += format_text(", position %.4e %.4e %.4e m, spin %.3e rad/s", state_->position[0],
                        state_->position[1], state_->position[2], norm(state_->angular_velocity));

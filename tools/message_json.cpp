@@ -288,7 +288,8 @@ std::string summary_of(const scene_t& m) {
 }
 std::string summary_of(const status_t& m) {
   return std::string(mode_name(m.mode)) + ", tick " + std::to_string(m.tick) + ", " +
-         counted(m.overruns, "overrun") + ", " + counted(m.slips, "slip");
+         counted(m.overruns, "overrun") + ", " + counted(m.slips, "slip") + ", " + validity_name(m.validity) +
+         (m.validity_cause.empty() ? "" : ": " + m.validity_cause);
 }
 
 /// What numbers the messages of a type; those without are not numbered.
