@@ -124,10 +124,9 @@ std::vector<std::string> findings(const Report& report) {
                           : ""));
   if (is_krylov_nearest(report))
     sentences.push_back(
-        "Of the others Krylov's method on the linearised system comes nearest with one read-out: a step as "
-        "long as the "
-        "motion makes its space hold every mode, so it is a modal method that finds its modes again in each "
-        "run. "
+        "At the errors of the separated and spin-loaded rungs Krylov's method on the linearised system comes nearest "
+        "with one read-out: a step as long as the motion makes its space hold every mode, so it is a modal method that "
+        "finds its modes again in each run. "
         "It pays where a structure has few frequencies; it has no rung above the spin-loaded one.");
   sentences.push_back(
       "Set-up is not in the CPU columns: a rung needs the modes first, which grows as N^3 and is shown "
