@@ -145,9 +145,9 @@ constexpr const char* kColumns =
     "<dt>setting</dt><dd>The step, the tolerance, or both. <i>100 ms, then 1.9 s</i>: a rung's own motion is exact "
     "for any step while no load acts, so a program may take all of the free motion in one step of the same plan at "
     "another rate, as Krylov's method does here too. The daemon's rate is fixed.</dd>\n"
-    "<dt>ratio</dt><dd>What the cheapest other method costs at no more elastic error than ours, over our "
-    "cost; between "
-    "two settings its cost is read off the line in logarithms.</dd>\n"
+    "<dt>ratio</dt><dd>What the cheapest other method costs at our elastic error, over our cost. Ours is the run's or its "
+    "rung's model error, whichever is larger, and 5 % more is the same: methods of one model error differ by what "
+    "integration adds or takes. Between two settings its cost is read off the line in logarithms.</dd>\n"
     "<dt>linearised, sparse</dt><dd>The fairest others: the equations of the spin-loaded rung without modes, "
     "spring by "
     "spring; leapfrog, and Krylov's exponential with free steps.</dd></dl>\n";
