@@ -80,6 +80,12 @@ TEST(Budget, IsTheDistanceFromTheBestRung) {
   const Eigen::Matrix3Xd off = own.positions_W() - best.positions_W();
   const double position = off.norm() / std::sqrt(static_cast<double>(off.cols()));
   EXPECT_NEAR(reading.total.position, kCover * position, 1e-9 * position);
+  const auto attitude = [](const Simulation& of) {
+    const Quat& q = of.state.q_WB;
+    return Eigen::Quaterniond(q[0], q[1], q[2], q[3]);
+  };
+  const double angle = attitude(own).angularDistance(attitude(best));
+  EXPECT_NEAR(reading.total.attitude, kCover * angle, 1e-6 * angle) << "small angles";
 }
 
 TEST(Budget, PartsSeeThePeriodTheModesLeftOutAndTheRung) {
@@ -193,6 +199,35 @@ TEST(Budget, AutoRefusesAHorizonOfTooManyTicksAndScenesThatItsEquationsCannotCar
   ASSERT_FALSE(faults.empty());
   EXPECT_EQ(faults.back().message.find("fidelity: auto: the equations it compares with, fidelity exact-bars"), 0U)
       << faults.back().message;
+}
+
+// each part of a tolerance binds alone: half of what the separated rung leaves asks for a rung above it
+TEST(Budget, AutoKeepsEachPartOfItsTolerance) {
+  Scene scene = boxed_truss(0.5, 10.0);
+  scene.rate = 1000.0;
+  using Part = std::pair<std::optional<double> AutomaticRung::*, double PlanRung::*>;
+  for (const auto& [asked, found] :
+       {Part{&AutomaticRung::position, &PlanRung::position}, Part{&AutomaticRung::attitude, &PlanRung::attitude},
+        Part{&AutomaticRung::elastic, &PlanRung::elastic}}) {
+    const auto choose = [&](double tolerance) {
+      scene.automatic = AutomaticRung{{}, {}, {}, 0.5, {}};
+      (*scene.automatic).*asked = tolerance;
+      return lean_plan_of(scene);
+    };
+    const Plan loose = choose(1e3);
+    ASSERT_EQ(loose.tried_rungs.size(), 1U) << "rigid will do";
+    double separated = 0.0;
+    const Plan strict = choose(1e-3 * (loose.tried_rungs[0].*found));
+    for (const PlanRung& rung : strict.tried_rungs)
+      if (rung.rung == Fidelity::kSeparated) separated = rung.*found;
+    ASSERT_GT(separated, 0.0);
+    const Plan plan = choose(0.5 * separated);
+    EXPECT_GT(plan.fidelity, Fidelity::kSeparated);
+    EXPECT_EQ(plan.tried_rungs.back().rung, plan.fidelity);
+    EXPECT_LE((plan.tried_rungs.back().*found), 0.5 * separated);
+    for (std::size_t k = 0; k + 1 < plan.tried_rungs.size(); ++k)
+      EXPECT_GT((plan.tried_rungs[k].*found), 0.5 * separated) << "a cheaper one would do";
+  }
 }
 
 TEST(Budget, AToleranceForModesIsSaidToHaveNoEffectWhereEveryModeIsNeeded) {

@@ -123,6 +123,25 @@ TEST(Followers, MoveTheElasticCoordinatesWithSecondOrder) {
     EXPECT_NEAR(std::log2(errors[k - 1] / errors[k]), 2.0, 0.2) << k;
 }
 
+// the same push sideways where elastic terms act on the body too, which are of second order in the deformation
+TEST(Followers, PushTheBodyOnCoupledRungsAsBelowThem) {
+  const auto velocity = [](Fidelity rung, bool follows) {
+    Scene scene = rocket(4.0, follows);
+    scene.fidelity = rung;
+    scene.rate = 4000.0;
+    Simulation simulation(scene);
+    simulation.run(400);
+    return Eigen::Vector3d(simulation.state.v_WB.data());
+  };
+  const Eigen::Vector3d below = velocity(Fidelity::kSeparated, true);
+  const double effect = (below - velocity(Fidelity::kSeparated, false)).norm();
+  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
+    const double difference = (velocity(rung, true) - below).norm();
+    std::printf("velocity by the turning of the force %.1e m/s, on a coupled rung %.1e from that\n", effect, difference);
+    EXPECT_LT(difference, 0.01 * effect) << "measured 7e-4";
+  }
+}
+
 // a thrust that stays with the bent end also turns the body: resultant and moment are those of the turned
 // force
 TEST(Followers, PushTheBodyAlongTheTurnedForce) {

@@ -89,5 +89,31 @@ TEST(Sweep, ErrorGrowsAsItsSourcesDoAndTheWordIsOutsideWhereItMeansNothing) {
   expect("force (at rest)", at_rest, kForceExponentAtRest);
 }
 
+// without a budget the word comes from the two ratios, an order of magnitude
+TEST(Sweep, WordsByTheRatiosAloneFollowTheErrors) {
+  static constexpr std::array kWords{"good", "watch", "outside"};
+  for (const double spin : {0.0, 0.05, 0.5, 5.0})
+    for (const double force : {1.0, 100.0, 10000.0}) {
+      const Scene scene = boxed_truss(spin, force);
+      const Truth truth = truth_of(scene, 0.5);
+      for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars}) {
+        const Simulation simulation = run_rung(scene, rung, 1e-3, 0.5);
+        service::Validity validity(simulation.plan);
+        const double V = validity.max_displacement(simulation.state);
+        const service::Verdict verdict =
+            service::judge_ratios(simulation.plan, validity.displacement_ratio(V), validity.spin_ratio(spin, V));
+        const double error = errors_of(simulation, truth).elastic;
+        std::printf("spin %4.2f rad/s, %5.0f N, %-11s elastic error %.1e, %s %s\n", spin, force, name_of(rung), error,
+                    kWords[static_cast<std::size_t>(verdict.word)], verdict.cause.c_str());
+        if (error > service::kMostElastic) {
+          EXPECT_EQ(verdict.word, service::Verdict::Word::kOutside);
+        }
+        if (verdict.word == service::Verdict::Word::kGood) {
+          EXPECT_LT(error, 0.03) << "the largest measured is 0.013";
+        }
+      }
+    }
+}
+
 }  // namespace
 }  // namespace freeflex::testing
