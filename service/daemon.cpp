@@ -12,6 +12,7 @@
 #include <thread>
 #include <utility>
 
+#include "core/model/budget.hpp"
 #include "core/model/leave_out.hpp"
 #include "service/bus.hpp"
 #include "service/ingress.hpp"
@@ -45,6 +46,8 @@ Plan read_plan(const DaemonOptions& options) {
   if (!result.plan) throw StartFault(kUsage, fmt::format("'{}' gives no plan, see above", options.input));
   Plan plan = std::move(*result.plan);
   if (options.rate > 0.0) {
+    if (const std::string untried = find_untried_rate(plan, options.rate); !untried.empty())
+      std::fputs(fmt::format("{}: warning: {}\n", options.input, untried).c_str(), stderr);
     set_rate(plan, options.rate);
     if (const std::string fault = find_inconsistency(plan); !fault.empty())
       throw StartFault(kUsage, fmt::format("--rate {:g} does not suit the scene: {}", options.rate, fault));

@@ -10,6 +10,8 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/model/budget.hpp"
+
 namespace freeflex::tools {
 namespace {
 
@@ -45,7 +47,11 @@ std::optional<Plan> load_or_explain(const std::string& path, double rate, const 
     if (would_overwrite(source, output)) return std::nullopt;
   }
   print_faults(result.faults, result.sources);
-  if (result.plan && rate > 0.0) set_rate(*result.plan, rate);
+  if (result.plan && rate > 0.0) {
+    if (const std::string untried = find_untried_rate(*result.plan, rate); !untried.empty())
+      std::fprintf(stderr, "%s: warning: %s\n", path.c_str(), untried.c_str());
+    set_rate(*result.plan, rate);
+  }
   return std::move(result.plan);
 }
 

@@ -5,6 +5,7 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <array>
 #include <cerrno>
 #include <cstdio>
 #include <filesystem>
@@ -127,6 +128,9 @@ std::string find_conflict(const CLI::App& command, const Options& options) {
   return {};
 }
 
+/// What a report of scenes may write.
+constexpr std::array kFileNames{"report.json", "report.html", "report.csv", "work-precision.svg", "estimates.csv"};
+
 std::vector<NamedText> files_of(const Report& report) {
   std::vector<NamedText> files{{"report.json", to_json(report).dump(2) + "\n"}, {"report.html", to_html(report)}};
   if (!report.studies.empty()) {
@@ -140,11 +144,16 @@ std::vector<NamedText> files_of(const Report& report) {
 int report(const Options& options) {
   const std::vector<Scene> scenes = read_scenes(options.scenes);
   if (scenes.size() < options.scenes.size()) return kExitUsage;
+  for (const Scene& scene : scenes)
+    for (const std::string& source : scene.sources)
+      for (const char* name : kFileNames)
+        if (!options.folder.empty() && would_overwrite(source, (std::filesystem::path(options.folder) / name).string()))
+          return kExitUsage;
   Report report;
   report.machine = this_machine();
   StudyOptions study = options.study;
   study.has_rivals = !options.only_rungs;
-  bool is_interrupted_now = is_interrupted();
+  bool is_interrupted_now = is_interrupted(), failed = false;
   for (std::size_t k = 0; k < scenes.size() && !is_interrupted_now; ++k) {
     Progress progress(scenes[k].name);
     study.end = options.ends[options.ends.size() == 1 ? 0 : k];
@@ -154,8 +163,10 @@ int report(const Options& options) {
     }));
     is_interrupted_now = is_interrupted();
     if (!report.studies.back().error.empty()) {
+      // the others are measured all the same
       print_error(options.scenes[k] + ": " + report.studies.back().error);
-      return kExitUsage;
+      report.studies.pop_back();
+      failed = true;
     }
   }
   if (options.num_estimates > 0 && !is_interrupted_now) {
@@ -173,7 +184,8 @@ int report(const Options& options) {
   else
     print_text(report);
   if (!options.folder.empty() && !write_folder(options.folder, files_of(report))) return kExitDiffers;
-  return is_interrupted_now ? kExitInterrupted : kExitOk;
+  if (is_interrupted_now) return kExitInterrupted;
+  return failed ? kExitUsage : kExitOk;
 }
 
 }  // namespace
@@ -197,7 +209,7 @@ void add_report(CLI::App& app, int& exit_code) {
       ->default_str("2")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(positive_time());
+      ->check(study_time());
   command
       ->add_option("--budget", options->study.budget, "CPU time that one run may take [s]")
       ->capture_default_str()

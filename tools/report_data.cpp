@@ -62,6 +62,7 @@ Json comparisons(const Study& study) {
       json["free_step"] = ours.free_step > 0.0 ? Json(ours.free_step) : Json(nullptr);
       json["elastic_error"] = ours.elastic_error;
       json["model_error"] = ours.model_error;
+      json["error_asked_of_others"] = found->error;
       json["cpu"] = found->cpu;
       json["best_other"] = to_json(found->best);
       json["hand_written"] = to_json(found->hand_written);

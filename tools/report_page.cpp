@@ -146,8 +146,8 @@ constexpr const char* kColumns =
     "for any step while no load acts, so a program may take all of the free motion in one step of the same plan at "
     "another rate, as Krylov's method does here too. The daemon's rate is fixed.</dd>\n"
     "<dt>ratio</dt><dd>What the cheapest other method costs at our elastic error, over our cost. Ours is the run's or its "
-    "rung's model error, whichever is larger, and 5 % more is the same: methods of one model error differ by what "
-    "integration adds or takes. Between two settings its cost is read off the line in logarithms.</dd>\n"
+    "rung's model error, whichever is larger, but no less than 3e-7, to which others are swept; 5 % more is the same: methods of one "
+    "model error differ by what integration adds or takes. Between two settings its cost is read off the line in logarithms.</dd>\n"
     "<dt>linearised, sparse</dt><dd>The fairest others: the equations of the spin-loaded rung without modes, "
     "spring by "
     "spring; leapfrog, and Krylov's exponential with free steps.</dd></dl>\n";

@@ -91,6 +91,7 @@ double ns_per_step(const Study& study, const Run& run) {
 }
 
 std::vector<std::string> findings(const Report& report) {
+  if (report.is_interrupted) return {"Interrupted: what was measured so far is no ground for a comparison."};
   std::vector<std::string> sentences;
   bool loses = false, is_compared = false;
   for (std::size_t load = 0; load < kReadOuts; ++load) {
@@ -106,12 +107,12 @@ std::vector<std::string> findings(const Report& report) {
       sentences.push_back(format_text(
           "We lose: with %s, on %s at an elastic error of %.1e, %s is %.3g times cheaper than our cheapest "
           "rung (%s).",
-          kReadOutNames[load], scene, ours.elastic_error, method, 1.0 / ratio, ours.method.c_str()));
+          kReadOutNames[load], scene, now.found.error, method, 1.0 / ratio, ours.method.c_str()));
     } else {
       sentences.push_back(format_text(
           "With %s, the nearest other method is %s on %s: it costs %.3g times our %s rung at the same "
           "elastic error of %.1e.",
-          kReadOutNames[load], method, scene, ratio, ours.method.c_str(), ours.elastic_error));
+          kReadOutNames[load], method, scene, ratio, ours.method.c_str(), now.found.error));
     }
   }
   sentences.push_back(

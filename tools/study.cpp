@@ -24,6 +24,16 @@ double end_of_loads(const CartesianSystem& system, double end) {
   return std::min(last, end);
 }
 
+/// False when the displacements of every point are no more than rounding of its position.
+bool deforms(const CartesianSystem& system, const ReferenceRun& run) {
+  constexpr double kNothing = 1e-13;  // [-] of positions and size
+  const double size = system.r.colwise().norm().maxCoeff();
+  return std::any_of(run.states.begin(), run.states.end(), [&](const CartesianState& state) {
+    const Eigen::Matrix3Xd u = elastic_displacements(system.mass, system.r, state.p_W);
+    return u.colwise().norm().maxCoeff() > kNothing * (size + state.p_W.colwise().norm().maxCoeff());
+  });
+}
+
 /// The full system's motion to well below what any rung can reach, and how far a coarser run differs from it.
 struct Reference {
   ReferenceRun run;
@@ -129,6 +139,10 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
     study.error = "the reference failed: " + reference.run.error;
     return study;
   }
+  if (!deforms(*system, reference.run)) {
+    study.error = format_text("nothing deforms within %g s: there is no elastic error to compare", options.end);
+    return study;
+  }
   const double free_from = end_of_loads(*system, options.end);
   const ErrorMeter meter(*system, *structure, free_from, motion_of(*system, reference.run, free_from));
   // a share done: some for the reference, then rungs, then rivals
@@ -221,7 +235,7 @@ std::optional<Comparison> compare_at(const Study& study, double level, ReadOut r
   // methods of one model error differ by what integration adds or takes: that is no reason to ask more of the others
   constexpr double kSame = 1.05;
   const Run& ours = study.runs[found.ours];
-  const double error = kSame * std::max(ours.elastic_error, ours.model_error);
+  const double error = found.error = kSame * std::max({ours.elastic_error, ours.model_error, kFinest});
   std::vector<std::string> methods;
   for (const Run& run : study.runs)
     if (run.family != Family::kRung && std::find(methods.begin(), methods.end(), run.method) == methods.end())

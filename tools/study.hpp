@@ -80,6 +80,7 @@ struct Comparison {
   double level = 0.0;    // [-]
   std::size_t ours = 0;  // index into Study::runs
   double cpu = 0.0;      // [s] CPU per simulated second
+  double error = 0.0;    // [-] asked of the others
   struct Other {
     std::string method;  // empty: none reaches the error
     double cpu = 0.0;    // [s] CPU per simulated second, interpolated between settings
@@ -88,6 +89,7 @@ struct Comparison {
   Other best, hand_written, packaged, linearised;
 };
 inline constexpr std::array kLevels{1e-2, 1e-3, 1e-4, 1e-5};
+inline constexpr double kFinest = 3e-7;  // [-] elastic error to which other methods are swept
 
 /// nullopt when no rung has an elastic error of the level or less.
 std::optional<Comparison> compare_at(const Study& study, double level, ReadOut read_out);

@@ -38,7 +38,7 @@ std::vector<Setting> settings_of(Rival rival, double top_frequency, double end) 
   std::vector<Setting> settings;
   if (rival == Rival::kKrylov) {
     for (const double step : {end, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01})
-      if (step <= end)
+      if (step < end || settings.empty())
         for (const double tolerance : {1e-3, 1e-5, 1e-7}) settings.push_back({step, tolerance});
     return settings;
   }
@@ -143,9 +143,8 @@ class Sweep {
 
   /// Finer settings would cost more and tell nothing new.
   bool is_finest(const Run& run, double taken) {
-    constexpr double kFineEnough = 3e-7;  // [-] elastic error, well below the least level asked for
     constexpr double kSmall = 1e-4;       // [-] below which an error that no longer falls is rounding
-    if (run.integration_error < kFineEnough) return true;
+    if (run.integration_error < kFinest) return true;
     // what takes long at the least level asked for is not asked for more
     if (taken > kVeryLong && run.integration_error < kLevels.back()) return true;
     if (run.tolerance > 0.0) return false;
@@ -172,7 +171,11 @@ class Sweep {
             method.run(times, options, [](std::size_t, const CartesianState&) {});
           },
           load == 0 ? bench_.options.repeats : 1);
-      run.cpu[load] = timing.seconds / bench_.options.end;
+      // what the person stopped has no time
+      if (bench_.is_stopped())
+        run.cpu[load].reset();
+      else
+        run.cpu[load] = timing.seconds / bench_.options.end;
       if (load == 0) run.repeats = timing.repeats;
     }
   }

@@ -1,7 +1,6 @@
 // The rungs of the fidelity ladder within a study.
 #include <algorithm>
 #include <cmath>
-#include <span>
 #include <string>
 
 #include "core/model/budget.hpp"
@@ -20,7 +19,7 @@ namespace {
 constexpr std::array kRungs{Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
                             Fidelity::kExactBars, Fidelity::kFull};
 constexpr std::array kSteps{0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.004, 0.0025, 0.002, 0.001, 0.0005};  // [s]
-constexpr double kFineStep = 0.00025;  // [s] for the exact motion
+constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};  // [s] for the exact motion
 // [s] of CPU that one run of the full rung may take; its step is divided, so its cost hardly depends on it
 constexpr double kMostFullCost = 4.0;
 constexpr std::array kFullSteps{0.01, 0.001};  // [s]
@@ -172,7 +171,14 @@ std::string first_error(const Faults& faults) {
 Scene with_all_points(const Bench& bench, Fidelity fidelity) {
   Scene scene = bench.scene;
   scene.fidelity = fidelity;
-  scene.groups.clear();
+  // edges where the scene's own ticks put them, at every rate
+  const auto at_tick = [&scene](double time) { return std::round(time * scene.rate) / scene.rate; };
+  for (Load& load : scene.loads)
+    if (auto* pulse = std::get_if<PulseHistory>(&load.history)) {
+      const double end = at_tick(pulse->start + pulse->duration);
+      pulse->start = at_tick(pulse->start);
+      pulse->duration = end - pulse->start;
+    }
   scene.publication = {};
   scene.pushable.clear();
   for (std::size_t i = 0; i < scene.points.size(); ++i)
@@ -233,15 +239,38 @@ void add_run(const Bench& bench, Scene& scene, double step, double free_step, co
   time_read_outs(bench, *rung, run);
 }
 
+/// [s] from the longest on; the scene's own is among them.
+std::vector<double> steps_of(const Bench& bench, Fidelity fidelity) {
+  if (fidelity == Fidelity::kFull) return {kFullSteps.begin(), kFullSteps.end()};
+  std::vector<double> steps(kSteps.begin(), kSteps.end());
+  const double own = 1.0 / bench.scene.rate;
+  const auto is_own = [own](double step) { return std::abs(step - own) < 1e-6 * own; };
+  if (own >= kFineSteps[0] && std::none_of(steps.begin(), steps.end(), is_own)) steps.push_back(own);
+  std::sort(steps.rbegin(), steps.rend());
+  return steps;
+}
+
 /// One step over all of the free motion, the longest that fits before it: without stages a rung's own motion has
 /// no other limit than how its frame turns.
 void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study& study) {
   const double free_step = bench.options.end - bench.free_from;
   if (exact.fidelity > Fidelity::kSpinLoaded || free_step <= 0.0) return;
   if (bench.free_from == 0.0) return add_run(bench, scene, free_step, 0.0, exact, study);
-  for (const double step : kSteps)
-    if (is_whole(bench.free_from / step) && find_misfit(bench, step).empty())
+  for (const double step : steps_of(bench, exact.fidelity))
+    if (is_whole(bench.free_from / step) && std::abs(free_step / step - 1.0) > 1e-9 && find_misfit(bench, step).empty())
       return add_run(bench, scene, step, free_step, exact, study);
+}
+
+/// The largest step that is fine enough and fits the scene [s]; 0 and `why` when none does.
+double fine_step(const Bench& bench, std::string& why) {
+  std::vector<double> steps(kFineSteps.begin(), kFineSteps.end());
+  const double period = 1.0 / bench.scene.rate;
+  steps.push_back(period / std::ceil(period / kFineSteps[0] * (1.0 - 1e-9)));
+  for (const double step : steps)
+    if (why = find_misfit(bench, step); why.empty()) return step;
+  why = "no step from 0.25 to 0.05 ms, and no part of the scene's period, fits: " + why +
+        "; take --until in whole periods of the scene's rate";
+  return 0.0;
 }
 
 /// The rung's own equations solved exactly; nullopt and `why` when it is refused. `below` are the rungs under it.
@@ -254,10 +283,15 @@ std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity, co
     why = "its equations are those of exact bars, which are refused";
     return std::nullopt;
   }
-  std::optional<Rung> fine = make_rung(bench, scene, kFineStep, why);
+  const double step = fine_step(bench, why);
+  if (step == 0.0) return std::nullopt;
+  // beside stiff bars the equations of exact bars are solved in parts of the step
+  scene.fidelity = fidelity == Fidelity::kExactBars ? Fidelity::kFull : fidelity;
+  std::optional<Rung> fine = make_rung(bench, scene, step, why);
+  scene.fidelity = fidelity;
   if (!fine) return std::nullopt;
   if (const std::string excess = find_excess(bench, *fine, 4.0 * bench.options.budget); !excess.empty()) {
-    why = "its own equations solved exactly, at 0.25 ms: " + excess;
+    why = format_text("its own equations solved exactly, at %g ms: ", 1e3 * step) + excess;
     return std::nullopt;
   }
   ExactRung exact{fidelity, {}};
@@ -280,7 +314,7 @@ std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::fu
     }
     exact.push_back(std::move(*solved));
     add_longest(bench, scene, exact.back(), study);
-    const std::span<const double> steps = kRungs[r] == Fidelity::kFull ? std::span<const double>(kFullSteps) : kSteps;
+    const std::vector<double> steps = steps_of(bench, kRungs[r]);
     for (std::size_t s = 0; s < steps.size(); ++s) {
       if (!told((static_cast<double>(r) + static_cast<double>(s) / static_cast<double>(steps.size())) / kRungs.size()))
         return exact;

@@ -118,6 +118,12 @@ const char* name_of(Fidelity rung) {
   return kNames[static_cast<std::size_t>(rung)];
 }
 
+std::string find_untried_rate(const Plan& plan, double rate) {
+  if (plan.tried_rungs.empty() || std::abs(rate * plan.period - 1.0) < 1e-9) return {};
+  return join_text("fidelity: auto took ", name_of(plan.fidelity), " at ", 1.0 / plan.period, " Hz; at ", rate,
+                   " Hz its tolerance was not tried: put the rate into the scene");
+}
+
 std::int64_t horizon_in_ticks(double horizon, double period) {
   constexpr double kForever = 1e15;  // far inside 64 bits, also times substeps
   return std::max<std::int64_t>(1, std::llround(std::min(horizon / period, kForever)));

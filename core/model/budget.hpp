@@ -25,6 +25,9 @@ inline constexpr int kRungSamples = 16;
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<PlanRung>& tried,
                                     Faults& faults);
 
+/// What to say when a plan whose rung `fidelity: auto` chose runs at another rate [Hz]; empty: nothing.
+std::string find_untried_rate(const Plan& plan, double rate);
+
 /// "rigid", "separated", "spin-loaded", "coupled", "exact-bars", "full".
 const char* name_of(Fidelity rung);
 

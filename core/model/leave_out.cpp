@@ -262,10 +262,36 @@ class Lean {
 
 }  // namespace
 
+namespace {
+
+/// [s] from which a load acts.
+double begin_of(const History& history) {
+  if (const auto* pulse = std::get_if<PulseHistory>(&history)) return pulse->start;
+  const auto* table = std::get_if<TableHistory>(&history);
+  if (table == nullptr || table->values.empty() || table->values.front() != 0.0) return 0.0;
+  std::size_t k = 1;
+  while (k < table->values.size() && table->values[k] == 0.0) ++k;
+  return table->times[k - 1];
+}
+
+/// Says which loads begin after what was judged has ended.
+void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, Faults& faults) {
+  for (std::size_t k = 0; k < scene.loads.size(); ++k)
+    if (const double begin = begin_of(scene.loads[k].history); begin >= horizon)
+      add_warning(faults, scene.loads[k].origin,
+                  join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)), " begins at ", begin,
+                            " s, after the horizon of ", horizon, " s over which ", judge,
+                            " judges, and counts for nothing there; take a longer horizon"));
+}
+
+}  // namespace
+
 std::optional<Plan> compile_lean_plan(const Scene& given, const Structure& structure, Faults& faults) {
   Scene scene = given;
   std::vector<PlanRung> tried;
+  if (scene.leave_out.tolerance > 0.0) warn_of_late_loads(scene, "leave_out: tolerance", scene.leave_out.horizon, faults);
   if (scene.automatic) {
+    warn_of_late_loads(scene, "fidelity: auto", scene.automatic->horizon, faults);
     const std::optional<Fidelity> rung = choose_rung(scene, structure, tried, faults);
     if (!rung) return std::nullopt;
     scene.fidelity = *rung;

@@ -230,6 +230,54 @@ TEST(Budget, AutoKeepsEachPartOfItsTolerance) {
   }
 }
 
+TEST(Budget, LoadsAfterWhatIsJudgedAreNamed) {
+  Scene scene = boxed_truss(0.0, 1.0);
+  scene.pushable.clear();
+  scene.loads[0].history = PulseHistory{1.0, 0.1};
+  scene.leave_out.tolerance = 0.01;
+  scene.leave_out.horizon = 1.0;
+  std::vector<Fault> faults = faults_of(scene);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_EQ(faults[0].message,
+            "load 'push' begins at 1 s, after the horizon of 1 s over which leave_out: tolerance judges, and counts for "
+            "nothing there; take a longer horizon");
+  scene.leave_out = {};
+  scene.loads[0].history = TableHistory{{0.0, 0.7, 0.8}, {0.0, 0.0, 1.0}};
+  scene.automatic = AutomaticRung{1.0, {}, {}, 0.6, {}};
+  faults = faults_of(scene);
+  ASSERT_FALSE(faults.empty());
+  EXPECT_EQ(faults[0].message.find("load 'push' begins at 0.7 s, after the horizon of 0.6 s"), 0U) << faults[0].message;
+  scene.automatic->horizon = 0.75;
+  for (const Fault& fault : faults_of(scene)) EXPECT_EQ(fault.message.find("begins at"), std::string::npos);
+}
+
+TEST(Budget, AutoSaysThatAnotherRateWasNotTried) {
+  Scene scene = boxed_truss(0.0, 1.0);
+  scene.automatic = AutomaticRung{1.0, {}, {}, 0.1, {}};
+  const Plan plan = lean_plan_of(scene);
+  EXPECT_EQ(find_untried_rate(plan, 1000.0), "");
+  EXPECT_EQ(find_untried_rate(plan, 50.0),
+            "fidelity: auto took rigid at 1000 Hz; at 50 Hz its tolerance was not tried: put the rate into the scene");
+  scene.automatic.reset();
+  EXPECT_EQ(find_untried_rate(lean_plan_of(scene), 50.0), "");
+}
+
+// where even the slowest mode is not resolved, the best rung beside the state is no judge
+TEST(Budget, NoEstimateIsGoodWhereTheSlowestModeIsNotResolved) {
+  Scene scene = watched_truss(Fidelity::kCoupled, 10.0, 0.0);
+  scene.loads.clear();
+  scene.initial.points.push_back({18, {0.0, 0.0, 1e-7}, {0.0, 0.0, 0.0}});
+  const double slowest = lean_plan_of(scene).omega[0];
+  for (const double turn : {0.9, 1.1}) {
+    scene.rate = slowest / turn;
+    const service::Verdict verdict = verdict_of(scene, 60);
+    EXPECT_EQ(verdict.word, turn > 1.0 ? service::Verdict::Word::kWatch : service::Verdict::Word::kGood) << verdict.cause;
+    if (turn > 1.0) {
+      EXPECT_EQ(verdict.cause.find("integration: the slowest mode turns by 1.1 rad a tick"), 0U) << verdict.cause;
+    }
+  }
+}
+
 TEST(Budget, AToleranceForModesIsSaidToHaveNoEffectWhereEveryModeIsNeeded) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.leave_out.tolerance = 0.1;

@@ -80,6 +80,25 @@ TEST(ReportComparison, OfOneModelErrorIsTheSameError) {
   EXPECT_EQ(tools::compare_at(study, 1e-3, ReadOut::kOnce)->linearised.method, "");
 }
 
+// others are swept to 3e-7: a rung below that is compared there
+TEST(ReportComparison, AsksOthersForNoLessThanTheyAreSweptTo) {
+  Study study = made_study();
+  study.runs[2].elastic_error = 1e-9;
+  study.runs[5].elastic_error = 3e-7;
+  const auto found = tools::compare_at(study, 1e-5, ReadOut::kOnce);
+  EXPECT_EQ(found->packaged.method, "CVODE Adams");
+  EXPECT_NEAR(found->error, 1.05 * tools::kFinest, 1e-12);
+}
+
+TEST(ReportComparison, ComparesNothingWhenInterrupted) {
+  tools::Report report;
+  report.studies.push_back(made_study());
+  report.is_interrupted = true;
+  const std::vector<std::string> sentences = tools::findings(report);
+  ASSERT_EQ(sentences.size(), 1u);
+  EXPECT_TRUE(contains(sentences[0], "Interrupted"));
+}
+
 TEST(ReportComparison, ClimbsTheLadderOnlyWhereTheLevelAsksForIt) {
   const Study study = made_study();
   EXPECT_EQ(study.runs[tools::compare_at(study, 1e-5, ReadOut::kOnce)->ours].method, "coupled");
@@ -301,6 +320,52 @@ TEST(ReportArguments, RungsThatWouldTakeTooLongAreNamed) {
   ASSERT_FALSE(scene["left_out"].empty());
   EXPECT_TRUE(contains(scene["left_out"][0].dump(), "solved exactly, at 0.25 ms: a run would take"))
       << scene["left_out"][0];
+}
+
+// the reference moves the edges of a pulse to the scene's ticks; so must rungs at other steps, and a wrench keeps its group
+TEST(ReportArguments, EdgesBetweenTicksAndWrenchesAreTheSameLoadForEveryMethod) {
+  const TemporaryFolder folder;
+  std::string scene = kTetrahedron;
+  scene.replace(scene.find("loads:"), std::string::npos,
+                "groups: {top: [b, c, d]}\nloads:\n"
+                "  - {name: kick, wrenches: {top: {force: [0.3, 0.5, 0.2]}}, pulse: {start: 0, duration: 0.0203}}\n");
+  write_text(folder / "scene.yaml", scene);
+  const Outcome outcome = run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --json " + folder / "scene.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const auto json = nlohmann::json::parse(outcome.out);
+  int fine = 0;
+  for (const auto& item : json["scenes"][0]["runs"])
+    if (item["method"] == "exact-bars" && item["step"] <= 1e-3) {
+      ++fine;
+      EXPECT_LT(item["elastic_error"], 1e-6) << item;
+      EXPECT_LT(item["model_error"], 1e-6) << item;
+    }
+  EXPECT_EQ(fine, 2);
+}
+
+TEST(ReportArguments, ASceneWithoutDeformationLeavesTheOthersTheirReport) {
+  const TemporaryFolder folder;
+  write_text(folder / "scene.yaml", kTetrahedron);
+  write_text(folder / "still.yaml", kTetrahedron.substr(0, kTetrahedron.find("loads:")));
+  const Outcome outcome = run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --out " + folder / "out" + " " +
+                              folder / "still.yaml" + " " + folder / "scene.yaml");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(contains(outcome.err, "nothing deforms within 0.1 s")) << outcome.err;
+  EXPECT_TRUE(contains(read_text(folder / "out/report.csv"), "tetrahedron,freeflex,separated"));
+}
+
+TEST(ReportArguments, NothingThatIsReadIsWrittenOver) {
+  const TemporaryFolder folder;
+  const std::string points = "name,mass,x,y,z\na,1,0,0,0\nb,1,1,0,0\nc,1,0,1,0\nd,1,0,0,1\n";
+  write_text(folder / "report.csv", points);
+  std::string scene = kTetrahedron;
+  const std::size_t first = scene.find("points:"), links = scene.find("links:");
+  scene.replace(first, links - first, "points: {csv: report.csv}\n");
+  write_text(folder / "scene.yaml", scene);
+  const Outcome outcome = run(kFreeflex + " report --rungs --until 0.1 --out " + folder.path() + " " + folder / "scene.yaml");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(contains(outcome.err, "report.csv is read")) << outcome.err;
+  EXPECT_EQ(read_text(folder / "report.csv"), points);
 }
 
 TEST(ReportArguments, WhatCannotBeReportedIsSaid) {
