@@ -83,7 +83,8 @@ Verdict judge_ratios(const Plan& plan, double displacement_ratio, double spin_ra
 namespace {
 
 /// Of the distances alone.
-Verdict judge_distances(const BudgetReading& reading, double size, double displacement_ratio, double spin_ratio) {
+Verdict judge_distances(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
+                        double spin_ratio) {
   if (reading.is_lost) return {Verdict::Word::kOutside, "the full equations beside it left the numbers"};
   const ErrorSize& total = reading.total;
   const double position = size > 0.0 ? total.position / size : 0.0;
@@ -99,6 +100,8 @@ Verdict judge_distances(const BudgetReading& reading, double size, double displa
     verdict.cause = "integration: raise the rate";
   else if (truncation > model)
     verdict.cause = "truncation: modes left out; lower leave_out: tolerance";
+  else if (plan.fidelity == Fidelity::kRigid)
+    verdict.cause = "model: the rung is rigid, and all that deforms is missing";
   else if (displacement_ratio / kMaxDisplacementRatio > spin_ratio / kMaxSpinRatio)
     verdict.cause = "model, by deformation: displacement ratio " + number(displacement_ratio);
   else
@@ -112,7 +115,7 @@ Verdict judge_distances(const BudgetReading& reading, double size, double displa
 
 Verdict judge_budget(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
                      double spin_ratio) {
-  Verdict verdict = judge_distances(reading, size, displacement_ratio, spin_ratio);
+  Verdict verdict = judge_distances(plan, reading, size, displacement_ratio, spin_ratio);
   // the parts of a step of the full rung turn by half a radian
   if (const double turn = slowest_turn(plan);
       verdict.word == Verdict::Word::kGood && turn > kMostTurn && plan.fidelity != Fidelity::kFull)

@@ -10,6 +10,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -162,7 +163,9 @@ int report(const Options& options) {
       return !is_interrupted();
     }));
     is_interrupted_now = is_interrupted();
-    if (!report.studies.back().error.empty()) {
+    if (is_interrupted_now && report.studies.back().runs.empty()) {
+      report.studies.pop_back();
+    } else if (!report.studies.back().error.empty()) {
       // the others are measured all the same
       print_error(options.scenes[k] + ": " + report.studies.back().error);
       report.studies.pop_back();
@@ -199,7 +202,9 @@ void add_report(CLI::App& app, int& exit_code) {
       ->add_option("--estimates", options->num_estimates,
                    "random scenes on which the error estimate is held against the full system")
       ->check(whole_number(1, 100000));
-  command->add_option("--seed", options->seed, "of the random scenes")->capture_default_str();
+  command->add_option("--seed", options->seed, "of the random scenes")
+      ->capture_default_str()
+      ->check(whole_number(0, std::numeric_limits<std::int64_t>::max()));
   command
       ->add_option("--out", options->folder,
                    "folder for report.csv, report.json, report.html and work-precision.svg, with --estimates "

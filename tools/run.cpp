@@ -82,9 +82,11 @@ void warn_beyond_limits(const Plan& plan, const Extremes& extremes, const std::o
     const service::Verdict verdict =
         by_budget ? *by_budget
                   : service::judge_ratios(plan, extremes.displacement_ratio(), extremes.spin_ratio());
+    // what integration or truncation ask for stands in the cause
+    const bool is_own = verdict.cause.starts_with("integration") || verdict.cause.starts_with("truncation");
     if (verdict.word == service::Verdict::Word::kOutside)
       print_warning(verdict.cause + ": outside what this rung can answer (README, 'When not to trust it')" +
-                    (is_coupled(plan) ? "" : "; smaller loads, a stiffer structure, a slower spin, or fidelity: coupled"));
+                    (is_coupled(plan) || is_own ? "" : "; smaller loads, a stiffer structure, a slower spin, or fidelity: coupled"));
     return;
   }
   const char* reference = "outside what the method can answer (README, 'When not to trust it')";

@@ -41,7 +41,8 @@ struct Reference {
   double accuracy = 0.0;  // [-] elastic
 };
 
-Reference find_reference(const CartesianSystem& system, const StudyOptions& options, double top_frequency) {
+Reference find_reference(const CartesianSystem& system, const StudyOptions& options, double top_frequency,
+                         const std::function<bool()>& is_stopped) {
   constexpr double kTolerance = 1e-12;
   constexpr double kStiff = 2e4;                      // [rad] phase of the fastest mode over the study
   constexpr double kPhase = 2.0, kCoarsePhase = 3.0;  // [rad] of the fastest mode in a step, both stable
@@ -51,6 +52,7 @@ Reference find_reference(const CartesianSystem& system, const StudyOptions& opti
   times.push_back(options.end);
   Reference reference;
   ReferenceOptions settings;
+  settings.is_stopped = is_stopped;
   if (top_frequency * options.end < kStiff) {
     settings.tolerance = kTolerance;
     reference.method = format_text("Fehlberg 7(8), tolerance %g of the deformation", kTolerance);
@@ -131,10 +133,14 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
     if (omega > 0.0 && study.lowest_frequency == 0.0) study.lowest_frequency = omega;
   bool stops = !told(0.02);
   start = thread_cpu();
-  Reference reference = find_reference(*system, options, study.top_frequency);
+  Reference reference = find_reference(*system, options, study.top_frequency, [&] { return stops || !told(-1.0); });
   study.reference_cpu = thread_cpu() - start;
   study.reference = reference.method;
   study.reference_accuracy = reference.accuracy;
+  if (!reference.run.error.empty() && (stops || !told(-1.0))) {
+    study.is_interrupted = true;
+    return study;
+  }
   if (!reference.run.error.empty()) {
     study.error = "the reference failed: " + reference.run.error;
     return study;

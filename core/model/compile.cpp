@@ -280,7 +280,7 @@ void compile_elastic_state(const Scene& scene, const Structure& structure, Plan&
   plan.initial.q_dot = padded(plan, q_dot);
 }
 
-// the separated equations take the spin as slow beside every vibration
+// the separated equations take the spin as slow beside every vibration, and linear links do not stiffen by it
 void warn_of_fast_spin(const Structure& structure, const Eigen::Vector3d& spin, const Origin& origin, Faults& faults) {
   constexpr double kSlow = 0.01;  // [-] (spin / omega_1)^2: centrifugal softening of one per cent
   for (const double omega : structure.omega) {
@@ -347,7 +347,7 @@ void compile_initial(const Scene& scene, const Structure& structure, Plan& plan,
                           "; it was taken out"));
   spin -= idle;
   plan.initial.w_WB_B = to_array(spin);
-  warn_of_fast_spin(structure, spin, initial.origin, faults);
+  if (scene.fidelity < Fidelity::kExactBars) warn_of_fast_spin(structure, spin, initial.origin, faults);
   compile_elastic_state(scene, structure, plan, faults);
 }
 

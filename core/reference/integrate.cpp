@@ -61,6 +61,10 @@ ReferenceRun integrate_at_scale(const CartesianSystem& system, std::span<const d
       if (!run.error.empty()) break;
       t = stop;
       if (t != times[next]) continue;
+      if (options.is_stopped && options.is_stopped()) {
+        run.error = "stopped";
+        break;
+      }
       run.states.push_back(to_world(system, t, y));
       run.strain_energy.push_back(strain_energy(system, std::span(y).first(y.size() / 2)));
       ++next;

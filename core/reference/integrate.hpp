@@ -1,6 +1,7 @@
 // Motion of a Cartesian system by SUNDIALS, with tolerances in units of the deformation (THEORY X35).
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <span>
 #include <string>
@@ -31,6 +32,7 @@ struct ReferenceOptions {
   double tolerance = 1e-9;            // [-] local error of a step over the elastic scale, > 0
   double fixed_step = 0.0;            // [s] > 0: this step, rounded to divide each smooth piece; 0: adaptive
   std::optional<ElasticScale> scale;  // found by a pilot run when absent; not used with a fixed step
+  std::function<bool()> is_stopped;   // asked at each requested time; true ends the run with an error
 };
 
 struct ReferenceRun {

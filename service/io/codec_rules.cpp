@@ -112,7 +112,7 @@ Reason check_points(const ForceCommand& command, const NameTable& table, Text te
       return Reason::kNotFinite;
     }
     if (is_over(entry.force, table.force_limit)) {
-      print(text, "forces[%d]: point %d: |force| %g N, the scene allows at most %g N", i, entry.point,
+      print(text, "forces[%d]: point %d: |force| %.10g N, the scene allows at most %.10g N", i, entry.point,
             length(entry.force), table.force_limit);
       return Reason::kOverLimit;
     }
@@ -128,12 +128,12 @@ Reason check_wrench_values(const Wrench& entry, int i, const NameTable& table, T
     return Reason::kNotFinite;
   }
   if (is_over(entry.force, table.force_limit)) {
-    print(text, "wrenches[%d]: group %d: |force| %g N, the scene allows at most %g N", i, entry.group,
+    print(text, "wrenches[%d]: group %d: |force| %.10g N, the scene allows at most %.10g N", i, entry.group,
           length(entry.force), table.force_limit);
     return Reason::kOverLimit;
   }
   if (is_over(entry.torque, table.torque_limit)) {
-    print(text, "wrenches[%d]: group %d: |torque| %g N m, the scene allows at most %g N m", i, entry.group,
+    print(text, "wrenches[%d]: group %d: |torque| %.10g N m, the scene allows at most %.10g N m", i, entry.group,
           length(entry.torque), table.torque_limit);
     return Reason::kOverLimit;
   }
