@@ -90,7 +90,7 @@ const std::vector<BadForce> kBadForces = {
     {"TorqueInfinite", Reason::kNotFinite, "wrenches[1]: group 1: force",
      [](force_t& m) { m.wrenches[1].torque[2] = kInfinity; }},
     {"ForceOverLimit", Reason::kOverLimit,
-     "forces[0]: point 0: |force| 100.001 N, the scene allows at most 100 N",
+     "forces[0]: point 0: |force| 100.0006 N, the scene allows at most 100 N",
      [](force_t& m) {
        set_forces(m, {{0, {60.001, 80.0, 0.0}}});
      }},
