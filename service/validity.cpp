@@ -50,15 +50,6 @@ RungLimits limits_of(Fidelity rung) {
 }
 
 constexpr double kGoodShare = 0.1;  // of a limit
-constexpr double kMostTurn = 1.0;   // [rad] of the slowest mode in a tick, beyond which no estimate is good   (X98)
-
-/// [rad] by which the slowest mode that moves turns in a tick; 0: none.
-double slowest_turn(const Plan& plan) {
-  double slowest = 0.0;
-  for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l)
-    if (plan.omega[l] > 0.0 && (slowest == 0.0 || plan.omega[l] < slowest)) slowest = plan.omega[l];
-  return slowest * plan.period;
-}
 
 /// True when some link has no second order on any rung: all but springs and bars, and what damps them   (X98).
 bool has_unseen_links(const Plan& plan) {
@@ -116,12 +107,6 @@ Verdict judge_distances(const Plan& plan, const BudgetReading& reading, double s
 Verdict judge_budget(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
                      double spin_ratio) {
   Verdict verdict = judge_distances(plan, reading, size, displacement_ratio, spin_ratio);
-  // the parts of a step of the full rung turn by half a radian
-  if (const double turn = slowest_turn(plan);
-      verdict.word == Verdict::Word::kGood && turn > kMostTurn && plan.fidelity != Fidelity::kFull)
-    verdict = {Verdict::Word::kWatch, "integration: the slowest mode turns by " + number(turn) +
-                                          " rad a tick, which what it is compared with does not resolve either; raise "
-                                          "the rate"};
   if (!has_unseen_links(plan)) return verdict;
   const double limit = limits_of(Fidelity::kCoupled).displacement * kMaxDisplacementRatio;
   const Verdict::Word by_ratio = grade(displacement_ratio / limit, kGoodShare, 1.0);

@@ -262,22 +262,6 @@ TEST(Budget, AutoSaysThatAnotherRateWasNotTried) {
   EXPECT_EQ(find_untried_rate(lean_plan_of(scene), 50.0), "");
 }
 
-// where even the slowest mode is not resolved, the best rung beside the state is no judge
-TEST(Budget, NoEstimateIsGoodWhereTheSlowestModeIsNotResolved) {
-  Scene scene = watched_truss(Fidelity::kCoupled, 10.0, 0.0);
-  scene.loads.clear();
-  scene.initial.points.push_back({18, {0.0, 0.0, 1e-7}, {0.0, 0.0, 0.0}});
-  const double slowest = lean_plan_of(scene).omega[0];
-  for (const double turn : {0.9, 1.1}) {
-    scene.rate = slowest / turn;
-    const service::Verdict verdict = verdict_of(scene, 60);
-    EXPECT_EQ(verdict.word, turn > 1.0 ? service::Verdict::Word::kWatch : service::Verdict::Word::kGood) << verdict.cause;
-    if (turn > 1.0) {
-      EXPECT_EQ(verdict.cause.find("integration: the slowest mode turns by 1.1 rad a tick"), 0U) << verdict.cause;
-    }
-  }
-}
-
 TEST(Budget, AToleranceForModesIsSaidToHaveNoEffectWhereEveryModeIsNeeded) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.leave_out.tolerance = 0.1;
