@@ -260,10 +260,6 @@ class Lean {
   std::vector<PlanPart> parts_;
 };
 
-}  // namespace
-
-namespace {
-
 /// [s] from which a load acts.
 double begin_of(const History& history) {
   if (const auto* pulse = std::get_if<PulseHistory>(&history)) return pulse->start;

@@ -21,7 +21,7 @@ TEST(LcmUrl, IsTakenAsLcmDocumentsIt) {
 TEST(LcmUrl, IsRefusedWithWhatWasFoundAndWhatIsAllowed) {
   const std::vector<std::pair<std::string, std::string>> bad = {
       {"memq://", "use udpm://"},
-      {"file:///tmp/log", "use udpm://"},
+      {"file://log", "use udpm://"},
       {"tcpq://localhost:7700", "must be udpm://"},
       {"udpm:/239.255.76.67:7667", "must be udpm://"},
       {"239.255.76.67:7667", "must be udpm://"},

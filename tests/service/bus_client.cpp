@@ -146,9 +146,8 @@ bool BusClient::meet() {
 }
 
 Process::Process(const std::vector<std::string>& arguments) {
-  char path[] = "/tmp/freeflex-process-XXXXXX";
-  const int fd = mkostemp(path, O_CLOEXEC);
-  log_ = path;
+  log_ = (std::filesystem::temp_directory_path() / "freeflex-process-XXXXXX").string();
+  const int fd = mkostemp(log_.data(), O_CLOEXEC);
   posix_spawn_file_actions_t actions;
   posix_spawn_file_actions_init(&actions);
   posix_spawn_file_actions_adddup2(&actions, fd, STDOUT_FILENO);

@@ -301,7 +301,8 @@ TEST(Run, TableHasTheNamedColumnsInEveryRow) {
 }
 
 TEST(Run, NeedsAnEnd) {
-  const Outcome outcome = run(kFreeflex + " run " + kScenes + "boom.yaml --out /tmp/never.log");
+  const TemporaryFolder folder;
+  const Outcome outcome = run(kFreeflex + " run " + kScenes + "boom.yaml --out " + folder / "never.log");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(contains(outcome.err, "--until"));
 }
