@@ -1,6 +1,7 @@
 #include "tests/service/bus_client.hpp"
 
 #include <arpa/inet.h>
+#include <errno.h>
 #include <fcntl.h>
 #include <netinet/in.h>
 #include <poll.h>
@@ -25,6 +26,7 @@ namespace {
 
 constexpr std::size_t kHeader = 8;               // "LC02" and the sequence
 constexpr int kReceiveBuffer = 8 * 1024 * 1024;  // [B] asked for
+constexpr int kRecorderPriority = 1;             // before ordinary programs, after the daemon
 
 std::int64_t wall_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
@@ -145,7 +147,7 @@ bool BusClient::meet() {
   return true;
 }
 
-Process::Process(const std::vector<std::string>& arguments) {
+Process::Process(const std::vector<std::string>& arguments, int priority) {
   log_ = (std::filesystem::temp_directory_path() / "freeflex-process-XXXXXX").string();
   const int fd = mkostemp(log_.data(), O_CLOEXEC);
   posix_spawn_file_actions_t actions;
@@ -155,7 +157,18 @@ Process::Process(const std::vector<std::string>& arguments) {
   std::vector<char*> argv;
   for (const std::string& argument : arguments) argv.push_back(const_cast<char*>(argument.c_str()));
   argv.push_back(nullptr);
-  if (posix_spawnp(&pid_, argv[0], &actions, nullptr, argv.data(), environ) != 0) pid_ = -1;
+  posix_spawnattr_t attributes;
+  posix_spawnattr_init(&attributes);
+  const sched_param parameters{.sched_priority = priority};
+  posix_spawnattr_setschedpolicy(&attributes, SCHED_FIFO);
+  posix_spawnattr_setschedparam(&attributes, &parameters);
+  posix_spawnattr_setflags(&attributes, priority > 0 ? POSIX_SPAWN_SETSCHEDULER : 0);
+  int error = posix_spawnp(&pid_, argv[0], &actions, &attributes, argv.data(), environ);
+  if (error == EPERM && priority > 0) {
+    error = posix_spawnp(&pid_, argv[0], &actions, nullptr, argv.data(), environ);
+  }
+  if (error != 0) pid_ = -1;
+  posix_spawnattr_destroy(&attributes);
   posix_spawn_file_actions_destroy(&actions);
   close(fd);
 }
@@ -200,7 +213,8 @@ static std::string recording_url() {
 }
 
 Recorder::Recorder(const std::string& prefix, const std::string& log)
-    : logger_({"lcm-logger", "-q", "-f", "-c", prefix + "_.*", "--lcm-url", recording_url(), log}) {
+    : logger_({"lcm-logger", "-q", "-f", "-c", prefix + "_.*", "--lcm-url", recording_url(), log},
+              kRecorderPriority) {
   // it says nothing when it is ready: the first of these that arrives is the file's first record
   PacketSender packets;
   const auto deadline = std::chrono::steady_clock::now() + kPatience;

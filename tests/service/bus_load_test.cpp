@@ -102,6 +102,7 @@ struct Account {
   std::map<std::int64_t, Reason> reasons;
   std::int64_t next_applied = 0;  // applied_sequence expected next
   bool has_gap = false;
+  std::int64_t first_missing = -1;  // applied_sequence
 
   void add(const ack_t& ack) {
     if (ack.sender != "test") return;
@@ -109,7 +110,8 @@ struct Account {
     reasons[ack.sequence] = static_cast<Reason>(ack.reason);
   }
   void add(const applied_t& entry) {
-    has_gap = has_gap || entry.applied_sequence != next_applied++;
+    if (!has_gap && entry.applied_sequence != next_applied) has_gap = true, first_missing = next_applied;
+    ++next_applied;
     if (entry.kind == applied_t::FORCE) ++applied[entry.command.sequence];
   }
 };
@@ -181,6 +183,16 @@ void report_ticks(const BusClient& client, const status_t& first, const status_t
   }
 }
 
+/// What `freeflex replay` says of a recording that lacks messages: never that it is complete.
+void expect_loss_named(const std::string& log, const Recording& recording) {
+  if (!recording.account.has_gap) return;  // what is lost is not needed for a replay, or is the end
+  Process replay({program("freeflex"), "replay", log, "--prefix", kPrefix});
+  EXPECT_EQ(replay.wait(), 3) << replay.output();
+  const std::string named =
+      "applied sequence " + std::to_string(recording.account.first_missing) + " missing";
+  EXPECT_NE(replay.output().find(named), std::string::npos) << named << ", not:\n" << replay.output();
+}
+
 /// The recording says what the step does, and the unmodified player brings all of it back.
 void expect_replayable(const std::string& log, std::size_t num_applied) {
   Process replay({program("freeflex"), "replay", log, "--prefix", kPrefix});
@@ -231,14 +243,13 @@ class FREEFLEX_LOAD_NAME : public ::testing::Test {
   std::filesystem::path log_;
 };
 
-TEST_F(FREEFLEX_LOAD_NAME, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog) {
-  print_cyclictest("cyclictest before");
-  Recorder recorder(kPrefix, log_.string());
-  BusClient client(kPrefix);
+/// One run of the daemon under the load, recorded, with what the client itself must have heard.
+void run_load(BusClient& client, const std::string& log, Expected& expected) {
+  Recorder recorder(kPrefix, log);
   Process daemon({program("freeflexd"), scene_path("rotor.yaml"), "--prefix", kPrefix});
   ASSERT_TRUE(client.meet()) << daemon.output();
   const status_t first = client.statuses.back();
-  const Expected expected = send_load(client);
+  expected = send_load(client);
   ASSERT_TRUE(client.until([&] { return client.acks.size() >= expected.size(); }))
       << client.acks.size() << " answers to " << expected.size();
   // the last slots end, then one more status tells of all
@@ -251,36 +262,61 @@ TEST_F(FREEFLEX_LOAD_NAME, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog
   EXPECT_EQ(recorder.stop(), "");
 
   report_ticks(client, first, last);
-  print_cyclictest("cyclictest after");
   if (kSeconds >= 30) {
     EXPECT_EQ(last.slips, 0);
   }
-
   Account heard;
   for (const ack_t& ack : client.acks) heard.add(ack);
   for (const applied_t& entry : client.applied) heard.add(entry);
   expect_complete(expected, heard, "client");
   EXPECT_EQ(client.num_early_states, 0) << "a state comes after the APPLIED it contains";
-  const Recording recording = read_recording(log_.string());
-  EXPECT_EQ(recording.error, "");
-  expect_complete(expected, recording.account, "lcm-logger");
-  EXPECT_EQ(recording.sent.size(), expected.size());
-  EXPECT_EQ(recording.account.next_applied, client.statuses.back().applied_count);
   EXPECT_EQ(last.commands_received, static_cast<std::int64_t>(expected.size()));
   std::int64_t num_rejected = 0;
   for (const auto& rejection : last.rejections) num_rejected += rejection.count;
   EXPECT_EQ(last.commands_accepted + num_rejected, static_cast<std::int64_t>(expected.size()));
-  std::printf(
-      "commands: %zu sent, %zu answered, %zu applied, %lld rejected; log: %zu sent, %zu answered, %zu "
-      "applied\n",
-      expected.size(), heard.answers.size(), heard.applied.size(), static_cast<long long>(num_rejected),
-      recording.sent.size(), recording.account.answers.size(), recording.account.applied.size());
-  for (const auto& [suffix, count] : recording.counts) {
-    std::printf("log: %6lld %s\n", static_cast<long long>(count), suffix.c_str());
-  }
+  std::printf("commands: %zu sent, %zu answered, %zu applied, %lld rejected\n", expected.size(),
+              heard.answers.size(), heard.applied.size(), static_cast<long long>(num_rejected));
+}
 
-  expect_replayable(log_.string(), client.applied.size());
-  expect_foreign_in_a_fresh_daemon(log_.string(), expected.size());
+/// Commands, answers and APPLIED that passed on the bus, by the client's own socket, and are not in the log.
+std::int64_t num_lost(const BusClient& client, const Recording& recording) {
+  std::int64_t lost = 0;
+  for (const char* channel : {channels::kForce, channels::kAck, channels::kApplied}) {
+    const auto logged = recording.counts.find(channel);
+    lost += client.num_messages.at(channel) - (logged == recording.counts.end() ? 0 : logged->second);
+  }
+  return lost;
+}
+
+TEST_F(FREEFLEX_LOAD_NAME, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog) {
+  print_cyclictest("cyclictest before");
+  // lcm-logger drops what comes while the machine keeps it from running: such a recording must be named
+  // incomplete by replay, and is made again. What the client hears has no second try.
+  constexpr int kMostRecordings = 5;
+  for (int i = 1; i <= kMostRecordings; ++i) {
+    BusClient client(kPrefix);
+    Expected expected;
+    run_load(client, log_.string(), expected);
+    if (HasFailure()) return;
+    const Recording recording = read_recording(log_.string());
+    EXPECT_EQ(recording.error, "");
+    for (const auto& [suffix, count] : recording.counts) {
+      std::printf("log: %6lld %s\n", static_cast<long long>(count), suffix.c_str());
+    }
+    if (const std::int64_t lost = num_lost(client, recording); lost > 0) {
+      std::printf("lcm-logger lost %lld messages of recording %d\n", static_cast<long long>(lost), i);
+      expect_loss_named(log_.string(), recording);
+      ASSERT_LT(i, kMostRecordings) << "not one of " << i << " recordings is whole";
+      continue;
+    }
+    expect_complete(expected, recording.account, "lcm-logger");
+    EXPECT_EQ(recording.sent.size(), expected.size());
+    EXPECT_EQ(recording.account.next_applied, client.statuses.back().applied_count);
+    print_cyclictest("cyclictest after");
+    expect_replayable(log_.string(), client.applied.size());
+    expect_foreign_in_a_fresh_daemon(log_.string(), expected.size());
+    return;
+  }
 }
 
 }  // namespace
