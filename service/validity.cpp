@@ -50,6 +50,16 @@ RungLimits limits_of(Fidelity rung) {
 }
 
 constexpr double kGoodShare = 0.1;  // of a limit
+constexpr double kMostTurn =
+    2.0;  // [rad] of the slowest mode in a step of the best shadow, which then sees too little (X98)
+
+/// Lowest frequency that is not zero [rad/s]; 0: none.
+double lowest_omega(const Plan& plan) {
+  double lowest = 0.0;
+  for (const double omega : plan.omega)
+    if (omega > 0.0 && (lowest == 0.0 || omega < lowest)) lowest = omega;
+  return lowest;
+}
 
 /// True when some link has no second order on any rung: all but springs and bars, and what damps them   (X98).
 bool has_unseen_links(const Plan& plan) {
@@ -107,6 +117,16 @@ Verdict judge_distances(const Plan& plan, const BudgetReading& reading, double s
 Verdict judge_budget(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
                      double spin_ratio) {
   Verdict verdict = judge_distances(plan, reading, size, displacement_ratio, spin_ratio);
+  if (verdict.word == Verdict::Word::kGood && reading.turned > kGoodElastic) {
+    // a vibration that is not resolved may turn against the body as far as the body turns
+    const Plan& best = plan.budget.shadows.front().plan;
+    const double turn = best.fidelity == Fidelity::kFull ? 0.0 : lowest_omega(best) * best.period;
+    if (turn > kMostTurn)
+      verdict = {Verdict::Word::kWatch,
+                 "integration: the slowest mode turns by " + number(turn) +
+                     " rad in a step of the rung beside the state, which does not see what spin "
+                     "does to its vibration; raise the rate"};
+  }
   if (!has_unseen_links(plan)) return verdict;
   const double limit = limits_of(Fidelity::kCoupled).displacement * kMaxDisplacementRatio;
   const Verdict::Word by_ratio = grade(displacement_ratio / limit, kGoodShare, 1.0);
@@ -117,12 +137,10 @@ Verdict judge_budget(const Plan& plan, const BudgetReading& reading, double size
 }
 
 Validity::Validity(const Plan& plan) : plan_(plan) {
-  const auto note_lowest = [this](const Plan& of) {
-    for (const double omega : of.omega)
-      if (omega > 0.0 && (omega_1_ == 0.0 || omega < omega_1_)) omega_1_ = omega;
-  };
-  note_lowest(plan);
-  std::ranges::for_each(plan.wide, note_lowest);
+  omega_1_ = lowest_omega(plan);
+  for (const Plan& wide : plan.wide)
+    if (const double lowest = lowest_omega(wide); omega_1_ == 0.0 || (lowest > 0.0 && lowest < omega_1_))
+      omega_1_ = lowest;
   for (const PlanPoint& point : plan.points) size_ = std::max(size_, norm(point.r));
 }
 

@@ -121,7 +121,7 @@ void print_rungs(const Plan& plan) {
   std::string beside;
   for (const PlanShadow& shadow : plan.budget.shadows)
     beside += std::string(beside.empty() ? "" : ", ") + name_of(shadow.plan.fidelity) +
-              (shadow.substeps > 1 ? " twice a tick" : "");
+              (shadow.substeps > 1 ? " " + std::to_string(shadow.substeps) + " times a tick" : "");
   std::printf("error budget       over %.6g s; steps beside the state: %s\n", plan.budget.horizon,
               beside.c_str());
 }

@@ -23,6 +23,20 @@ Scene shadow_scene(const Scene& scene, Fidelity rung, std::int32_t substeps) {
   return shadow;
 }
 
+constexpr double kPartTurn = 1.0;        // [rad] of the slowest mode in a part of a tick
+constexpr std::int32_t kMostParts = 16;  // more would cost more than the tick that is watched is worth
+
+// Parts of a tick, a power of two, in which the slowest mode turns by kPartTurn at most: Coriolis forces turn
+// what vibrates, and a step that does not resolve the vibration does not see it   (X96)
+std::int32_t resolving_parts(const Eigen::VectorXd& omega, double period) {
+  double slowest = 0.0;
+  for (const double each : omega)
+    if (each > 0.0 && (slowest == 0.0 || each < slowest)) slowest = each;
+  std::int32_t parts = 1;
+  while (parts < kMostParts && slowest * period > kPartTurn * parts) parts *= 2;
+  return parts;
+}
+
 // [ticks] of the runs by which auto chooses: with 20 points up to half a minute
 constexpr std::int64_t kMostTicksTried = 200'000;
 
@@ -74,7 +88,9 @@ PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung,
     return result;
   }
   set_horizon(tried.error_budget.horizon, *plan);
-  if (!add_shadow(tried, structure, PlanShadow::Kind::kBest, top_of(rung), rung >= Fidelity::kCoupled ? 2 : 1, *plan, faults))
+  const std::int32_t parts = resolving_parts(structure.omega, plan->period);
+  if (!add_shadow(tried, structure, PlanShadow::Kind::kBest, top_of(rung),
+                  std::max(parts, rung >= Fidelity::kCoupled ? 2 : 1), *plan, faults))
     return result;
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
@@ -138,9 +154,14 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
     return;
   }
   set_horizon(scene.error_budget.horizon, plan);
-  const std::int32_t substeps = is_coupled(plan) ? 2 : 1;
-  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, top_of(plan.fidelity), substeps, plan, faults)) return;
-  if (plan.fidelity < Fidelity::kExactBars && !add_shadow(scene, structure, PlanShadow::Kind::kFine, plan.fidelity, 2, plan, faults))
+  // full divides its own step
+  const std::int32_t parts =
+      plan.fidelity == Fidelity::kFull ? 1 : resolving_parts(structure.omega, plan.period);
+  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, top_of(plan.fidelity),
+                  std::max(parts, is_coupled(plan) ? 2 : 1), plan, faults))
+    return;
+  if (plan.fidelity < Fidelity::kExactBars &&
+      !add_shadow(scene, structure, PlanShadow::Kind::kFine, plan.fidelity, std::max(parts, 2), plan, faults))
     return;
   const bool lacks_modes = plan.fidelity != Fidelity::kRigid && !plan.mode_numbers.empty() &&
                            plan.mode_numbers.size() < static_cast<std::size_t>(structure.omega.size());
@@ -149,10 +170,13 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
 
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<PlanRung>& tried,
                                     Faults& faults) {
-  if (scene.automatic->horizon * scene.rate > static_cast<double>(kMostTicksTried)) {
+  const std::int32_t parts = resolving_parts(structure.omega, 1.0 / scene.rate);
+  if (scene.automatic->horizon * scene.rate * parts > static_cast<double>(kMostTicksTried)) {
     add_error(faults, scene.automatic->origin,
-              join_text("tolerance: horizon of ", scene.automatic->horizon, " s is ", scene.automatic->horizon * scene.rate,
-                        " ticks, at most ", kMostTicksTried,
+              join_text("tolerance: horizon of ", scene.automatic->horizon, " s is ",
+                        scene.automatic->horizon * scene.rate, " ticks",
+                        parts > 1 ? join_text(" in ", parts, " parts") : std::string(), ", at most ",
+                        kMostTicksTried, parts > 1 ? " parts" : "",
                         " are tried; take a shorter one, a lower rate, or name a rung in place of auto"));
     return std::nullopt;
   }

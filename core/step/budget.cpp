@@ -121,6 +121,8 @@ BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) 
   BudgetReading reading;
   reading.age = static_cast<double>(state.tick - budget.sync_tick) * plan.period;
   reading.is_lost = budget.is_lost;
+  const Vec3 spin = angular_velocity(plan, state);
+  reading.turned = __builtin_sqrt(dot(spin, spin)) * reading.age;
   if (budget.shadows.empty() || budget.is_lost) return reading;
   const auto find = [&](PlanShadow::Kind kind) -> std::ptrdiff_t {
     for (std::size_t k = 0; k < budget.shadows.size(); ++k)

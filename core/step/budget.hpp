@@ -18,6 +18,7 @@ struct ErrorSize {
 struct BudgetReading {
   double age = 0.0;      // [s] of motion that the errors have grown over, at most PlanBudget::horizon
   bool is_lost = false;  // the shadow of the full equations left the numbers: no estimate until the next horizon
+  double turned = 0.0;   // [rad] by which the body turns in `age` at its present spin
   ErrorSize total;       // estimate: kCover times the distance from the best shadow
   ErrorSize integration, truncation, model;  // distances: period; modes left out; rung
 };
