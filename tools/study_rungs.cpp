@@ -255,8 +255,13 @@ std::vector<double> steps_of(const Bench& bench, Fidelity fidelity) {
 void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study& study) {
   const double free_step = bench.options.end - bench.free_from;
   if (exact.fidelity > Fidelity::kSpinLoaded || free_step <= 0.0) return;
-  if (bench.free_from == 0.0) return add_run(bench, scene, free_step, 0.0, exact, study);
-  for (const double step : steps_of(bench, exact.fidelity))
+  const std::vector<double> steps = steps_of(bench, exact.fidelity);
+  if (bench.free_from == 0.0) {
+    const auto is_it = [&](double step) { return std::abs(free_step / step - 1.0) < 1e-9; };
+    if (std::ranges::none_of(steps, is_it)) add_run(bench, scene, free_step, 0.0, exact, study);
+    return;
+  }
+  for (const double step : steps)
     if (is_whole(bench.free_from / step) && std::abs(free_step / step - 1.0) > 1e-9 && find_misfit(bench, step).empty())
       return add_run(bench, scene, step, free_step, exact, study);
 }
