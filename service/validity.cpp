@@ -50,8 +50,6 @@ RungLimits limits_of(Fidelity rung) {
 }
 
 constexpr double kGoodShare = 0.1;  // of a limit
-constexpr double kMostTurn =
-    2.0;  // [rad] of the slowest mode in a step of the best shadow, which then sees too little (X98)
 
 /// Lowest frequency that is not zero [rad/s]; 0: none.
 double lowest_omega(const Plan& plan) {
@@ -61,11 +59,11 @@ double lowest_omega(const Plan& plan) {
   return lowest;
 }
 
-/// True when some link has no second order on any rung: all but springs and bars, and what damps them   (X98).
+/// True when some link has no second order on any rung: all but springs, bars and dashpots   (X98).
 bool has_unseen_links(const Plan& plan) {
   if (plan.budget.shadows.empty()) return false;
   const Plan& best = plan.budget.shadows.front().plan;
-  return best.coupled.bars.size() < best.links.size() || best.coupling.num_damping > 0;
+  return best.coupled.bars.size() < best.links.size();
 }
 
 }  // namespace
@@ -86,7 +84,7 @@ namespace {
 /// Of the distances alone.
 Verdict judge_distances(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
                         double spin_ratio) {
-  if (reading.is_lost) return {Verdict::Word::kOutside, "the full equations beside it left the numbers"};
+  if (reading.is_lost) return {Verdict::Word::kOutside, "the full equations beside it left the numbers; raise the rate, or load less"};
   const ErrorSize& total = reading.total;
   const double position = size > 0.0 ? total.position / size : 0.0;
   Verdict verdict{worse(grade(total.elastic, kGoodElastic, kMostElastic),
@@ -117,23 +115,16 @@ Verdict judge_distances(const Plan& plan, const BudgetReading& reading, double s
 Verdict judge_budget(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
                      double spin_ratio) {
   Verdict verdict = judge_distances(plan, reading, size, displacement_ratio, spin_ratio);
-  if (verdict.word == Verdict::Word::kGood && reading.turned > kGoodElastic) {
-    // a vibration that is not resolved may turn against the body as far as the body turns
-    const Plan& best = plan.budget.shadows.front().plan;
-    const double turn = best.fidelity == Fidelity::kFull ? 0.0 : lowest_omega(best) * best.period;
-    if (turn > kMostTurn)
-      verdict = {Verdict::Word::kWatch,
-                 "integration: the slowest mode turns by " + number(turn) +
-                     " rad in a step of the rung beside the state, which does not see what spin "
-                     "does to its vibration; raise the rate"};
-  }
+  if (verdict.word == Verdict::Word::kGood && reading.unresolved > kGoodElastic)
+    verdict = {Verdict::Word::kWatch, "integration: the rung beside the state does not resolve what vibrates, and "
+                                      "may not see an elastic error of " +
+                                          number(reading.unresolved) + " by spin; raise the rate"};
   if (!has_unseen_links(plan)) return verdict;
   const double limit = limits_of(Fidelity::kCoupled).displacement * kMaxDisplacementRatio;
   const Verdict::Word by_ratio = grade(displacement_ratio / limit, kGoodShare, 1.0);
   if (by_ratio <= verdict.word) return verdict;
   return {by_ratio, "deformation: displacement ratio " + number(displacement_ratio) +
-                        ", and the estimate sees the second order of springs and bars alone, not of other links or "
-                        "dampers"};
+                        ", and the estimate sees the second order of springs, bars and dashpots alone, not of other links"};
 }
 
 Validity::Validity(const Plan& plan) : plan_(plan) {

@@ -231,7 +231,8 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
   return result;
 }
 
-Json json_of(const ErrorSize& error) {
+Json json_of(const ErrorSize& error, bool is_lost) {
+  if (is_lost) return nullptr;
   return {{"position", error.position}, {"attitude", error.attitude}, {"elastic", error.elastic}};
 }
 
@@ -266,10 +267,10 @@ void report(const Options& options, const std::string& file, const Result& resul
                 {"lost", result.budget->is_lost},
                 {"validity", static_cast<int>(verdict->word)},
                 {"cause", verdict->cause},
-                {"estimate", json_of(result.budget->total)},
-                {"integration", json_of(result.budget->integration)},
-                {"truncation", json_of(result.budget->truncation)},
-                {"model", json_of(result.budget->model)}};
+                {"estimate", json_of(result.budget->total, result.budget->is_lost)},
+                {"integration", json_of(result.budget->integration, result.budget->is_lost)},
+                {"truncation", json_of(result.budget->truncation, result.budget->is_lost)},
+                {"model", json_of(result.budget->model, result.budget->is_lost)}};
     const auto known = [&](double ratio) { return extremes.is_known() ? Json(ratio) : Json(); };
     print_json({{"output", file},
                 {"ticks", result.ticks},

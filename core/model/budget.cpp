@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 
 #include "core/model/compile.hpp"
 #include "core/model/faults.hpp"
+#include "core/model/rungs.hpp"
 
 namespace freeflex {
 namespace {
@@ -23,18 +25,35 @@ Scene shadow_scene(const Scene& scene, Fidelity rung, std::int32_t substeps) {
   return shadow;
 }
 
-constexpr double kPartTurn = 1.0;        // [rad] of the slowest mode in a part of a tick
-constexpr std::int32_t kMostParts = 16;  // more would cost more than the tick that is watched is worth
+constexpr double kPartTurn = 1.0;  // [rad] of a mode in a part of a tick that resolves it
+// parts a second with up to kFewModes modes, some 15 us each; beyond, in proportion to what a part costs
+constexpr double kMostPartRate = 16384.0, kFewModes = 64.0;
 
-// Parts of a tick, a power of two, in which the slowest mode turns by kPartTurn at most: Coriolis forces turn
-// what vibrates, and a step that does not resolve the vibration does not see it   (X96)
-std::int32_t resolving_parts(const Eigen::VectorXd& omega, double period) {
-  double slowest = 0.0;
-  for (const double each : omega)
-    if (each > 0.0 && (slowest == 0.0 || each < slowest)) slowest = each;
+// Parts of a tick, a power of two, in which every mode that parts can resolve turns by kPartTurn at most, and the stiffest
+// by what exact bars hold to: spin turns what vibrates, and a step that does not resolve the vibration does not see it (X96)
+std::int32_t resolving_parts(std::span<const double> omega, double period) {
+  const double crowd = std::max(1.0, static_cast<double>(omega.size()) / kFewModes);
+  const double most = std::clamp(kMostPartRate / (crowd * crowd) * period, 1.0, static_cast<double>(kMaxParts));
   std::int32_t parts = 1;
-  while (parts < kMostParts && slowest * period > kPartTurn * parts) parts *= 2;
+  while (2 * parts <= most) parts *= 2;
+  double turn = 0.0, fastest = 0.0;
+  for (const double each : omega) {
+    fastest = std::max(fastest, each * period);
+    if (each * period <= kPartTurn * parts) turn = std::max(turn, each * period);
+  }
+  while (parts > 1 && turn <= 0.5 * kPartTurn * parts && fastest <= 0.5 * kMaxBarPhase * parts) parts /= 2;
   return parts;
+}
+std::span<const double> span_of(const Eigen::VectorXd& omega) {
+  return {omega.data(), static_cast<std::size_t>(omega.size())};
+}
+
+// steps a tick of a shadow of a plan on `rung`, when the best one takes `parts`
+std::int32_t steps_of(PlanShadow::Kind kind, Fidelity rung, std::int32_t parts) {
+  if (kind == PlanShadow::Kind::kWhole) return 1;
+  if (rung == Fidelity::kFull) return 2;  // it divides its own step
+  const bool is_halved = kind == PlanShadow::Kind::kFine || rung >= Fidelity::kCoupled;
+  return std::max(parts, is_halved ? 2 : 1);
 }
 
 // [ticks] of the runs by which auto chooses: with 20 points up to half a minute
@@ -88,9 +107,9 @@ PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung,
     return result;
   }
   set_horizon(tried.error_budget.horizon, *plan);
-  const std::int32_t parts = resolving_parts(structure.omega, plan->period);
-  if (!add_shadow(tried, structure, PlanShadow::Kind::kBest, top_of(rung),
-                  std::max(parts, rung >= Fidelity::kCoupled ? 2 : 1), *plan, faults))
+  const std::int32_t parts = resolving_parts(span_of(structure.omega), plan->period);
+  constexpr PlanShadow::Kind kBest = PlanShadow::Kind::kBest;
+  if (!add_shadow(tried, structure, kBest, top_of(rung), steps_of(kBest, rung, parts), *plan, faults))
     return result;
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
@@ -154,30 +173,39 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
     return;
   }
   set_horizon(scene.error_budget.horizon, plan);
-  // full divides its own step
-  const std::int32_t parts =
-      plan.fidelity == Fidelity::kFull ? 1 : resolving_parts(structure.omega, plan.period);
-  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, top_of(plan.fidelity),
-                  std::max(parts, is_coupled(plan) ? 2 : 1), plan, faults))
-    return;
-  if (plan.fidelity < Fidelity::kExactBars &&
-      !add_shadow(scene, structure, PlanShadow::Kind::kFine, plan.fidelity, std::max(parts, 2), plan, faults))
-    return;
+  const std::int32_t parts = resolving_parts(span_of(structure.omega), plan.period);
+  const auto add = [&](PlanShadow::Kind kind, Fidelity rung) {
+    return add_shadow(scene, structure, kind, rung, steps_of(kind, plan.fidelity, parts), plan, faults);
+  };
+  if (!add(PlanShadow::Kind::kBest, top_of(plan.fidelity))) return;
+  if (plan.fidelity < Fidelity::kExactBars && !add(PlanShadow::Kind::kFine, plan.fidelity)) return;
   const bool lacks_modes = plan.fidelity != Fidelity::kRigid && !plan.mode_numbers.empty() &&
                            plan.mode_numbers.size() < static_cast<std::size_t>(structure.omega.size());
-  if (lacks_modes) add_shadow(scene, structure, PlanShadow::Kind::kWhole, plan.fidelity, 1, plan, faults);
+  if (lacks_modes) add(PlanShadow::Kind::kWhole, plan.fidelity);
+}
+
+void set_shadow_rates(Plan& plan) {
+  if (plan.budget.shadows.empty()) return;
+  const Plan& best = plan.budget.shadows.front().plan;
+  const std::int32_t parts =
+      resolving_parts({best.omega.data(), static_cast<std::size_t>(best.num_elastic)}, plan.period);
+  for (PlanShadow& shadow : plan.budget.shadows) {
+    shadow.substeps = steps_of(shadow.kind, plan.fidelity, parts);
+    set_rate(shadow.plan, shadow.substeps / plan.period);
+  }
+  plan.budget.horizon_ticks = horizon_in_ticks(plan.budget.horizon, plan.period);
 }
 
 std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<PlanRung>& tried,
                                     Faults& faults) {
-  const std::int32_t parts = resolving_parts(structure.omega, 1.0 / scene.rate);
-  if (scene.automatic->horizon * scene.rate * parts > static_cast<double>(kMostTicksTried)) {
+  const std::int32_t parts = resolving_parts(span_of(structure.omega), 1.0 / scene.rate);
+  const double rate = scene.rate * parts, most = static_cast<double>(kMostTicksTried);
+  if (scene.automatic->horizon * rate > most) {
+    const std::string in_parts = parts > 1 ? join_text(" in ", parts, " parts each, ", scene.automatic->horizon * rate, " in all") : "";
     add_error(faults, scene.automatic->origin,
-              join_text("tolerance: horizon of ", scene.automatic->horizon, " s is ",
-                        scene.automatic->horizon * scene.rate, " ticks",
-                        parts > 1 ? join_text(" in ", parts, " parts") : std::string(), ", at most ",
-                        kMostTicksTried, parts > 1 ? " parts" : "",
-                        " are tried; take a shorter one, a lower rate, or name a rung in place of auto"));
+              join_text("tolerance: horizon of ", scene.automatic->horizon, " s is ", scene.automatic->horizon * scene.rate,
+                        " ticks", in_parts, ", at most ", kMostTicksTried, " are tried; take a horizon of ", most / rate,
+                        " s or less, or name a rung in place of auto"));
     return std::nullopt;
   }
   for (const Fidelity rung : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,

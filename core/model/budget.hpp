@@ -13,6 +13,9 @@ namespace freeflex {
 /// \param structure  of the scene, with all modes
 void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
+/// Steps a tick of the shadows, and their plans, for the plan's period   (X96).
+void set_shadow_rates(Plan& plan);
+
 /// A horizon [s] in ticks, at least 1.
 std::int64_t horizon_in_ticks(double horizon, double period);
 

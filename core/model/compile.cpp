@@ -426,8 +426,7 @@ void set_rate(Plan& plan, double rate) {
   if (!plan.damps) drop_damping(plan.propagator);
   for (PlanHistory& history : plan.histories) set_history_ticks(history, plan.period);
   for (Plan& wide : plan.wide) set_rate(wide, rate);
-  for (PlanShadow& shadow : plan.budget.shadows) set_rate(shadow.plan, rate * shadow.substeps);
-  if (plan.budget.horizon > 0.0) plan.budget.horizon_ticks = horizon_in_ticks(plan.budget.horizon, plan.period);
+  set_shadow_rates(plan);
 }
 
 }  // namespace freeflex

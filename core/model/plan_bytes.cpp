@@ -13,7 +13,7 @@ namespace {
 // "FFPLAN" and the two bytes that text-mode transfers damage
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 4;
+constexpr std::uint32_t kVersion = 5;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -91,7 +91,7 @@ void fields(Archive& archive, T& c) {
 
 template <typename Archive, Is<PlanBar> T>
 void fields(Archive& archive, T& b) {
-  all_of(archive, b.link, b.first, b.second, b.stiffness, b.length, b.direction);
+  all_of(archive, b.link, b.first, b.second, b.stiffness, b.damping, b.length, b.direction);
 }
 
 template <typename Archive, Is<PlanCoupled> T>

@@ -43,6 +43,16 @@ double stage_rate(const Plan& plan) {
   return rate;
 }
 
+// [1/s] fastest decay of the modes where dampers stand at true direction, whose difference from linear ones acts stage
+// by stage as that of bars does
+double damper_rate(const Plan& plan) {
+  const auto damps = [](const PlanBar& bar) { return bar.damping > 0.0; };
+  if (std::ranges::none_of(plan.coupled.bars, damps)) return 0.0;
+  double rate = 0.0;
+  for (const double decay : plan.decay) rate = std::max(rate, 2.0 * decay);
+  return rate;
+}
+
 }  // namespace
 
 Reduced without_modes(const Scene& scene, const Structure& structure, Faults& faults) {
@@ -94,7 +104,8 @@ void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan,
     const Link& link = scene.links[k];
     const auto *spring = std::get_if<Spring>(&link.kind);
     const auto *given = std::get_if<Bar>(&link.kind);
-    if (spring == nullptr && given == nullptr) continue;
+    const auto *dashpot = std::get_if<Dashpot>(&link.kind);
+    if (spring == nullptr && given == nullptr && dashpot == nullptr) continue;
     const Eigen::Vector3d rest = scene.points[static_cast<std::size_t>(link.points[1])].position -
                                  scene.points[static_cast<std::size_t>(link.points[0])].position;
     PlanBar bar;
@@ -102,7 +113,9 @@ void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan,
     bar.first = link.points[0];
     bar.second = link.points[1];
     bar.length = rest.stableNorm();
-    bar.stiffness = spring != nullptr ? spring->stiffness : given->EA / bar.length;
+    if (spring != nullptr) bar.stiffness = spring->stiffness;
+    if (given != nullptr) bar.stiffness = given->EA / bar.length;
+    bar.damping = dashpot != nullptr ? dashpot->damping : (scene.damping.beta + link.viscous) * bar.stiffness;
     const Eigen::Vector3d direction = rest / bar.length;
     bar.direction = {direction.x(), direction.y(), direction.z()};
     plan.coupled.bars.push_back(bar);
@@ -115,7 +128,10 @@ void set_coupled_period(Plan& plan) {
   coupled.num_parts = 1;
   if (coupled.part_phase > 0.0) {
     const double phase = std::max(top_frequency(plan), stage_rate(plan)) * plan.period;
-    while (phase > coupled.part_phase * coupled.num_parts && coupled.num_parts < kMaxParts) coupled.num_parts *= 2;
+    const double decay = damper_rate(plan) * plan.period;
+    while ((phase > coupled.part_phase * coupled.num_parts || decay > kMaxBarPhase * coupled.num_parts) &&
+           coupled.num_parts < kMaxParts)
+      coupled.num_parts *= 2;
   }
   const double period = plan.period / coupled.num_parts;
   const auto n = static_cast<std::size_t>(plan.num_padded);
@@ -130,10 +146,11 @@ void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
   const double omega = top_frequency(plan), rate = stage_rate(plan), hertz = 1.0 / plan.period;
   const double part = plan.period / plan.coupled.num_parts;
   const std::string at = join_text("fidelity ", name_of(plan.fidelity), " at ", hertz, " Hz: ");
+  const double decay = damper_rate(plan);
   if (plan.coupled.part_phase > 0.0) {
-    if (std::max(omega, rate) * part > plan.coupled.part_phase)
+    if (std::max(omega, rate) * part > plan.coupled.part_phase || decay * part > kMaxBarPhase)
       add_error(faults, {},
-                join_text(at, "the fastest rate, ", std::max(omega, rate), " 1/s, needs a tick in more than ", kMaxParts,
+                join_text(at, "the fastest rate, ", std::max({omega, rate, decay}), " 1/s, needs a tick in more than ", kMaxParts,
                           " parts; raise the rate, soften the stiffest links, or take fidelity: coupled"));
     return;
   }
@@ -145,6 +162,11 @@ void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
                         "; raise the rate to ", rate / kMaxStagePhase,
                         " Hz or more, take smaller gains, or take fidelity: full, or spin-loaded or below"));
   }
+  if (plan.fidelity == Fidelity::kExactBars && decay * part > kMaxBarPhase)
+    add_error(faults, {},
+              join_text(at, "dampers let the fastest mode decay by ", decay, " 1/s, ", decay * part,
+                        " a tick, and true damper forces hold to ", kMaxBarPhase, "; raise the rate to ", decay / kMaxBarPhase,
+                        " Hz or more, damp less, or take fidelity: full, which divides the tick, or coupled"));
   if (plan.fidelity == Fidelity::kExactBars && omega * part > kMaxBarPhase)
     add_error(faults, {},
               join_text(at, "the stiffest mode, ", omega, " rad/s, turns by ", omega * part,

@@ -39,8 +39,14 @@ void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, 
   to.v_WB = state.v_WB, to.v_WB_low = state.v_WB_low;
   to.q_WB = state.q_WB, to.q_WB_low = state.q_WB_low;
   to.H_W = state.H_W, to.H_W_low = state.H_W_low;
-  to_modes(shadow.plan, budget.V, budget.scratch, to.q, workspace.next_q);
-  to_modes(shadow.plan, budget.V_dot, budget.scratch, to.q_dot, workspace.next_q);
+  if (state.tick == state.epoch_start_tick) {
+    // the initial state with every mode of it, of which this plan may have left a part out
+    to.q = shadow.plan.initial.q;
+    to.q_dot = shadow.plan.initial.q_dot;
+  } else {
+    to_modes(shadow.plan, budget.V, budget.scratch, to.q, workspace.next_q);
+    to_modes(shadow.plan, budget.V_dot, budget.scratch, to.q_dot, workspace.next_q);
+  }
   std::fill(to.q_low.begin(), to.q_low.end(), 0.0);
   std::fill(to.q_dot_low.begin(), to.q_dot_low.end(), 0.0);
   // loads at this tick are found afresh
@@ -76,6 +82,19 @@ ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan,
   return error;
 }
 
+constexpr double kResolved = 2.0;  // [rad] of a mode in a step, beyond which what spin does to its vibration is not seen
+
+/// What the best shadow leaves unresolved, added up.
+void gather_motion(const Plan& best, const State& state, double spin, double period, Budget& budget) noexcept {
+  const double slow = kResolved * best.coupled.num_parts / best.period;
+  for (std::size_t l = 0; l < index(best.num_elastic); ++l) {
+    const double q = state.q[l], rate = state.q_dot[l], omega = best.omega[l];
+    budget.all_motion += q * q;
+    if (omega > slow) budget.fast_motion += (rate / omega) * (rate / omega);
+  }
+  budget.turned += spin * period;
+}
+
 ErrorSize scaled(double factor, const ErrorSize& error) noexcept {
   return {factor * error.position, factor * error.attitude, factor * error.elastic};
 }
@@ -100,11 +119,13 @@ void prepare_budget(const Plan& plan, const State& state, Budget& budget) noexce
     put_shadow(plan, state, plan.budget.shadows[k], budget, budget.shadows[k].state, budget.shadows[k].workspace);
   budget.is_synced = true;
   budget.is_lost = false;
+  budget.turned = budget.fast_motion = budget.all_motion = 0.0;
   budget.sync_tick = state.tick;
   budget.epoch = state.epoch;
 }
 
 void follow_step(const Plan& plan, const State& state, bool slots_changed, Budget& budget) noexcept {
+  if (budget.shadows.empty()) return;
   StepReport report;
   for (std::size_t k = 0; k < budget.shadows.size() && !budget.is_lost; ++k) {
     const PlanShadow& shadow = plan.budget.shadows[k];
@@ -115,14 +136,18 @@ void follow_step(const Plan& plan, const State& state, bool slots_changed, Budge
       budget.is_lost = budget.is_lost || report.status != StepStatus::kOk;
     }
   }
+  if (budget.is_lost) return;
+  const Vec3 w = angular_velocity(plan, state);
+  gather_motion(plan.budget.shadows.front().plan, budget.shadows.front().state, __builtin_sqrt(dot(w, w)), plan.period,
+                budget);
 }
 
 BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) noexcept {
   BudgetReading reading;
   reading.age = static_cast<double>(state.tick - budget.sync_tick) * plan.period;
   reading.is_lost = budget.is_lost;
-  const Vec3 spin = angular_velocity(plan, state);
-  reading.turned = __builtin_sqrt(dot(spin, spin)) * reading.age;
+  if (budget.fast_motion > 0.0)
+    reading.unresolved = budget.turned * __builtin_sqrt(std::min(1.0, budget.fast_motion / budget.all_motion));
   if (budget.shadows.empty() || budget.is_lost) return reading;
   const auto find = [&](PlanShadow::Kind kind) -> std::ptrdiff_t {
     for (std::size_t k = 0; k < budget.shadows.size(); ++k)

@@ -78,11 +78,19 @@ Vec3 angular_velocity(const Plan& plan, const Vec3& H_B, const CoupledWorkspace&
 }
 
 /// Adds what true lengths and directions change of the bars' forces (X94).
-void add_bars(const Plan& plan, std::span<const Vec3> V, std::span<Vec3> forces) noexcept {
+void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorkspace& w) noexcept {
+  const Vec3 slip = sub(alpha, w_B);
   for (const PlanBar& bar : plan.coupled.bars) {
-    const Vec3 excess = bar_force(bar, sub(V[index(bar.second)], V[index(bar.first)])).excess;
-    forces[index(bar.first)] = add(forces[index(bar.first)], excess);
-    forces[index(bar.second)] = sub(forces[index(bar.second)], excess);
+    const std::size_t i = index(bar.first), j = index(bar.second);
+    const Vec3 d = sub(w.V[j], w.V[i]);
+    Vec3 excess = bar_force(bar, d).excess;
+    if (bar.damping > 0.0) {
+      // u_j - u_i less what the body's spin gives it: rest arms turn with alpha, the deformed ones with omega
+      const Vec3 d_dot = sub(add(sub(w.W[j], w.W[i]), cross(slip, scale(bar.length, bar.direction))), cross(w_B, d));
+      excess = add(excess, damper_force(bar, d, d_dot).excess);
+    }
+    w.force[i] = add(w.force[i], excess);
+    w.force[j] = sub(w.force[j], excess);
   }
 }
 
@@ -149,7 +157,7 @@ void evaluate(const External& external, const Place& place, Workspace& workspace
   gain.w_B = angular_velocity(plan, place.H_B, w, alpha);
   gather_forces(external, place, w);
   sum_forces(plan, place, w, gain);
-  add_bars(plan, w.V, w.force);
+  add_bars(plan, alpha, gain.w_B, w);
   if (gain.Q != nullptr) project_points(plan, w.force, w.force, gain.Q, gain.rate_p);
   const double inverse_mass = 1.0 / plan.mass;
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
@@ -250,6 +258,12 @@ BarForce bar_force(const PlanBar& bar, const Vec3& d) noexcept {
   const double along = dot(bar.direction, d), l = __builtin_sqrt(dot(x, x));
   const double tension = bar.stiffness * ((2.0 * bar.length * along + dot(d, d)) / (l + bar.length));
   return {tension, add_scaled(scale(tension / l, x), -bar.stiffness * along, bar.direction)};
+}
+
+BarForce damper_force(const PlanBar& bar, const Vec3& d, const Vec3& d_dot) noexcept {
+  const Vec3 x = add_scaled(d, bar.length, bar.direction);
+  const double l = __builtin_sqrt(dot(x, x)), tension = bar.damping * (dot(x, d_dot) / l);
+  return {tension, add_scaled(scale(tension / l, x), -bar.damping * dot(bar.direction, d_dot), bar.direction)};
 }
 
 void set_coupled_motion(const Plan& plan, const Vec3& w_B, State& state) noexcept {

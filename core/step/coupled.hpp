@@ -26,5 +26,7 @@ struct BarForce {
   Vec3 excess{};         // [N] on the first point
 };
 BarForce bar_force(const PlanBar& bar, const Vec3& d) noexcept;
+/// The same of its damping, from the rate of d in body axes: a spin of the body has no part in it.
+BarForce damper_force(const PlanBar& bar, const Vec3& d, const Vec3& d_dot) noexcept;
 
 }  // namespace freeflex

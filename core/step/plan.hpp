@@ -16,7 +16,7 @@ enum class Fidelity : std::int32_t {
   kSeparated = 1,   // the rigid body, and elastic coordinates beside it (Alekseev 1970)
   kSpinLoaded = 2,  // and the centrifugal load of the spin   (X70)
   kCoupled = 3,     // every term in the elastic displacements, linear elasticity   (X92)
-  kExactBars = 4,   // and springs and bars at true length and direction   (X94)
+  kExactBars = 4,   // and springs, bars and dashpots at true length and direction   (X94)
   kFull = 5,        // and the step divided until its fastest motion is resolved   (X100)
 };
 
@@ -178,11 +178,12 @@ struct PlanCoupling {
   Array kick_q_rows, kick_q_dot_rows, kick_out;  // (num_kicks x num_padded)
 };
 
-/// A spring or bar whose force is taken at true length and direction   (THEORY X94).
+/// A spring, bar or dashpot whose force is taken at true length and direction   (THEORY X94).
 struct PlanBar {
   std::int32_t link = -1;                // index into Plan::links; bars stand in this order
   std::int32_t first = -1, second = -1;  // points
-  double stiffness = 0.0;                // [N/m]
+  double stiffness = 0.0;                // [N/m] 0 for a dashpot
+  double damping = 0.0;                  // [N s/m] force by rate of elongation
   double length = 0.0;                   // [m] rest length
   Vec3 direction{};                      // [-] rest direction, first to second point
 };
@@ -327,7 +328,7 @@ struct Plan {
 struct PlanShadow {
   enum class Kind : std::int32_t {
     kBest = 0,   // the highest rung
-    kFine = 1,   // the plan's own rung at half the period
+    kFine = 1,   // the plan's own rung at half the period or less
     kWhole = 2,  // the plan's own rung and period, no mode left out
   };
   Kind kind = Kind::kBest;

@@ -23,9 +23,9 @@ Vec3 contract(const Plan& plan, const double* rows, const Array& x) noexcept {
           dot_lanes(rows + 2 * n, x.data(), n)};
 }
 
-/// V_second - V_first of a bar
-Vec3 displacement(const Plan& plan, const PlanBar& bar, const State& state) noexcept {
-  return sub(contract(plan, rows_of(plan, bar.second), state.q), contract(plan, rows_of(plan, bar.first), state.q));
+/// V_second - V_first of a bar, or their rates, from q or q_dot
+Vec3 difference(const Plan& plan, const PlanBar& bar, const Array& q) noexcept {
+  return sub(contract(plan, rows_of(plan, bar.second), q), contract(plan, rows_of(plan, bar.first), q));
 }
 
 /// The bar of a link that is taken at true length; nullptr: none.
@@ -113,8 +113,12 @@ void read_link(const Plan& given, const State& state, int output, std::span<doub
       out[index(k)] += dot_lanes(plan.link_rows.data() + index(first + k) * n, x.data(), n);
   };
   const PlanBar* bar = find_bar(plan, link.link);
-  if (bar != nullptr) out[0] = bar_force(*bar, displacement(plan, *bar, state)).tension;
-  add(link.first_rate_row, state.q_dot);
+  if (bar != nullptr) {
+    const Vec3 d = difference(plan, *bar, state.q);
+    out[0] = bar_force(*bar, d).tension + damper_force(*bar, d, difference(plan, *bar, state.q_dot)).tension;
+  } else {
+    add(link.first_rate_row, state.q_dot);
+  }
   add(link.first_load_row, state.Q);
 }
 
@@ -132,7 +136,8 @@ Invariants read_invariants(const Plan& given, const State& state) noexcept {
     invariants.kinetic_elastic =
         0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.coupled.momentum.data(), n);
     for (const PlanBar& bar : plan.coupled.bars) {
-      const Vec3 d = displacement(plan, bar, state);
+      if (bar.stiffness == 0.0) continue;
+      const Vec3 d = difference(plan, bar, state.q);
       const double tension = bar_force(bar, d).tension, linear = bar.stiffness * dot(bar.direction, d);
       invariants.potential += 0.5 * (tension - linear) * ((tension + linear) / bar.stiffness);
     }

@@ -1,0 +1,197 @@
+// Dashpots and viscous springs at true direction (THEORY X94): the rungs from exact bars up are the full system of them.
+#include "core/model/budget.hpp"
+#include "core/model/compile.hpp"
+#include "core/step/budget.hpp"
+#include "core/step/readout.hpp"
+#include "tests/motion/rung_cases.hpp"
+#include "tests/support/omissions.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+constexpr double kEndTime = 0.512;
+
+Link dashpot_between(int first, int second, double damping) {
+  Link link;
+  link.name = "dashpot " + std::to_string(first);
+  link.points = {first, second};
+  link.kind = Dashpot{damping};
+  return link;
+}
+
+/// The truss in a bend of some tenth of its size while it spins, damped in one of three ways.
+Scene damped_truss(const std::string& how) {
+  Scene scene = boxed_truss(3.0, 2000.0);
+  scene.name = how;
+  scene.loads[0].history = PulseHistory{0.0, 0.064};
+  // across faces, where the springs leave a diagonal free, and along the whole
+  if (how == "dashpots")
+    for (const auto& [first, second] : {std::pair{1, 4}, {6, 9}, {11, 14}, {0, 18}})
+      scene.links.push_back(dashpot_between(first, second, 20.0));
+  if (how == "viscous")
+    for (std::size_t k = 0; k < scene.links.size(); k += 3) scene.links[k].viscous = 3e-4;
+  if (how == "beta") scene.damping.beta = 2e-4;
+  return scene;
+}
+
+// an eighth order method on Cartesian points with dampers along the true line of their ends is the truth
+TEST(DamperRung, IsTheFullSystemInOrderFour) {
+  for (const char* how : {"dashpots", "viscous", "beta"}) {
+    const Scene scene = damped_truss(how);
+    const Truth truth = truth_of(scene, kEndTime);
+    std::vector<double> errors;
+    for (const double h : {2e-3, 1e-3, 0.5e-3, 0.25e-3})
+      errors.push_back(errors_of(run_rung(scene, Fidelity::kExactBars, h, kEndTime), truth).elastic);
+    const Simulation full = run_rung(scene, Fidelity::kFull, 4e-3, kEndTime);
+    const double undivided = errors_of(run_rung(scene, Fidelity::kCoupled, 0.25e-3, kEndTime), truth).elastic,
+                 divided = errors_of(full, truth).elastic;
+    std::printf("%-9s exact bars at 2 to 1/4 ms %.1e %.1e %.1e %.1e, full at 4 ms in %d parts %.1e, coupled %.1e\n", how,
+                errors[0], errors[1], errors[2], errors[3], full.plan.coupled.num_parts, divided, undivided);
+    EXPECT_NEAR(std::log2(errors[1] / errors[3]), 8.0, 1.0) << how << ": order 4 over two halvings";
+    EXPECT_LT(errors[3], 1e-6) << how;
+    EXPECT_LT(divided, 1e-5) << how << ": parts of half a radian";
+    EXPECT_GT(undivided, 1e3 * errors[3]) << how << ": linear dampers and bars would be seen";
+  }
+}
+
+// the same dampers, linear about the frame beside true bars, are not the full system: what the test above rests on
+TEST(DamperRung, LinearDampersBesideTrueBarsAreSeen) {
+  const Scene scene = damped_truss("dashpots");
+  const Truth truth = truth_of(scene, kEndTime);
+  Scene at_rate = scene;
+  at_rate.fidelity = Fidelity::kExactBars;
+  at_rate.rate = 4000.0;
+  Plan plan = plan_of(at_rate);
+  for (PlanBar& bar : plan.coupled.bars) bar.damping = 0.0;
+  Simulation linear(plan);
+  linear.run(std::llround(kEndTime * at_rate.rate));
+  const double error = errors_of(linear, truth).elastic;
+  std::printf("linear dashpots beside true bars: elastic error %.1e\n", error);
+  EXPECT_GT(error, 1e-3);
+}
+
+// k (l - L) + c dl/dt of the points where they are
+TEST(DamperRung, PublishedForceIsAlongTheTrueLine) {
+  Scene scene = damped_truss("viscous");
+  scene.links.push_back(dashpot_between(0, 18, 20.0));
+  scene.publication.links = {0, 3, static_cast<int>(scene.links.size()) - 1};
+  const Simulation simulation = run_rung(scene, Fidelity::kExactBars, 1e-3, 0.1);
+  const Eigen::Matrix3Xd p = simulation.positions_W(), v = simulation.velocities_W();
+  const Eigen::VectorXd forces = simulation.link_forces();
+  ASSERT_EQ(forces.size(), 3);
+  for (int k = 0; k < 3; ++k) {
+    const Link& link = scene.links[static_cast<std::size_t>(scene.publication.links[static_cast<std::size_t>(k)])];
+    const Eigen::Index i = link.points[0], j = link.points[1];
+    const Eigen::Vector3d x = p.col(j) - p.col(i),
+                          rest = scene.points[static_cast<std::size_t>(j)].position - scene.points[static_cast<std::size_t>(i)].position;
+    const double rate = x.dot(v.col(j) - v.col(i)) / x.norm();
+    const auto* spring = std::get_if<Spring>(&link.kind);
+    const double k_spring = spring != nullptr ? spring->stiffness : 0.0,
+                 c = spring != nullptr ? k_spring * link.viscous : std::get<Dashpot>(link.kind).damping;
+    const double expected = k_spring * (x.norm() - rest.norm()) + c * rate;
+    // lengths are differences of positions of some metres
+    EXPECT_NEAR(forces[k], expected, 1e-9 * (k_spring + c)) << link.name;
+    EXPECT_GT(std::abs(c * rate), 1e-3 * std::abs(expected)) << link.name << ": the rate matters";
+  }
+}
+
+// an internal force along the line of its ends has no resultant and no moment
+TEST(DamperRung, KeepsMomentaAndOnlyTakesEnergy) {
+  Scene scene = damped_truss("dashpots");
+  scene.fidelity = Fidelity::kExactBars;
+  scene.rate = 2000.0;
+  Simulation simulation(scene);
+  simulation.run(200);
+  const Invariants start = read_invariants(simulation.plan, simulation.state);
+  double last = energy_of(simulation);
+  const double first = last;
+  for (int k = 0; k < 50; ++k) {
+    simulation.run(40);
+    EXPECT_LE(energy_of(simulation), last) << k;
+    last = energy_of(simulation);
+  }
+  const Invariants end = read_invariants(simulation.plan, simulation.state);
+  double off = 0.0, size = 0.0;
+  for (std::size_t a = 0; a < 3; ++a) {
+    off = std::max(off, std::abs(end.angular_momentum_W[a] - start.angular_momentum_W[a]));
+    size = std::max(size, std::abs(start.angular_momentum_W[a]));
+  }
+  // H is a state of its own: what moves it is the order 4 of its turn with the frame
+  std::printf("energy %.4f to %.4f J, angular momentum kept to %.1e\n", first, last, off / size);
+  EXPECT_LT(last, 0.999 * first);
+  EXPECT_LT(off, 1e-12 * size);
+}
+
+TEST(DamperRung, DampersTooFastForStagesAreRefusedByName) {
+  Scene scene = damped_truss("beta");
+  scene.damping.beta = 10.0;  // critical at 0.2 rad/s
+  scene.rate = 1000.0;
+  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull}) {
+    scene.fidelity = rung;
+    Faults faults;
+    const auto structure = build_structure(scene, faults);
+    const auto plan = compile_plan(scene, *structure, faults);
+    EXPECT_EQ(plan.has_value(), rung != Fidelity::kExactBars) << static_cast<int>(rung);
+    if (rung == Fidelity::kFull && plan) {
+      EXPECT_GT(plan->coupled.num_parts, 1);
+    }
+    if (rung == Fidelity::kExactBars) {
+      EXPECT_NE(faults.back().message.find("dampers let the fastest mode decay by"), std::string::npos) << faults.back().message;
+    }
+  }
+}
+
+// bent by a third of its height while all that is fast decays within the tick
+TEST(DamperRung, StaysBoundedUpToItsLimit) {
+  for (const double share : {0.1, 0.99}) {
+    Scene scene = damped_truss("beta");
+    scene.rate = 1000.0;
+    const double omega = plan_of(scene).omega[53];
+    scene.damping.beta = share * 1000.0 * scene.rate / (omega * omega);
+    // three points in a row, no resultant and no moment
+    const double force = 1e5 * share;
+    scene.loads[0].forces = {{2, {0.0, 0.0, force}}, {10, {0.0, 0.0, -2.0 * force}}, {18, {0.0, 0.0, force}}};
+    scene.fidelity = Fidelity::kExactBars;
+    Simulation simulation(scene);
+    double largest = 0.0, before = 0.0;
+    for (int k = 0; k < 100; ++k) {
+      simulation.run(10);
+      before = largest;
+      largest = std::max(largest, simulation.displacements_B().cwiseAbs().maxCoeff());
+    }
+    std::printf("fastest decay %.0f a tick: largest displacement %.2f m\n", share * 1000.0, largest);
+    EXPECT_GT(largest, 0.1);
+    EXPECT_LT(largest, 1.0);
+    EXPECT_EQ(largest, before) << "nothing grows after the load";
+  }
+}
+
+// what a linear damper would hide from every rung is now between the rungs
+TEST(DamperRung, EstimateHoldsWithDampers) {
+  for (const char* how : {"dashpots", "viscous", "beta"}) {
+    Scene scene = damped_truss(how);
+    const Truth truth = truth_of(scene, kEndTime);
+    scene.rate = 1000.0;
+    scene.error_budget.horizon = 10.0;
+    for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
+      scene.fidelity = rung;
+      const Plan plan = lean_plan_of(scene);
+      State state = make_state(plan);
+      Workspace workspace = make_workspace(plan);
+      Budget budget = make_budget(plan);
+      StepReport report;
+      for (int k = 0; k < 512; ++k) {
+        prepare_budget(plan, state, budget);
+        step(plan, state, {}, workspace, report);
+        follow_step(plan, state, report.num_expiries > 0, budget);
+      }
+      const double estimate = read_budget(plan, state, budget).total.elastic,
+                   error = errors_of(run_rung(scene, rung, 1e-3, kEndTime), truth).elastic;
+      std::printf("%-9s %-12s elastic error %.2e, estimate %.2f of it\n", how, name_of(rung), error, estimate / error);
+      EXPECT_NEAR(estimate / error, kCover, 0.05 * kCover) << how << name_of(rung);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::testing

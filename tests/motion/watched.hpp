@@ -1,0 +1,51 @@
+// A plan that is stepped beside its error budget.
+#pragma once
+
+#include "core/step/budget.hpp"
+#include "service/validity.hpp"
+#include "tests/motion/rung_cases.hpp"
+#include "tests/support/omissions.hpp"
+
+namespace freeflex::testing {
+
+/// A plan in motion with its shadows.
+struct Watched {
+  Plan plan;
+  State state;
+  Workspace workspace;
+  Budget budget;
+  StepReport report;
+
+  explicit Watched(const Scene& scene)
+      : plan(lean_plan_of(scene)), state(make_state(plan)), workspace(make_workspace(plan)), budget(make_budget(plan)) {}
+
+  BudgetReading run(int ticks, const Inputs& first = {}) {
+    for (int k = 0; k < ticks; ++k) {
+      const bool is_first = k == 0 && !first.commands.empty();
+      prepare_budget(plan, state, budget);
+      step(plan, state, is_first ? first : Inputs{}, workspace, report);
+      EXPECT_EQ(report.status, StepStatus::kOk);
+      follow_step(plan, state, is_first || report.num_expiries > 0, budget);
+    }
+    return read_budget(plan, state, budget);
+  }
+};
+
+inline Scene watched_truss(Fidelity rung, double horizon, double spin = 0.5) {
+  Scene scene = boxed_truss(spin, 10.0);
+  scene.fidelity = rung;
+  scene.rate = 1000.0;
+  scene.error_budget.horizon = horizon;
+  return scene;
+}
+
+inline service::Verdict verdict_of(const Scene& scene, int ticks) {
+  Watched watched(scene);
+  const BudgetReading reading = watched.run(ticks);
+  const service::Validity validity(watched.plan);
+  const double ratio = validity.displacement_ratio(validity.max_displacement(watched.state));
+  std::printf("displacement ratio %.1e, estimate %.1e\n", ratio, reading.total.elastic);
+  return service::judge_budget(watched.plan, reading, validity.size(), ratio, 0.0);
+}
+
+}  // namespace freeflex::testing
