@@ -84,7 +84,9 @@ namespace {
 /// Of the distances alone.
 Verdict judge_distances(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
                         double spin_ratio) {
-  if (reading.is_lost) return {Verdict::Word::kOutside, "the full equations beside it left the numbers; raise the rate, or load less"};
+  if (reading.is_lost)
+    return {Verdict::Word::kOutside,
+            "the full equations beside it left the numbers; raise the rate, or load less"};
   const ErrorSize& total = reading.total;
   const double position = size > 0.0 ? total.position / size : 0.0;
   Verdict verdict{worse(grade(total.elastic, kGoodElastic, kMostElastic),
@@ -116,15 +118,18 @@ Verdict judge_budget(const Plan& plan, const BudgetReading& reading, double size
                      double spin_ratio) {
   Verdict verdict = judge_distances(plan, reading, size, displacement_ratio, spin_ratio);
   if (verdict.word == Verdict::Word::kGood && reading.unresolved > kGoodElastic)
-    verdict = {Verdict::Word::kWatch, "integration: the rung beside the state does not resolve what vibrates, and "
-                                      "may not see an elastic error of " +
-                                          number(reading.unresolved) + " by spin; raise the rate"};
+    verdict = {Verdict::Word::kWatch,
+               "integration: the rung beside the state does not resolve what vibrates, and "
+               "may not see an elastic error of " +
+                   number(reading.unresolved) + " by spin; raise the rate"};
   if (!has_unseen_links(plan)) return verdict;
   const double limit = limits_of(Fidelity::kCoupled).displacement * kMaxDisplacementRatio;
   const Verdict::Word by_ratio = grade(displacement_ratio / limit, kGoodShare, 1.0);
   if (by_ratio <= verdict.word) return verdict;
-  return {by_ratio, "deformation: displacement ratio " + number(displacement_ratio) +
-                        ", and the estimate sees the second order of springs, bars and dashpots alone, not of other links"};
+  return {
+      by_ratio,
+      "deformation: displacement ratio " + number(displacement_ratio) +
+          ", and the estimate sees the second order of springs, bars and dashpots alone, not of other links"};
 }
 
 Validity::Validity(const Plan& plan) : plan_(plan) {

@@ -158,7 +158,8 @@ void print_plan_json(const Plans& plans) {
   out["budget_horizon"] = plan.budget.horizon;
   out["budget_steps"] = Json::array();
   for (const PlanShadow& shadow : plan.budget.shadows)
-    out["budget_steps"].push_back({{"fidelity", name_of(shadow.plan.fidelity)}, {"steps_per_tick", shadow.substeps}});
+    out["budget_steps"].push_back(
+        {{"fidelity", name_of(shadow.plan.fidelity)}, {"steps_per_tick", shadow.substeps}});
   out["parts"] = parts_json(plan);
   Json present = Json::object();
   for (const auto& [name, is_there] : features(plan)) present[name] = is_there;

@@ -29,11 +29,13 @@ constexpr double kPartTurn = 1.0;  // [rad] of a mode in a part of a tick that r
 // parts a second with up to kFewModes modes, some 15 us each; beyond, in proportion to what a part costs
 constexpr double kMostPartRate = 16384.0, kFewModes = 64.0;
 
-// Parts of a tick, a power of two, in which every mode that parts can resolve turns by kPartTurn at most, and the stiffest
-// by what exact bars hold to: spin turns what vibrates, and a step that does not resolve the vibration does not see it (X96)
+// Parts of a tick, a power of two, in which every mode that parts can resolve turns by kPartTurn at most, and
+// the stiffest by what exact bars hold to: spin turns what vibrates, and a step that does not resolve the
+// vibration does not see it (X96)
 std::int32_t resolving_parts(std::span<const double> omega, double period) {
   const double crowd = std::max(1.0, static_cast<double>(omega.size()) / kFewModes);
-  const double most = std::clamp(kMostPartRate / (crowd * crowd) * period, 1.0, static_cast<double>(kMaxParts));
+  const double most =
+      std::clamp(kMostPartRate / (crowd * crowd) * period, 1.0, static_cast<double>(kMaxParts));
   std::int32_t parts = 1;
   while (2 * parts <= most) parts *= 2;
   double turn = 0.0, fastest = 0.0;
@@ -201,10 +203,13 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
   const std::int32_t parts = resolving_parts(span_of(structure.omega), 1.0 / scene.rate);
   const double rate = scene.rate * parts, most = static_cast<double>(kMostTicksTried);
   if (scene.automatic->horizon * rate > most) {
-    const std::string in_parts = parts > 1 ? join_text(" in ", parts, " parts each, ", scene.automatic->horizon * rate, " in all") : "";
+    const std::string in_parts =
+        parts > 1 ? join_text(" in ", parts, " parts each, ", scene.automatic->horizon * rate, " in all")
+                  : "";
     add_error(faults, scene.automatic->origin,
-              join_text("tolerance: horizon of ", scene.automatic->horizon, " s is ", scene.automatic->horizon * scene.rate,
-                        " ticks", in_parts, ", at most ", kMostTicksTried, " are tried; take a horizon of ", most / rate,
+              join_text("tolerance: horizon of ", scene.automatic->horizon, " s is ",
+                        scene.automatic->horizon * scene.rate, " ticks", in_parts, ", at most ",
+                        kMostTicksTried, " are tried; take a horizon of ", most / rate,
                         " s or less, or name a rung in place of auto"));
     return std::nullopt;
   }

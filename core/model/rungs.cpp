@@ -43,8 +43,8 @@ double stage_rate(const Plan& plan) {
   return rate;
 }
 
-// [1/s] fastest decay of the modes where dampers stand at true direction, whose difference from linear ones acts stage
-// by stage as that of bars does
+// [1/s] fastest decay of the modes where dampers stand at true direction, whose difference from linear ones
+// acts stage by stage as that of bars does
 double damper_rate(const Plan& plan) {
   const auto damps = [](const PlanBar& bar) { return bar.damping > 0.0; };
   if (std::ranges::none_of(plan.coupled.bars, damps)) return 0.0;
@@ -83,9 +83,11 @@ void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan,
   if (structure.num_constraints > 0)
     for (const Link& link : scene.links)
       if (std::holds_alternative<Rigid>(link.kind)) {
-        add_error(faults, link.origin,
-                  "a rigid link does not go with the coupled rungs, whose equations need every elastic mode; use a "
-                  "stiff spring (a stiff mode costs these rungs nothing), or fidelity: spin-loaded or below");
+        add_error(
+            faults, link.origin,
+            "a rigid link does not go with the coupled rungs, whose equations need every elastic mode; use a "
+            "stiff spring (a stiff mode that does not vibrate costs these rungs nothing), or fidelity: "
+            "spin-loaded or below");
         return;
       }
   for (const Feedback& feedback : scene.feedbacks)
@@ -104,7 +106,7 @@ void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan,
     const Link& link = scene.links[k];
     const auto *spring = std::get_if<Spring>(&link.kind);
     const auto *given = std::get_if<Bar>(&link.kind);
-    const auto *dashpot = std::get_if<Dashpot>(&link.kind);
+    const auto* dashpot = std::get_if<Dashpot>(&link.kind);
     if (spring == nullptr && given == nullptr && dashpot == nullptr) continue;
     const Eigen::Vector3d rest = scene.points[static_cast<std::size_t>(link.points[1])].position -
                                  scene.points[static_cast<std::size_t>(link.points[0])].position;
@@ -150,7 +152,8 @@ void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
   if (plan.coupled.part_phase > 0.0) {
     if (std::max(omega, rate) * part > plan.coupled.part_phase || decay * part > kMaxBarPhase)
       add_error(faults, {},
-                join_text(at, "the fastest rate, ", std::max({omega, rate, decay}), " 1/s, needs a tick in more than ", kMaxParts,
+                join_text(at, "the fastest rate, ", std::max({omega, rate, decay}),
+                          " 1/s, needs a tick in more than ", kMaxParts,
                           " parts; raise the rate, soften the stiffest links, or take fidelity: coupled"));
     return;
   }
@@ -163,10 +166,12 @@ void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
                         " Hz or more, take smaller gains, or take fidelity: full, or spin-loaded or below"));
   }
   if (plan.fidelity == Fidelity::kExactBars && decay * part > kMaxBarPhase)
-    add_error(faults, {},
-              join_text(at, "dampers let the fastest mode decay by ", decay, " 1/s, ", decay * part,
-                        " a tick, and true damper forces hold to ", kMaxBarPhase, "; raise the rate to ", decay / kMaxBarPhase,
-                        " Hz or more, damp less, or take fidelity: full, which divides the tick, or coupled"));
+    add_error(
+        faults, {},
+        join_text(at, "dampers let the fastest mode decay by ", decay, " 1/s, ", decay * part,
+                  " a tick, and true damper forces hold to ", kMaxBarPhase, "; raise the rate to ",
+                  decay / kMaxBarPhase,
+                  " Hz or more, damp less, or take fidelity: full, which divides the tick, or coupled"));
   if (plan.fidelity == Fidelity::kExactBars && omega * part > kMaxBarPhase)
     add_error(faults, {},
               join_text(at, "the stiffest mode, ", omega, " rad/s, turns by ", omega * part,

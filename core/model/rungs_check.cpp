@@ -30,8 +30,10 @@ bool is_bar(const Plan& plan, const PlanBar& bar) {
     return point >= 0 && static_cast<std::size_t>(point) < plan.points.size();
   };
   return bar.link >= 0 && static_cast<std::size_t>(bar.link) < plan.links.size() && is_point(bar.first) &&
-         is_point(bar.second) && bar.first != bar.second && std::isfinite(bar.stiffness) && bar.stiffness >= 0.0 &&
-         std::isfinite(bar.damping) && bar.damping >= 0.0 && bar.stiffness + bar.damping > 0.0 && std::isfinite(bar.length) && bar.length > 0.0 && are_finite(bar.direction);
+         is_point(bar.second) && bar.first != bar.second && std::isfinite(bar.stiffness) &&
+         bar.stiffness >= 0.0 && std::isfinite(bar.damping) && bar.damping >= 0.0 &&
+         bar.stiffness + bar.damping > 0.0 && std::isfinite(bar.length) && bar.length > 0.0 &&
+         are_finite(bar.direction);
 }
 
 std::string find_in_histories(const Plan& plan) {
@@ -61,8 +63,9 @@ std::string find_budget_inconsistency(const Plan& plan) {
   if (!has_every_row(plan) || budget.shadows.front().kind != PlanShadow::Kind::kBest)
     return "an error budget needs the rows of every point and the best shadow first";
   for (const PlanShadow& shadow : budget.shadows) {
-    if (shadow.kind < PlanShadow::Kind::kBest || shadow.kind > PlanShadow::Kind::kWhole || shadow.substeps < 1 ||
-        shadow.substeps > kMaxParts || !std::has_single_bit(static_cast<std::uint32_t>(shadow.substeps)))
+    if (shadow.kind < PlanShadow::Kind::kBest || shadow.kind > PlanShadow::Kind::kWhole ||
+        shadow.substeps < 1 || shadow.substeps > kMaxParts ||
+        !std::has_single_bit(static_cast<std::uint32_t>(shadow.substeps)))
       return "a shadow is of no known kind";
     if (std::string error = find_inconsistency(shadow.plan); !error.empty()) return "shadow: " + error;
     if (!shadow.plan.wide.empty() || !shadow.plan.budget.shadows.empty() || !has_every_row(shadow.plan) ||

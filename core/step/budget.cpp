@@ -82,10 +82,12 @@ ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan,
   return error;
 }
 
-constexpr double kResolved = 2.0;  // [rad] of a mode in a step, beyond which what spin does to its vibration is not seen
+constexpr double kResolved =
+    2.0;  // [rad] of a mode in a step, beyond which what spin does to its vibration is not seen
 
 /// What the best shadow leaves unresolved, added up.
-void gather_motion(const Plan& best, const State& state, double spin, double period, Budget& budget) noexcept {
+void gather_motion(const Plan& best, const State& state, double spin, double period,
+                   Budget& budget) noexcept {
   const double slow = kResolved * best.coupled.num_parts / best.period;
   for (std::size_t l = 0; l < index(best.num_elastic); ++l) {
     const double q = state.q[l], rate = state.q_dot[l], omega = best.omega[l];
@@ -138,8 +140,8 @@ void follow_step(const Plan& plan, const State& state, bool slots_changed, Budge
   }
   if (budget.is_lost) return;
   const Vec3 w = angular_velocity(plan, state);
-  gather_motion(plan.budget.shadows.front().plan, budget.shadows.front().state, __builtin_sqrt(dot(w, w)), plan.period,
-                budget);
+  gather_motion(plan.budget.shadows.front().plan, budget.shadows.front().state, __builtin_sqrt(dot(w, w)),
+                plan.period, budget);
 }
 
 BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) noexcept {
@@ -147,7 +149,8 @@ BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) 
   reading.age = static_cast<double>(state.tick - budget.sync_tick) * plan.period;
   reading.is_lost = budget.is_lost;
   if (budget.fast_motion > 0.0)
-    reading.unresolved = budget.turned * __builtin_sqrt(std::min(1.0, budget.fast_motion / budget.all_motion));
+    reading.unresolved =
+        budget.turned * __builtin_sqrt(std::min(1.0, budget.fast_motion / budget.all_motion));
   if (budget.shadows.empty() || budget.is_lost) return reading;
   const auto find = [&](PlanShadow::Kind kind) -> std::ptrdiff_t {
     for (std::size_t k = 0; k < budget.shadows.size(); ++k)

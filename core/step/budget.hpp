@@ -18,8 +18,8 @@ struct ErrorSize {
 struct BudgetReading {
   double age = 0.0;      // [s] of motion that the errors have grown over, at most PlanBudget::horizon
   bool is_lost = false;  // the shadow of the full equations left the numbers: no estimate until the next horizon
-  // [rad] by which the body turned, times the share of the vibration that is in modes which the best shadow does not
-  // resolve: as large may be what it does not see   (X98)
+  // [rad] by which the body turned, times the share of the vibration that is in modes which the best shadow
+  // does not resolve: as large may be what it does not see   (X98)
   double unresolved = 0.0;
   ErrorSize total;       // estimate: kCover times the distance from the best shadow
   ErrorSize integration, truncation, model;  // distances: period; modes left out; rung
@@ -37,7 +37,7 @@ struct Budget {
   };
   std::vector<Shadow> shadows;  // those of PlanBudget::shadows
   bool is_synced = false, is_lost = false;
-  double turned = 0.0;                          // [rad] since then
+  double turned = 0.0;                         // [rad] since then
   double fast_motion = 0.0, all_motion = 0.0;  // [m^2] sums of (q_dot / omega)^2 of unresolved modes, of q^2
   std::int64_t sync_tick = 0, epoch = 0;
   std::vector<Vec3> V, V_dot, V_other, scratch;  // (num_points)

@@ -86,7 +86,8 @@ void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorks
     Vec3 excess = bar_force(bar, d).excess;
     if (bar.damping > 0.0) {
       // u_j - u_i less what the body's spin gives it: rest arms turn with alpha, the deformed ones with omega
-      const Vec3 d_dot = sub(add(sub(w.W[j], w.W[i]), cross(slip, scale(bar.length, bar.direction))), cross(w_B, d));
+      const Vec3 d_dot =
+          sub(add(sub(w.W[j], w.W[i]), cross(slip, scale(bar.length, bar.direction))), cross(w_B, d));
       excess = add(excess, damper_force(bar, d, d_dot).excess);
     }
     w.force[i] = add(w.force[i], excess);
@@ -263,7 +264,8 @@ BarForce bar_force(const PlanBar& bar, const Vec3& d) noexcept {
 BarForce damper_force(const PlanBar& bar, const Vec3& d, const Vec3& d_dot) noexcept {
   const Vec3 x = add_scaled(d, bar.length, bar.direction);
   const double l = __builtin_sqrt(dot(x, x)), tension = bar.damping * (dot(x, d_dot) / l);
-  return {tension, add_scaled(scale(tension / l, x), -bar.damping * dot(bar.direction, d_dot), bar.direction)};
+  return {tension,
+          add_scaled(scale(tension / l, x), -bar.damping * dot(bar.direction, d_dot), bar.direction)};
 }
 
 void set_coupled_motion(const Plan& plan, const Vec3& w_B, State& state) noexcept {

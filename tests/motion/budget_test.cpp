@@ -1,5 +1,6 @@
 // The live error budget: what it may not touch, when it starts again, and which part sees which error.
 #include "core/model/budget.hpp"
+
 #include "core/model/leave_out.hpp"
 #include "core/step/budget.hpp"
 #include "service/validity.hpp"
@@ -112,7 +113,8 @@ TEST(Budget, OfABestShadowThatLeavesTheNumbersIsLost) {
   EXPECT_TRUE(Watched(scene).run(50).is_lost);
 }
 
-// no rung knows the second order of beams, so that all rungs agree there and may all be wrong; dashpots they know
+// no rung knows the second order of beams, so that all rungs agree there and may all be wrong; dashpots they
+// know
 TEST(Budget, WordOnLinksThatNoRungKnowsGoesByTheDisplacementToo) {
   using Word = service::Verdict::Word;
   Scene springs = watched_truss(Fidelity::kExactBars, 10.0);
@@ -132,7 +134,8 @@ TEST(Budget, WordOnLinksThatNoRungKnowsGoesByTheDisplacementToo) {
   EXPECT_EQ(verdict_of(damped, 150).word, Word::kGood);
   const service::Verdict verdict = verdict_of(beam, 150);
   EXPECT_EQ(verdict.word, Word::kOutside);
-  EXPECT_NE(verdict.cause.find("second order of springs, bars and dashpots alone"), std::string::npos) << verdict.cause;
+  EXPECT_NE(verdict.cause.find("second order of springs, bars and dashpots alone"), std::string::npos)
+      << verdict.cause;
   beam.loads[0].forces[0].force = {0.0, 0.0, 1.0};
   EXPECT_EQ(verdict_of(beam, 150).word, Word::kGood);
 }

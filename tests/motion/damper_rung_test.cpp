@@ -1,4 +1,5 @@
-// Dashpots and viscous springs at true direction (THEORY X94): the rungs from exact bars up are the full system of them.
+// Dashpots and viscous springs at true direction (THEORY X94): the rungs from exact bars up are the full
+// system of them.
 #include "core/model/budget.hpp"
 #include "core/model/compile.hpp"
 #include "core/step/budget.hpp"
@@ -19,7 +20,7 @@ Link dashpot_between(int first, int second, double damping) {
   return link;
 }
 
-/// The truss in a bend of some tenth of its size while it spins, damped in one of three ways.
+/// The truss bent by centimetres while it spins, damped in one of three ways.
 Scene damped_truss(const std::string& how) {
   Scene scene = boxed_truss(3.0, 2000.0);
   scene.name = how;
@@ -45,8 +46,11 @@ TEST(DamperRung, IsTheFullSystemInOrderFour) {
     const Simulation full = run_rung(scene, Fidelity::kFull, 4e-3, kEndTime);
     const double undivided = errors_of(run_rung(scene, Fidelity::kCoupled, 0.25e-3, kEndTime), truth).elastic,
                  divided = errors_of(full, truth).elastic;
-    std::printf("%-9s exact bars at 2 to 1/4 ms %.1e %.1e %.1e %.1e, full at 4 ms in %d parts %.1e, coupled %.1e\n", how,
-                errors[0], errors[1], errors[2], errors[3], full.plan.coupled.num_parts, divided, undivided);
+    std::printf(
+        "%-9s exact bars at 2 to 1/4 ms %.1e %.1e %.1e %.1e, full at 4 ms in %d parts %.1e, coupled %.1e; "
+        "bent by %.2f m\n",
+        how, errors[0], errors[1], errors[2], errors[3], full.plan.coupled.num_parts, divided, undivided,
+        full.displacements_B().colwise().norm().maxCoeff());
     EXPECT_NEAR(std::log2(errors[1] / errors[3]), 8.0, 1.0) << how << ": order 4 over two halvings";
     EXPECT_LT(errors[3], 1e-6) << how;
     EXPECT_LT(divided, 1e-5) << how << ": parts of half a radian";
@@ -54,7 +58,8 @@ TEST(DamperRung, IsTheFullSystemInOrderFour) {
   }
 }
 
-// the same dampers, linear about the frame beside true bars, are not the full system: what the test above rests on
+// the same dampers, linear about the frame beside true bars, are not the full system: what the test above
+// rests on
 TEST(DamperRung, LinearDampersBesideTrueBarsAreSeen) {
   const Scene scene = damped_truss("dashpots");
   const Truth truth = truth_of(scene, kEndTime);
@@ -80,10 +85,11 @@ TEST(DamperRung, PublishedForceIsAlongTheTrueLine) {
   const Eigen::VectorXd forces = simulation.link_forces();
   ASSERT_EQ(forces.size(), 3);
   for (int k = 0; k < 3; ++k) {
-    const Link& link = scene.links[static_cast<std::size_t>(scene.publication.links[static_cast<std::size_t>(k)])];
+    const Link& link =
+        scene.links[static_cast<std::size_t>(scene.publication.links[static_cast<std::size_t>(k)])];
     const Eigen::Index i = link.points[0], j = link.points[1];
-    const Eigen::Vector3d x = p.col(j) - p.col(i),
-                          rest = scene.points[static_cast<std::size_t>(j)].position - scene.points[static_cast<std::size_t>(i)].position;
+    const Eigen::Vector3d x = p.col(j) - p.col(i), rest = scene.points[static_cast<std::size_t>(j)].position -
+                                                          scene.points[static_cast<std::size_t>(i)].position;
     const double rate = x.dot(v.col(j) - v.col(i)) / x.norm();
     const auto* spring = std::get_if<Spring>(&link.kind);
     const double k_spring = spring != nullptr ? spring->stiffness : 0.0,
@@ -136,7 +142,8 @@ TEST(DamperRung, DampersTooFastForStagesAreRefusedByName) {
       EXPECT_GT(plan->coupled.num_parts, 1);
     }
     if (rung == Fidelity::kExactBars) {
-      EXPECT_NE(faults.back().message.find("dampers let the fastest mode decay by"), std::string::npos) << faults.back().message;
+      EXPECT_NE(faults.back().message.find("dampers let the fastest mode decay by"), std::string::npos)
+          << faults.back().message;
     }
   }
 }
@@ -187,7 +194,8 @@ TEST(DamperRung, EstimateHoldsWithDampers) {
       }
       const double estimate = read_budget(plan, state, budget).total.elastic,
                    error = errors_of(run_rung(scene, rung, 1e-3, kEndTime), truth).elastic;
-      std::printf("%-9s %-12s elastic error %.2e, estimate %.2f of it\n", how, name_of(rung), error, estimate / error);
+      std::printf("%-9s %-12s elastic error %.2e, estimate %.2f of it\n", how, name_of(rung), error,
+                  estimate / error);
       EXPECT_NEAR(estimate / error, kCover, 0.05 * kCover) << how << name_of(rung);
     }
   }

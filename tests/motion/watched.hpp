@@ -17,7 +17,10 @@ struct Watched {
   StepReport report;
 
   explicit Watched(const Scene& scene)
-      : plan(lean_plan_of(scene)), state(make_state(plan)), workspace(make_workspace(plan)), budget(make_budget(plan)) {}
+      : plan(lean_plan_of(scene)),
+        state(make_state(plan)),
+        workspace(make_workspace(plan)),
+        budget(make_budget(plan)) {}
 
   BudgetReading run(int ticks, const Inputs& first = {}) {
     for (int k = 0; k < ticks; ++k) {

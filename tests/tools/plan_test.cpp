@@ -66,6 +66,7 @@ TEST(Plan, SaysWhatARungInPartsAndItsBudgetCost) {
   EXPECT_EQ(plan["rung"], "full");
   EXPECT_GT(plan["parts_of_a_tick"], 1);
   EXPECT_EQ(plan["budget_horizon"], 1.0);
+  EXPECT_EQ(plan["budget_steps"], Json::parse(R"([{"fidelity": "full", "steps_per_tick": 2}])"));
   EXPECT_GT(plan["ns"]["stages"].get<double>(), 0.0);
   EXPECT_EQ(plan["ns"]["stages"], plan["ns"]["step"]);
   EXPECT_GT(plan["ns"]["budget"].get<double>(), 0.0);
