@@ -25,7 +25,8 @@ Scene shadow_scene(const Scene& scene, Fidelity rung, std::int32_t substeps) {
   return shadow;
 }
 
-constexpr double kPartTurn = 1.0;  // [rad] of a mode in a part of a tick that resolves it
+// [rad] of a mode in a part of a tick that resolves it: estimates are 1.25 of the truth (budget_test)
+constexpr double kPartTurn = 1.0;
 // parts a second with up to kFewModes modes, some 15 us each; beyond, in proportion to what a part costs
 constexpr double kMostPartRate = 16384.0, kFewModes = 64.0;
 
@@ -58,7 +59,7 @@ std::int32_t steps_of(PlanShadow::Kind kind, Fidelity rung, std::int32_t parts) 
   return std::max(parts, is_halved ? 2 : 1);
 }
 
-// [ticks] of the runs by which auto chooses: with 20 points up to half a minute
+// parts of ticks of a run by which auto chooses: with 20 points a few seconds each
 constexpr std::int64_t kMostTicksTried = 200'000;
 
 bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind kind, Fidelity rung,

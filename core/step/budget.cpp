@@ -82,8 +82,8 @@ ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan,
   return error;
 }
 
-constexpr double kResolved =
-    2.0;  // [rad] of a mode in a step, beyond which what spin does to its vibration is not seen
+// [rad] of a mode in a step, beyond which what spin does to its vibration is not seen   (X98)
+constexpr double kResolved = 2.0;
 
 /// What the best shadow leaves unresolved, added up.
 void gather_motion(const Plan& best, const State& state, double spin, double period,

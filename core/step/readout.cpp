@@ -115,7 +115,8 @@ void read_link(const Plan& given, const State& state, int output, std::span<doub
   const PlanBar* bar = find_bar(plan, link.link);
   if (bar != nullptr) {
     const Vec3 d = difference(plan, *bar, state.q);
-    out[0] = bar_force(*bar, d).tension + damper_force(*bar, d, difference(plan, *bar, state.q_dot)).tension;
+    out[0] = bar_force(*bar, d).tension;
+    if (bar->damping > 0.0) out[0] += damper_force(*bar, d, difference(plan, *bar, state.q_dot)).tension;
   } else {
     add(link.first_rate_row, state.q_dot);
   }

@@ -70,6 +70,7 @@ TEST(RungPlan, WhatDoesNotFitTheRungIsRefused) {
   expect_named(error_of([](Plan& p) { p.coupled.part_phase = -1.0; }), "the phase of a part");
   expect_named(error_of([](Plan& p) { p.coupled.functions.pop_back(); }), "functions of the modes");
   expect_named(error_of([](Plan& p) { p.coupled.bars[2].first = 4; }), "a bar is out of range");
+  expect_named(error_of([](Plan& p) { p.coupled.bars[2].damping = -1.0; }), "a bar is out of range");
   expect_named(error_of([](Plan& p) { std::swap(p.coupled.bars[0], p.coupled.bars[1]); }), "out of order");
   expect_named(error_of([](Plan& p) { p.fidelity = Fidelity::kCoupled; }), "the phase of a part");
   expect_named(error_of([](Plan& p) { p.fidelity = static_cast<Fidelity>(6); }), "no known kind");

@@ -2,10 +2,8 @@
 // system of them.
 #include "core/model/budget.hpp"
 #include "core/model/compile.hpp"
-#include "core/step/budget.hpp"
 #include "core/step/readout.hpp"
-#include "tests/motion/rung_cases.hpp"
-#include "tests/support/omissions.hpp"
+#include "tests/motion/watched.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -182,17 +180,7 @@ TEST(DamperRung, EstimateHoldsWithDampers) {
     scene.error_budget.horizon = 10.0;
     for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
       scene.fidelity = rung;
-      const Plan plan = lean_plan_of(scene);
-      State state = make_state(plan);
-      Workspace workspace = make_workspace(plan);
-      Budget budget = make_budget(plan);
-      StepReport report;
-      for (int k = 0; k < 512; ++k) {
-        prepare_budget(plan, state, budget);
-        step(plan, state, {}, workspace, report);
-        follow_step(plan, state, report.num_expiries > 0, budget);
-      }
-      const double estimate = read_budget(plan, state, budget).total.elastic,
+      const double estimate = Watched(scene).run(512).total.elastic,
                    error = errors_of(run_rung(scene, rung, 1e-3, kEndTime), truth).elastic;
       std::printf("%-9s %-12s elastic error %.2e, estimate %.2f of it\n", how, name_of(rung), error,
                   estimate / error);
