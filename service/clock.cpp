@@ -46,11 +46,12 @@ void Pacer::finish_tick(std::int64_t now_ns) noexcept {
 
 std::string slip_text(double period, std::int64_t num_slips) {
   char text[320];
-  std::snprintf(text, sizeof text,
-                "this machine does not hold the period of %.6g us: the loop fell behind by more than %lld ms and gave "
-                "up the lost time (slips so far: %lld); take a lower --rate, a cheaper rung, fewer modes or points, or "
-                "--time scaled=K",
-                1e6 * period, static_cast<long long>(Pacer::kCatchUp / 1'000'000), static_cast<long long>(num_slips));
+  std::snprintf(
+      text, sizeof text,
+      "this machine does not hold the period of %.6g us: the loop fell behind by more than %lld ms and gave "
+      "up the lost time (slips so far: %lld); take a lower --rate, a cheaper rung, fewer modes or points, or "
+      "--time scaled=K",
+      1e6 * period, static_cast<long long>(Pacer::kCatchUp / 1'000'000), static_cast<long long>(num_slips));
   return text;
 }
 

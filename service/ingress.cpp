@@ -22,7 +22,7 @@ namespace {
 
 constexpr int kReceiveBuffer = 4 * 1024 * 1024;               // [B] 430 commands of the largest size
 constexpr std::int64_t kMaxGrowth = std::int64_t{128} << 20;  // [B] above what it had when ready
-constexpr int kLookMillis = 200;              // [ms] longest wait between looks at parent and memory
+constexpr int kLookMillis = 200;  // [ms] longest wait between looks at parent and memory
 
 /// One subscription: where its messages go.
 struct Subscription {

@@ -219,7 +219,8 @@ void Publisher::send_each_second(std::int64_t now_ns) {
   if (now_ns < second_due_ns_ || status_->mode == Mode::kStarting) return;
   second_due_ns_ = now_ns + kSecond;
   reporter_.turn();
-  for (const auto& page : io::make_scene_messages(active_plan(plan_, status_->state), identity_.plan_file, stamp(*status_))) {
+  for (const auto& page :
+       io::make_scene_messages(active_plan(plan_, status_->state), identity_.plan_file, stamp(*status_))) {
     send(channels::kScene, page);
   }
   if (bus_.num_failed() > noted_failures_) {

@@ -134,7 +134,8 @@ void StatusReporter::fill_budget(const Snapshot& snapshot, freeflex_msgs::status
     verdict = judge_budget(plan_, reading, validity_.size(), status.displacement_ratio, status.spin_ratio);
     status.budget_horizon = plan_.budget.horizon;
     status.budget_age = reading.age;
-    const ErrorSize* const parts[] = {&reading.total, &reading.integration, &reading.truncation, &reading.model};
+    const ErrorSize* const parts[] = {&reading.total, &reading.integration, &reading.truncation,
+                                      &reading.model};
     for (std::size_t k = 0; k < std::size(parts); ++k) {
       status.error_position[k] = parts[k]->position;
       status.error_attitude[k] = parts[k]->attitude;

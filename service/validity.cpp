@@ -28,7 +28,8 @@ Verdict::Word grade(double value, double good, double most) {
   return value <= most ? Verdict::Word::kWatch : Verdict::Word::kOutside;
 }
 
-/// Limits of the ratios on a rung, as shares of those of the separated one. What a rung holds itself has none.
+/// Limits of the ratios on a rung, as shares of those of the separated one. What a rung holds itself has
+/// none.
 struct RungLimits {
   double displacement, spin;
 };
@@ -82,16 +83,16 @@ Verdict judge_ratios(const Plan& plan, double displacement_ratio, double spin_ra
 namespace {
 
 /// Of the distances alone.
-Verdict judge_distances(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
-                        double spin_ratio) {
+Verdict judge_distances(const Plan& plan, const BudgetReading& reading, double size,
+                        double displacement_ratio, double spin_ratio) {
   if (reading.is_lost)
     return {Verdict::Word::kOutside,
             "the full equations beside it left the numbers; raise the rate, or load less"};
   const ErrorSize& total = reading.total;
   const double position = size > 0.0 ? total.position / size : 0.0;
-  Verdict verdict{worse(grade(total.elastic, kGoodElastic, kMostElastic),
-                        grade(position, kGoodPosition, kMostPosition)),
-                  {}};
+  Verdict verdict{
+      worse(grade(total.elastic, kGoodElastic, kMostElastic), grade(position, kGoodPosition, kMostPosition)),
+      {}};
   if (verdict.word == Verdict::Word::kGood) return verdict;
   const bool by_elastic = total.elastic / kGoodElastic > position / kGoodPosition;
   const auto part = [&](const ErrorSize& error) { return by_elastic ? error.elastic : error.position; };

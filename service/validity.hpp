@@ -25,8 +25,8 @@ struct Verdict {
 
 /// What the ratios of a motion say where no budget is kept: an order of magnitude.
 Verdict judge_ratios(const Plan& plan, double displacement_ratio, double spin_ratio);
-/// What a budget says; the ratios name the cause, and judge where the plan has links whose second order no rung knows.
-/// \param size  [m] max |r|
+/// What a budget says; the ratios name the cause, and judge where the plan has links whose second order no
+/// rung knows. \param size  [m] max |r|
 Verdict judge_budget(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
                      double spin_ratio);
 

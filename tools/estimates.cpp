@@ -24,7 +24,9 @@ class Draw {
   double uniform(double low, double high) {
     return low + (high - low) * static_cast<double>(engine_() >> 11U) * 0x1p-53;
   }
-  double decade(double low, double high) { return std::pow(10.0, uniform(std::log10(low), std::log10(high))); }
+  double decade(double low, double high) {
+    return std::pow(10.0, uniform(std::log10(low), std::log10(high)));
+  }
   int whole(int low, int high) { return low + static_cast<int>(uniform(0.0, 1.0) * (high - low + 1)); }
   Eigen::Vector3d direction() {
     Eigen::Vector3d v;
@@ -106,7 +108,8 @@ Measure measure_of(const Scene& scene) {
   return measure;
 }
 
-ErrorSize true_error(const Measure& measure, const Plan& plan, const State& state, const Eigen::Matrix3Xd& truth) {
+ErrorSize true_error(const Measure& measure, const Plan& plan, const State& state,
+                     const Eigen::Matrix3Xd& truth) {
   Eigen::Matrix3Xd p(3, truth.cols());
   for (Eigen::Index i = 0; i < p.cols(); ++i) {
     const Vec3 each = read_point(plan, state, static_cast<int>(i)).p_W;
@@ -152,8 +155,8 @@ void judge_choice(const Scene& given, const Structure& structure, const Measure&
   const auto rung = choose_rung(scene, structure, tried, faults);
   row.chosen = rung ? name_of(*rung) : "none";
   row.cheapest = "none";
-  for (const Fidelity each : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
-                              Fidelity::kExactBars}) {
+  for (const Fidelity each : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded,
+                              Fidelity::kCoupled, Fidelity::kExactBars}) {
     const double error = rung_error(scene, each, structure, measure, truth);
     if (rung && each == *rung) row.chosen_error = error;
     if (error <= row.tolerance && row.cheapest == "none") row.cheapest = name_of(each);
@@ -212,7 +215,8 @@ EstimateRow study_one(std::uint64_t seed, int number) {
     return row;
   }
   std::vector<double> times;
-  for (int k = 1; k <= kRungSamples; ++k) times.push_back(kEnd * std::ceil(1000.0 * k / kRungSamples) / 1000.0);
+  for (int k = 1; k <= kRungSamples; ++k)
+    times.push_back(kEnd * std::ceil(1000.0 * k / kRungSamples) / 1000.0);
   const ReferenceRun truth = integrate(*system, times);
   if (!truth.error.empty()) {
     row.error = truth.error;
@@ -250,11 +254,12 @@ Scene random_scene(std::uint64_t seed, int number) {
       scene.name = "mast";
       make_mast(scene, draw, stiffness);
   }
-  if (draw.uniform(0.0, 1.0) > 0.2) scene.initial.angular_velocity = draw.decade(1e-3, 5.0) * draw.direction();
+  if (draw.uniform(0.0, 1.0) > 0.2)
+    scene.initial.angular_velocity = draw.decade(1e-3, 5.0) * draw.direction();
   Load load;
   load.name = "push";
-  load.forces.push_back(
-      {draw.whole(0, static_cast<int>(scene.points.size()) - 1), draw.decade(0.1, 1000.0) * draw.direction()});
+  load.forces.push_back({draw.whole(0, static_cast<int>(scene.points.size()) - 1),
+                         draw.decade(0.1, 1000.0) * draw.direction()});
   load.history = PulseHistory{0.0, 0.1};
   scene.loads.push_back(load);
   scene.rate = 1000.0;
@@ -265,7 +270,8 @@ Scene random_scene(std::uint64_t seed, int number) {
 std::vector<EstimateRow> study_estimates(std::uint64_t seed, int count,
                                          const std::function<bool(double)>& keep_going) {
   std::vector<EstimateRow> rows;
-  for (int k = 0; k < count && keep_going(static_cast<double>(k) / count); ++k) rows.push_back(study_one(seed, k));
+  for (int k = 0; k < count && keep_going(static_cast<double>(k) / count); ++k)
+    rows.push_back(study_one(seed, k));
   return rows;
 }
 
@@ -302,7 +308,7 @@ EstimateSummary summarize(const std::vector<EstimateRow>& rows) {
   return sum;
 }
 
-std::vector<int> histogram(const std::vector<EstimateRow>& rows, double ErrorSize::* which) {
+std::vector<int> histogram(const std::vector<EstimateRow>& rows, double ErrorSize::*which) {
   std::vector<int> bins(kNumBins, 0);
   for (const EstimateRow& row : rows) {
     if (!row.error.empty() || row.is_lost) continue;

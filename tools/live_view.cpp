@@ -203,8 +203,8 @@ std::string LiveView::elastic_text(std::size_t num_modes) const {
   out += format_text("drift      energy %.1e, angular momentum %.1e, Eckart residual %.1e\n",
                      status_->energy_drift, status_->momentum_drift, status_->eckart_residual);
   if (!status_->replan.empty())
-    out += format_text("replan     %s is back since tick %" PRId64 ": a command needs it\n", status_->replan.c_str(),
-                       status_->replan_tick);
+    out += format_text("replan     %s is back since tick %" PRId64 ": a command needs it\n",
+                       status_->replan.c_str(), status_->replan_tick);
   return out + validity_text() + "\n";
 }
 

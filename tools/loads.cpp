@@ -134,7 +134,8 @@ void print_loads(const Plan& plan, const State& state) {
   }
 }
 
-/// The plan with every part in it: the load asked about need not be one that the scene knows. Prints the faults.
+/// The plan with every part in it: the load asked about need not be one that the scene knows. Prints the
+/// faults.
 std::optional<Plan> load_whole_or_explain(const std::string& path) {
   if (io::is_plan_file(path)) {
     std::optional<Plan> plan = load_or_explain(path, 0.0);
@@ -143,7 +144,9 @@ std::optional<Plan> load_whole_or_explain(const std::string& path) {
                                   part.part == Part::kUnreachedModes || part.part == Part::kSmallModes);
     };
     if (!plan || std::none_of(plan->parts.begin(), plan->parts.end(), lacks)) return plan;
-    print_error(path + " leaves modes or rotation out, which this load may need: name the scene that it was made from");
+    print_error(
+        path +
+        " leaves modes or rotation out, which this load may need: name the scene that it was made from");
     return std::nullopt;
   }
   io::SceneResult read = io::read_scene(path);

@@ -185,7 +185,8 @@ std::optional<double> ErrorMeter::energy_drift(const Motion& motion) const {
   const bool conserves = system_.gravity_W.isZero() && system_.attractor_mu == 0.0 &&
                          std::all_of(system_.links.begin(), system_.links.end(),
                                      [](const CartesianLink& link) { return link.damping == 0.0; });
-  if (!conserves || !motion.energy_start || !motion.energy_end || !(elastic_energy_ > 0.0)) return std::nullopt;
+  if (!conserves || !motion.energy_start || !motion.energy_end || !(elastic_energy_ > 0.0))
+    return std::nullopt;
   return std::abs(*motion.energy_end - *motion.energy_start) / elastic_energy_;
 }
 

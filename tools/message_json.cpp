@@ -190,10 +190,8 @@ Json fields_of(const scene_t& m) {
   }
   out["links"] = Json::array();
   for (const scene_link_t& l : m.links) {
-    out["links"].push_back({{"name", l.name},
-                            {"kind", l.kind},
-                            {"points", l.points},
-                            {"is_published", l.is_published != 0}});
+    out["links"].push_back(
+        {{"name", l.name}, {"kind", l.kind}, {"points", l.points}, {"is_published", l.is_published != 0}});
   }
   out["groups"] = Json::array();
   for (const scene_group_t& g : m.groups) out["groups"].push_back({{"name", g.name}, {"points", g.points}});

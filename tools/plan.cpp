@@ -82,9 +82,10 @@ std::vector<std::pair<const char*, bool>> features(const Plan& plan) {
 }
 
 Json to_json(const StepCost& cost) {
-  return {{"step", cost.step()},   {"rigid", cost.rigid},       {"modes", cost.modes}, {"loads", cost.loads},
-          {"fields", cost.fields}, {"coupling", cost.coupling}, {"stages", cost.stages}, {"push", cost.push},
-          {"point", cost.point},   {"budget", cost.budget}};
+  return {{"step", cost.step()},   {"rigid", cost.rigid},   {"modes", cost.modes},
+          {"loads", cost.loads},   {"fields", cost.fields}, {"coupling", cost.coupling},
+          {"stages", cost.stages}, {"push", cost.push},     {"point", cost.point},
+          {"budget", cost.budget}};
 }
 
 const char* on_need_name(const Plan& plan) {
@@ -220,17 +221,21 @@ void print_cost(const Plans& plans) {
   predict_step(*plans.plan);  // the processor warms up
   const StepCost cost = predict_step(*plans.plan);
   if (is_coupled(*plans.plan)) {
-    std::printf("step               %.0f ns, measured; reading a point takes %.0f ns\n", cost.step(), cost.point);
+    std::printf("step               %.0f ns, measured; reading a point takes %.0f ns\n", cost.step(),
+                cost.point);
   } else {
     std::printf(
-        "step               %.0f ns predicted: body %.0f, modes %.0f, loads %.0f, fields %.0f, coupling %.0f\n",
+        "step               %.0f ns predicted: body %.0f, modes %.0f, loads %.0f, fields %.0f, coupling "
+        "%.0f\n",
         cost.step(), cost.rigid, cost.modes, cost.loads, cost.fields, cost.coupling);
-    std::printf("                   each pushed point adds %.0f ns; reading a point takes %.0f ns\n", cost.push,
-                cost.point);
+    std::printf("                   each pushed point adds %.0f ns; reading a point takes %.0f ns\n",
+                cost.push, cost.point);
   }
   if (cost.budget > 0.0)
-    std::printf("                   the error budget adds %.0f ns, %.3g times the step; leave error_budget out to save it\n",
-                cost.budget, cost.budget / cost.step());
+    std::printf(
+        "                   the error budget adds %.0f ns, %.3g times the step; leave error_budget out to "
+        "save it\n",
+        cost.budget, cost.budget / cost.step());
   if (plans.whole && !is_coupled(*plans.plan))
     std::printf("                   with everything kept %.0f ns\n", predict_step(*plans.whole).step());
 }

@@ -29,7 +29,7 @@ struct Options {
   std::string folder;
   StudyOptions study;
   std::vector<double> ends{study.end};  // [s] one for all, or one a scene
-  std::uint64_t seed = 2;  // the factor of the estimate was set on seed 1
+  std::uint64_t seed = 2;               // the factor of the estimate was set on seed 1
   int num_estimates = 0;
   bool only_rungs = false;
   bool stability = false;
@@ -56,7 +56,8 @@ bool prepare_folder(const std::filesystem::path& folder) {
   if (folder.empty()) return true;
   std::error_code error;
   std::filesystem::create_directories(folder, error);
-  if (!error && !std::filesystem::is_directory(folder)) error = std::make_error_code(std::errc::not_a_directory);
+  if (!error && !std::filesystem::is_directory(folder))
+    error = std::make_error_code(std::errc::not_a_directory);
   if (!error && access(folder.c_str(), W_OK) != 0) error = std::error_code(errno, std::generic_category());
   if (!error) return true;
   print_error("--out " + folder.string() + ": " + error.message() + "; name a folder that can be written");
@@ -119,8 +120,8 @@ std::string find_conflict(const CLI::App& command, const Options& options) {
     if (options.scenes.empty() && !draws)
       return "SCENE is needed, or --stability or --estimates N, which have scenes of their own";
     if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
-      return format_text("--until has %zu times for %zu scenes: give one for all, or one a scene", options.ends.size(),
-                         options.scenes.size());
+      return format_text("--until has %zu times for %zu scenes: give one for all, or one a scene",
+                         options.ends.size(), options.scenes.size());
     return options.quick ? "--quick goes with --stability" : "";
   }
   if (!options.scenes.empty()) return "--stability takes no SCENE: its cases are built in";
@@ -130,10 +131,12 @@ std::string find_conflict(const CLI::App& command, const Options& options) {
 }
 
 /// What a report of scenes may write.
-constexpr std::array kFileNames{"report.json", "report.html", "report.csv", "work-precision.svg", "estimates.csv"};
+constexpr std::array kFileNames{"report.json", "report.html", "report.csv", "work-precision.svg",
+                                "estimates.csv"};
 
 std::vector<NamedText> files_of(const Report& report) {
-  std::vector<NamedText> files{{"report.json", to_json(report).dump(2) + "\n"}, {"report.html", to_html(report)}};
+  std::vector<NamedText> files{{"report.json", to_json(report).dump(2) + "\n"},
+                               {"report.html", to_html(report)}};
   if (!report.studies.empty()) {
     files.push_back({"report.csv", to_csv(report)});
     files.push_back({"work-precision.svg", work_precision_svg(report)});
@@ -148,7 +151,8 @@ int report(const Options& options) {
   for (const Scene& scene : scenes)
     for (const std::string& source : scene.sources)
       for (const char* name : kFileNames)
-        if (!options.folder.empty() && would_overwrite(source, (std::filesystem::path(options.folder) / name).string()))
+        if (!options.folder.empty() &&
+            would_overwrite(source, (std::filesystem::path(options.folder) / name).string()))
           return kExitUsage;
   Report report;
   report.machine = this_machine();
@@ -215,8 +219,7 @@ void add_report(CLI::App& app, int& exit_code) {
       ->delimiter(',')
       ->allow_extra_args(false)
       ->check(study_time());
-  command
-      ->add_option("--budget", options->study.budget, "CPU time that one run may take [s]")
+  command->add_option("--budget", options->study.budget, "CPU time that one run may take [s]")
       ->capture_default_str()
       ->check(positive_time());
   command->add_option("--repeats", options->study.repeats, "timings of a run, of which the median is taken")

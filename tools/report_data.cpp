@@ -126,7 +126,8 @@ Json to_json(const Report& report) {
 
 std::string to_csv(const Report& report) {
   std::string text =
-      "scene,family,method,step,free_step,tolerance,elastic_error,integration_error,model_error,position_error,"
+      "scene,family,method,step,free_step,tolerance,elastic_error,integration_error,model_error,position_"
+      "error,"
       "attitude_error,"
       "frequency_error,energy_drift,cpu_once,cpu_10ms,cpu_1ms,steps,ns_per_step,set_up,memory,repeats,"
       "failure\n";

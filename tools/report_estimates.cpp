@@ -11,9 +11,7 @@ namespace {
 
 constexpr std::array kWords{"good", "watch", "outside"};
 
-Json json_of(const ErrorSize& error) {
-  return {{"position", error.position}, {"elastic", error.elastic}};
-}
+Json json_of(const ErrorSize& error) { return {{"position", error.position}, {"elastic", error.elastic}}; }
 
 Json json_of(const EstimateSummary& sum) {
   return {{"scenes", sum.num_scenes},
@@ -79,8 +77,8 @@ std::string panel(const char* title, const std::vector<int>& bins, int x) {
     text += format_text(
         "<rect x=\"%d\" y=\"%d\" width=\"%d\" height=\"%d\" fill=\"%s\"/><text x=\"%d\" y=\"%d\" "
         "text-anchor=\"middle\">%d</text>\n",
-        left + 1, kBase - height, kBar - 2, height, k < kMiddleBin ? "#c0392b" : "var(--mark)", left + kBar / 2,
-        kBase - height - 4, count);
+        left + 1, kBase - height, kBar - 2, height, k < kMiddleBin ? "#c0392b" : "var(--mark)",
+        left + kBar / 2, kBase - height - 4, count);
   }
   constexpr std::array kEdges{"0.1", "0.16", "0.25", "0.4", "0.63", "1", "1.6", "2.5", "4", "6.3", "10"};
   for (std::size_t k = 0; k < kEdges.size(); ++k)
@@ -95,8 +93,8 @@ std::string panel(const char* title, const std::vector<int>& bins, int x) {
 void print_estimates(const Report& report) {
   const std::vector<EstimateRow>& rows = report.estimates;
   const EstimateSummary sum = summarize(rows);
-  std::printf("%d random scenes of seed %llu, 1 s at 1 kHz, separated rung against the full system", sum.num_scenes,
-              static_cast<unsigned long long>(report.seed));
+  std::printf("%d random scenes of seed %llu, 1 s at 1 kHz, separated rung against the full system",
+              sum.num_scenes, static_cast<unsigned long long>(report.seed));
   if (sum.num_failed > 0) std::printf(" (%d more without an answer)", sum.num_failed);
   std::printf("\n\n%-34s %9s %9s\n", "", "position", "elastic");
   const auto line = [](const char* name, double position, double elastic) {
@@ -124,7 +122,8 @@ Json estimates_to_json(const Report& report) {
 
 std::string estimates_to_csv(const Report& report) {
   std::string text =
-      "scene,shape,stiffness [N/m],spin [rad/s],force [N],true position [m],estimated position [m],true elastic "
+      "scene,shape,stiffness [N/m],spin [rad/s],force [N],true position [m],estimated position [m],true "
+      "elastic "
       "[-],estimated elastic [-],validity,tolerance [-],chosen,cheapest,error of chosen [-]\n";
   for (const EstimateRow& row : report.estimates)
     text += format_text("%d,%s,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%.6g,%s,%.6g,%s,%s,%.6g\n", row.number,
@@ -140,20 +139,27 @@ std::string estimates_section(const Report& report) {
   const EstimateSummary sum = summarize(rows);
   std::string text = "<h2>How honest the error estimate is</h2>\n<p>";
   text += format_text(
-      "%d random scenes of seed %llu: shape, stiffness from 1e3 to 1e9 N/m, spin to 5 rad/s, pulses of 0.1 to 1000 N; 1 s at "
-      "1 kHz on the separated rung, estimate of the live budget beside the true error against the full system. The truth is "
-      "inside the estimate in %.1f %% of them in position (95 %% lower confidence bound %.1f %%) and %.1f %% in elastic error "
-      "(%.1f %%); the estimate is within a factor of 3 of it in %.1f %% and %.1f %%. The word is good in %.1f %%, watch in "
-      "%.1f %%, outside in %.1f %%. <code>fidelity: auto</code> meets the tolerance asked in %.1f %% and takes the cheapest "
+      "%d random scenes of seed %llu: shape, stiffness from 1e3 to 1e9 N/m, spin to 5 rad/s, pulses of 0.1 "
+      "to 1000 N; 1 s at "
+      "1 kHz on the separated rung, estimate of the live budget beside the true error against the full "
+      "system. The truth is "
+      "inside the estimate in %.1f %% of them in position (95 %% lower confidence bound %.1f %%) and %.1f %% "
+      "in elastic error "
+      "(%.1f %%); the estimate is within a factor of 3 of it in %.1f %% and %.1f %%. The word is good in "
+      "%.1f %%, watch in "
+      "%.1f %%, outside in %.1f %%. <code>fidelity: auto</code> meets the tolerance asked in %.1f %% and "
+      "takes the cheapest "
       "rung that does in %.1f %%.</p>\n",
       sum.num_scenes, static_cast<unsigned long long>(report.seed), 100.0 * sum.inside_position,
-      100.0 * sum.lower_position, 100.0 * sum.inside_elastic, 100.0 * sum.lower_elastic, 100.0 * sum.close_position,
-      100.0 * sum.close_elastic, 100.0 * sum.good, 100.0 * sum.watch, 100.0 * sum.outside, 100.0 * sum.auto_meets,
-      100.0 * sum.auto_cheapest);
+      100.0 * sum.lower_position, 100.0 * sum.inside_elastic, 100.0 * sum.lower_elastic,
+      100.0 * sum.close_position, 100.0 * sum.close_elastic, 100.0 * sum.good, 100.0 * sum.watch,
+      100.0 * sum.outside, 100.0 * sum.auto_meets, 100.0 * sum.auto_cheapest);
   text += "<svg viewBox=\"0 0 1000 232\" font-size=\"12\" fill=\"currentColor\" role=\"img\">\n" +
           panel("elastic error", histogram(rows, &ErrorSize::elastic), 10) +
           panel("position", histogram(rows, &ErrorSize::position), 520) + "</svg>\n";
-  return text + "<p>Red: scenes whose true error is above the estimate. Scenes whose shadow left the numbers count as outside and "
+  return text +
+         "<p>Red: scenes whose true error is above the estimate. Scenes whose shadow left the numbers count "
+         "as outside and "
          "stand in no bar.</p>\n";
 }
 

@@ -119,14 +119,17 @@ std::vector<std::string> findings(const Report& report) {
       std::string(
           "Where the full field of a large structure is wanted often, a rung of modes is the wrong tool: one "
           "reading of N points costs some 9 N^2 products, a step of a sparse method some 100 N. ") +
-      (loses              ? "The figures above show it."
-       : is_compared      ? "On the scenes of this report that has not yet turned the order round; on a thousand points "
-                            "(truss-s3) it does."
-                          : ""));
+      (loses ? "The figures above show it."
+       : is_compared
+           ? "On the scenes of this report that has not yet turned the order round; on a thousand points "
+             "(truss-s3) it does."
+           : ""));
   if (is_krylov_nearest(report))
     sentences.push_back(
-        "At the errors of the separated and spin-loaded rungs Krylov's method on the linearised system comes nearest "
-        "with one read-out: a step as long as the motion makes its space hold every mode, so it is a modal method that "
+        "At the errors of the separated and spin-loaded rungs Krylov's method on the linearised system comes "
+        "nearest "
+        "with one read-out: a step as long as the motion makes its space hold every mode, so it is a modal "
+        "method that "
         "finds its modes again in each run. "
         "It pays where a structure has few frequencies; it has no rung above the spin-loaded one.");
   sentences.push_back(

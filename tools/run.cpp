@@ -76,7 +76,8 @@ std::string ratios_text(const Extremes& extremes) {
 }
 
 /// Says so when a run went beyond the method: by its budget where it has one.
-void warn_beyond_limits(const Plan& plan, const Extremes& extremes, const std::optional<service::Verdict>& by_budget) {
+void warn_beyond_limits(const Plan& plan, const Extremes& extremes,
+                        const std::optional<service::Verdict>& by_budget) {
   if (!extremes.is_known() && !by_budget) return;
   if (is_coupled(plan) || by_budget || plan.has_spin_load) {
     const service::Verdict verdict =
@@ -86,7 +87,9 @@ void warn_beyond_limits(const Plan& plan, const Extremes& extremes, const std::o
     const bool is_own = verdict.cause.starts_with("integration") || verdict.cause.starts_with("truncation");
     if (verdict.word == service::Verdict::Word::kOutside)
       print_warning(verdict.cause + ": outside what this rung can answer (README, 'When not to trust it')" +
-                    (is_coupled(plan) || is_own ? "" : "; smaller loads, a stiffer structure, a slower spin, or fidelity: coupled"));
+                    (is_coupled(plan) || is_own
+                         ? ""
+                         : "; smaller loads, a stiffer structure, a slower spin, or fidelity: coupled"));
     return;
   }
   const char* reference = "outside what the method can answer (README, 'When not to trust it')";
@@ -96,10 +99,11 @@ void warn_beyond_limits(const Plan& plan, const Extremes& extremes, const std::o
                     extremes.displacement_ratio(), service::kMaxDisplacementRatio, reference));
   }
   if (extremes.spin_ratio() > service::kMaxSpinRatio) {
-    print_warning(format_text(
-        "spin ratio %.2g is above %g: %s; the deformation lacks that of centrifugal forces; the pose stays good "
-        "for longer; a slower spin, or fidelity: spin-loaded or coupled",
-        extremes.spin_ratio(), service::kMaxSpinRatio, reference));
+    print_warning(
+        format_text("spin ratio %.2g is above %g: %s; the deformation lacks that of centrifugal forces; the "
+                    "pose stays good "
+                    "for longer; a slower spin, or fidelity: spin-loaded or coupled",
+                    extremes.spin_ratio(), service::kMaxSpinRatio, reference));
   }
 }
 
@@ -239,12 +243,13 @@ Json json_of(const ErrorSize& error, bool is_lost) {
 /// The error budget at the end of a run.
 void print_budget(const BudgetReading& reading, const service::Verdict& verdict) {
   static constexpr std::array kWords{"good", "watch", "outside"};
-  std::printf("errors over the last %.3g s: %s%s%s\n", reading.age, kWords[static_cast<std::size_t>(verdict.word)],
-              verdict.cause.empty() ? "" : ", ", verdict.cause.c_str());
+  std::printf("errors over the last %.3g s: %s%s%s\n", reading.age,
+              kWords[static_cast<std::size_t>(verdict.word)], verdict.cause.empty() ? "" : ", ",
+              verdict.cause.c_str());
   if (reading.is_lost) return;
   const auto row = [](const char* name, const ErrorSize& error) {
-    std::printf("  %-12s position %.1e m, attitude %.1e rad, elastic %.1e\n", name, error.position, error.attitude,
-                error.elastic);
+    std::printf("  %-12s position %.1e m, attitude %.1e rad, elastic %.1e\n", name, error.position,
+                error.attitude, error.elastic);
   };
   row("estimate", reading.total);
   row("integration", reading.integration);
@@ -259,7 +264,8 @@ void report(const Options& options, const std::string& file, const Result& resul
   const double seconds = static_cast<double>(result.ticks) * plan.period;
   std::optional<service::Verdict> verdict;
   if (result.budget)
-    verdict = service::judge_budget(plan, *result.budget, extremes.size(), extremes.displacement_ratio(), extremes.spin_ratio());
+    verdict = service::judge_budget(plan, *result.budget, extremes.size(), extremes.displacement_ratio(),
+                                    extremes.spin_ratio());
   if (options.json) {
     Json errors;
     if (result.budget)

@@ -102,7 +102,8 @@ class CsvOutput : public RunOutput {
     std::vector<std::string> names{"tick", "time", "x",  "y",  "z",  "qw", "qx", "qy", "qz",
                                    "vx",   "vy",   "vz", "wx", "wy", "wz", "hx", "hy", "hz"};
     for (const char* name : {"q", "q_dot"}) {
-      for (int mode = 1; mode <= widest(plan).num_elastic; ++mode) names.push_back(name + std::to_string(mode));
+      for (int mode = 1; mode <= widest(plan).num_elastic; ++mode)
+        names.push_back(name + std::to_string(mode));
     }
     // names may hold dots: first and last part are fixed, so that no two columns have one name
     for (const std::int32_t point : plan.published_points) {

@@ -48,7 +48,8 @@ const char* StabilityRow::verdict() const {
 }
 
 bool StabilityReport::holds() const {
-  return !is_interrupted && std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.holds(); });
+  return !is_interrupted &&
+         std::all_of(rows.begin(), rows.end(), [](const StabilityRow& row) { return row.holds(); });
 }
 
 StabilityReport check_stability(const StabilityOptions& options, const std::function<void(double)>& told) {
@@ -87,7 +88,8 @@ void print_text(const StabilityReport& report) {
                                     [](const StabilityRow& row) { return !row.holds(); });
   std::printf("\n%zu cases, %d of them fail\n", report.rows.size(), static_cast<int>(failed));
   if (report.is_interrupted)
-    std::printf("interrupted: %zu of %zu cases did not run\n", report.num_cases - report.rows.size(), report.num_cases);
+    std::printf("interrupted: %zu of %zu cases did not run\n", report.num_cases - report.rows.size(),
+                report.num_cases);
 }
 
 Json to_json(const StabilityReport& report) {

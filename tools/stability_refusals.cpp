@@ -131,8 +131,9 @@ Outcome dashpot_too_fast(Fidelity rung) {
   if (!ride.has_plan()) return named(ride.said(), {"act stage by stage", "take fidelity: full"});
   if (rung != Fidelity::kFull) return no_answer("a plan was made");
   const bool is_finite = ride.run(200) && ride.positions_W().allFinite();
-  return named(is_finite ? format_text("taken, a tick in %d parts", ride.plan.coupled.num_parts) : "not finite",
-               {"taken"});
+  return named(
+      is_finite ? format_text("taken, a tick in %d parts", ride.plan.coupled.num_parts) : "not finite",
+      {"taken"});
 }
 
 /// The daemon's pacer over a step that costs more than its period, on the clock of this machine.

@@ -108,12 +108,13 @@ Outcome full_across_pi(const StabilityOptions& options) {
       while (phase > kFullPhase * static_cast<double>(parts)) parts *= 2;
       const double step = phase / top;
       const auto divided = run_at(Fidelity::kFull, step, kTicks, outcome.said),
-                 fine = run_at(Fidelity::kExactBars, 0.5 * step / static_cast<double>(parts), 2 * parts * kTicks,
-                               outcome.said);
+                 fine = run_at(Fidelity::kExactBars, 0.5 * step / static_cast<double>(parts),
+                               2 * parts * kTicks, outcome.said);
       if (!divided || !fine) return no_answer(outcome.said);
       outcome.measured = std::max(outcome.measured, shape.difference(*divided, *fine));
     }
-  outcome.said = format_text("9 steps, omega h of 31.4 to %.3g; 0 is below the rounding of positions", most * std::numbers::pi);
+  outcome.said = format_text("9 steps, omega h of 31.4 to %.3g; 0 is below the rounding of positions",
+                             most * std::numbers::pi);
   return outcome;
 }
 
@@ -136,8 +137,8 @@ void add_rung_cases(std::vector<StabilityCase>& cases) {
     cases.push_back(
         {"steps across omega h = k pi", row.name, row.quantity, row.limit, false,
          [rung = row.rung](const StabilityOptions& options) { return across_pi(rung, options); }});
-  cases.push_back({"steps across omega h = k pi", "full", "elastic difference from parts of half the size, the worst",
-                   1e-8, false, full_across_pi});
+  cases.push_back({"steps across omega h = k pi", "full",
+                   "elastic difference from parts of half the size, the worst", 1e-8, false, full_across_pi});
 }
 
 }  // namespace freeflex::tools

@@ -115,7 +115,8 @@ double measured_step(const Plan& plan) {
   const auto once = [&] { step(plan, state, {}, workspace, report); };
   const auto start = std::chrono::steady_clock::now();
   once();
-  const double first = std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
+  const double first =
+      std::chrono::duration<double, std::nano>(std::chrono::steady_clock::now() - start).count();
   return first > kLong ? first : ns_per_call(once);
 }
 
@@ -135,7 +136,8 @@ double reading_cost(const Plan& plan) {
 
 StepCost predict_step(const Plan& plan) {
   StepCost cost;
-  for (const PlanShadow& shadow : plan.budget.shadows) cost.budget += shadow.substeps * measured_step(shadow.plan);
+  for (const PlanShadow& shadow : plan.budget.shadows)
+    cost.budget += shadow.substeps * measured_step(shadow.plan);
   if (is_coupled(plan)) {
     cost.stages = measured_step(plan);
     cost.point = reading_cost(plan);

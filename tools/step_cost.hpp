@@ -20,8 +20,8 @@ struct StepCost {
   double step() const { return rigid + modes + loads + fields + coupling + stages; }
 };
 
-/// Measures the constants for some tens of milliseconds, at the plan's own sizes, and adds up. Coupled rungs and
-/// shadows are measured as they are.
+/// Measures the constants for some tens of milliseconds, at the plan's own sizes, and adds up. Coupled rungs
+/// and shadows are measured as they are.
 StepCost predict_step(const Plan& plan);
 
 }  // namespace freeflex::tools

@@ -133,7 +133,8 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
     if (omega > 0.0 && study.lowest_frequency == 0.0) study.lowest_frequency = omega;
   bool stops = !told(0.02);
   start = thread_cpu();
-  Reference reference = find_reference(*system, options, study.top_frequency, [&] { return stops || !told(-1.0); });
+  Reference reference =
+      find_reference(*system, options, study.top_frequency, [&] { return stops || !told(-1.0); });
   study.reference_cpu = thread_cpu() - start;
   study.reference = reference.method;
   study.reference_accuracy = reference.accuracy;
@@ -146,7 +147,8 @@ Study study_scene(const std::string& file, const Scene& scene, const StudyOption
     return study;
   }
   if (!deforms(*system, reference.run)) {
-    study.error = format_text("nothing deforms within %g s: there is no elastic error to compare", options.end);
+    study.error =
+        format_text("nothing deforms within %g s: there is no elastic error to compare", options.end);
     return study;
   }
   const double free_from = end_of_loads(*system, options.end);
@@ -238,7 +240,8 @@ std::optional<Comparison> compare_at(const Study& study, double level, ReadOut r
     if (run.elastic_error <= level && *run.cpu[load] < found.cpu) found.cpu = *run.cpu[load], found.ours = k;
   }
   if (!std::isfinite(found.cpu)) return std::nullopt;
-  // methods of one model error differ by what integration adds or takes: that is no reason to ask more of the others
+  // methods of one model error differ by what integration adds or takes: that is no reason to ask more of the
+  // others
   constexpr double kSame = 1.05;
   const Run& ours = study.runs[found.ours];
   const double error = found.error = kSame * std::max({ours.elastic_error, ours.model_error, kFinest});

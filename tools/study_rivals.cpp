@@ -143,7 +143,7 @@ class Sweep {
 
   /// Finer settings would cost more and tell nothing new.
   bool is_finest(const Run& run, double taken) {
-    constexpr double kSmall = 1e-4;       // [-] below which an error that no longer falls is rounding
+    constexpr double kSmall = 1e-4;  // [-] below which an error that no longer falls is rounding
     if (run.integration_error < kFinest) return true;
     // what takes long at the least level asked for is not asked for more
     if (taken > kVeryLong && run.integration_error < kLevels.back()) return true;

@@ -16,8 +16,8 @@
 namespace freeflex::tools {
 namespace {
 
-constexpr std::array kRungs{Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
-                            Fidelity::kExactBars, Fidelity::kFull};
+constexpr std::array kRungs{Fidelity::kRigid,   Fidelity::kSeparated, Fidelity::kSpinLoaded,
+                            Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull};
 constexpr std::array kSteps{0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.004, 0.0025, 0.002, 0.001, 0.0005};  // [s]
 constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};  // [s] for the exact motion
 // [s] of CPU that one run of the full rung may take; its step is divided, so its cost hardly depends on it
@@ -61,14 +61,16 @@ struct Rung {
     return true;
   }
 
-  /// Positions and velocities of all points, which is what other methods are read for.  \pre row i is point i's
+  /// Positions and velocities of all points, which is what other methods are read for.  \pre row i is point
+  /// i's
   void read(CartesianState& to) {
     contract_points(plan, state.q.data(), state.q_dot.data(), V, V_dot);
     const Mat3 R = rotation_matrix(state.q_WB);
     const Vec3 w = angular_velocity(plan, state);
     for (std::size_t i = 0; i < plan.points.size(); ++i) {
       const Vec3 x = add(plan.points[i].r, V[i]);
-      const Vec3 p = add(state.p_WB, multiply(R, x)), v = add(state.v_WB, multiply(R, add(cross(w, x), V_dot[i])));
+      const Vec3 p = add(state.p_WB, multiply(R, x)),
+                 v = add(state.v_WB, multiply(R, add(cross(w, x), V_dot[i])));
       const auto column = static_cast<Eigen::Index>(i);
       to.p_W.col(column) = Eigen::Vector3d(p[0], p[1], p[2]);
       to.v_W.col(column) = Eigen::Vector3d(v[0], v[1], v[2]);
@@ -139,7 +141,8 @@ void time_read_outs(const Bench& bench, Rung& rung, Run& run) {
     std::int64_t every = ticks;
     if (load > 0) {
       // what is read must stand at a tick
-      if (rung.free_plan || kEvery[load] < period * (1.0 - 1e-9) || !is_whole(kEvery[load] / period)) continue;
+      if (rung.free_plan || kEvery[load] < period * (1.0 - 1e-9) || !is_whole(kEvery[load] / period))
+        continue;
       every = std::llround(kEvery[load] / period);
     }
     const Timing timing = time_work(
@@ -210,13 +213,15 @@ std::string find_excess(const Bench& bench, Rung& rung, double most) {
 }
 
 /// One row: a rung at a step, and at another once the loads have ended (0: the same).
-void add_run(const Bench& bench, Scene& scene, double step, double free_step, const ExactRung& exact, Study& study) {
+void add_run(const Bench& bench, Scene& scene, double step, double free_step, const ExactRung& exact,
+             Study& study) {
   const std::string name = name_of(exact.fidelity);
   std::string why;
   const double start = thread_cpu();
   std::optional<Rung> rung = make_rung(bench, scene, step, why);
   const double set_up = bench.structure_cpu + thread_cpu() - start;
-  if (rung) why = find_excess(bench, *rung, exact.fidelity == Fidelity::kFull ? kMostFullCost : bench.options.budget);
+  if (rung)
+    why = find_excess(bench, *rung, exact.fidelity == Fidelity::kFull ? kMostFullCost : bench.options.budget);
   if (!why.empty()) {
     study.left_out.push_back({name + format_text(" at %g ms", 1e3 * step), why});
     return;
@@ -250,8 +255,8 @@ std::vector<double> steps_of(const Bench& bench, Fidelity fidelity) {
   return steps;
 }
 
-/// One step over all of the free motion, the longest that fits before it: without stages a rung's own motion has
-/// no other limit than how its frame turns.
+/// One step over all of the free motion, the longest that fits before it: without stages a rung's own motion
+/// has no other limit than how its frame turns.
 void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study& study) {
   const double free_step = bench.options.end - bench.free_from;
   if (exact.fidelity > Fidelity::kSpinLoaded || free_step <= 0.0) return;
@@ -262,7 +267,8 @@ void add_longest(const Bench& bench, Scene& scene, const ExactRung& exact, Study
     return;
   }
   for (const double step : steps)
-    if (is_whole(bench.free_from / step) && std::abs(free_step / step - 1.0) > 1e-9 && find_misfit(bench, step).empty())
+    if (is_whole(bench.free_from / step) && std::abs(free_step / step - 1.0) > 1e-9 &&
+        find_misfit(bench, step).empty())
       return add_run(bench, scene, step, free_step, exact, study);
 }
 
@@ -278,9 +284,10 @@ double fine_step(const Bench& bench, std::string& why) {
   return 0.0;
 }
 
-/// The rung's own equations solved exactly; nullopt and `why` when it is refused. `below` are the rungs under it.
-std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity, const std::vector<ExactRung>& below,
-                                       Scene& scene, std::string& why) {
+/// The rung's own equations solved exactly; nullopt and `why` when it is refused. `below` are the rungs under
+/// it.
+std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
+                                       const std::vector<ExactRung>& below, Scene& scene, std::string& why) {
   if (fidelity == Fidelity::kFull) {
     // the equations of exact bars
     for (const ExactRung& each : below)
@@ -321,7 +328,8 @@ std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::fu
     add_longest(bench, scene, exact.back(), study);
     const std::vector<double> steps = steps_of(bench, kRungs[r]);
     for (std::size_t s = 0; s < steps.size(); ++s) {
-      if (!told((static_cast<double>(r) + static_cast<double>(s) / static_cast<double>(steps.size())) / kRungs.size()))
+      if (!told((static_cast<double>(r) + static_cast<double>(s) / static_cast<double>(steps.size())) /
+                kRungs.size()))
         return exact;
       why = find_misfit(bench, steps[s]);
       if (why.empty())

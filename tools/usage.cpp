@@ -75,7 +75,8 @@ CLI::Validator positive_time() {
 }
 
 CLI::Validator study_time() {
-  return must_be("a number > 0 and at most 1000 [s]", [](double value) { return value > 0.0 && value <= 1000.0; });
+  return must_be("a number > 0 and at most 1000 [s]",
+                 [](double value) { return value > 0.0 && value <= 1000.0; });
 }
 
 CLI::Validator finite_number() {

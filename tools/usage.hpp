@@ -29,7 +29,7 @@ CLI::Validator must_be(const char* allowed, bool (*is_right)(double));
 // what several options are
 CLI::Validator rate_in_hertz();  // 0.001 to 1e6, as freeflexd
 CLI::Validator positive_time();  // [s] > 0
-CLI::Validator study_time();     // [s] > 0, at most 1000: the reference of a report keeps the motion each 10 ms
+CLI::Validator study_time();  // [s] > 0, at most 1000: the reference of a report keeps the motion each 10 ms
 CLI::Validator finite_number();
 CLI::Validator whole_number(std::int64_t least, std::int64_t most);
 CLI::Validator file_name();       // not empty

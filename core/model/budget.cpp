@@ -74,8 +74,8 @@ bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind
       if (fault.severity == Fault::Severity::kError)
         add_error(faults, scene.automatic ? scene.automatic->origin : fault.origin,
                   join_text(scene.automatic ? "fidelity: auto" : "error_budget",
-                            ": the equations it compares with, fidelity ", name_of(rung), " at ", scene.rate * substeps,
-                            " Hz, cannot carry the scene: ", fault.message, "; or ",
+                            ": the equations it compares with, fidelity ", name_of(rung), " at ",
+                            scene.rate * substeps, " Hz, cannot carry the scene: ", fault.message, "; or ",
                             scene.automatic ? "name a rung" : "leave error_budget out"));
     return false;
   }
@@ -93,7 +93,9 @@ void set_horizon(double horizon, Plan& plan) {
   plan.budget.horizon_ticks = horizon_in_ticks(horizon, plan.period);
 }
 
-bool is_within(double error, const std::optional<double>& tolerance) { return !tolerance || error <= *tolerance; }
+bool is_within(double error, const std::optional<double>& tolerance) {
+  return !tolerance || error <= *tolerance;
+}
 
 PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
   PlanRung result;
@@ -142,9 +144,9 @@ std::string describe(const std::vector<PlanRung>& tried) {
   std::string text;
   for (const PlanRung& each : tried) {
     text += (text.empty() ? "" : ", ") + std::string(name_of(each.rung));
-    text += each.is_finite ? join_text(" ", each.position, " m, ", each.attitude, " rad, elastic ",
-                                       each.elastic)
-                           : std::string(" leaves the numbers");
+    text += each.is_finite
+                ? join_text(" ", each.position, " m, ", each.attitude, " rad, elastic ", each.elastic)
+                : std::string(" leaves the numbers");
   }
   return text;
 }
@@ -158,8 +160,8 @@ const char* name_of(Fidelity rung) {
 
 std::string find_untried_rate(const Plan& plan, double rate) {
   if (plan.tried_rungs.empty() || std::abs(rate * plan.period - 1.0) < 1e-9) return {};
-  return join_text("fidelity: auto took ", name_of(plan.fidelity), " at ", 1.0 / plan.period, " Hz; at ", rate,
-                   " Hz its tolerance was not tried: put the rate into the scene");
+  return join_text("fidelity: auto took ", name_of(plan.fidelity), " at ", 1.0 / plan.period, " Hz; at ",
+                   rate, " Hz its tolerance was not tried: put the rate into the scene");
 }
 
 std::int64_t horizon_in_ticks(double horizon, double period) {
@@ -170,9 +172,10 @@ std::int64_t horizon_in_ticks(double horizon, double period) {
 void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   if (scene.error_budget.horizon <= 0.0) return;
   if (!plan.wide.empty()) {
-    add_error(faults, scene.error_budget.origin,
-              "error_budget does not go with leave_out: {on_need: replan}, which changes the plan in motion; take "
-              "on_need: keep or refuse");
+    add_error(
+        faults, scene.error_budget.origin,
+        "error_budget does not go with leave_out: {on_need: replan}, which changes the plan in motion; take "
+        "on_need: keep or refuse");
     return;
   }
   set_horizon(scene.error_budget.horizon, plan);
@@ -199,8 +202,8 @@ void set_shadow_rates(Plan& plan) {
   plan.budget.horizon_ticks = horizon_in_ticks(plan.budget.horizon, plan.period);
 }
 
-std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure, std::vector<PlanRung>& tried,
-                                    Faults& faults) {
+std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure,
+                                    std::vector<PlanRung>& tried, Faults& faults) {
   const std::int32_t parts = resolving_parts(span_of(structure.omega), 1.0 / scene.rate);
   const double rate = scene.rate * parts, most = static_cast<double>(kMostTicksTried);
   if (scene.automatic->horizon * rate > most) {
@@ -214,15 +217,17 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
                         " s or less, or name a rung in place of auto"));
     return std::nullopt;
   }
-  for (const Fidelity rung : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
-                              Fidelity::kExactBars}) {
+  for (const Fidelity rung : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded,
+                              Fidelity::kCoupled, Fidelity::kExactBars}) {
     tried.push_back(try_rung(scene, structure, rung, faults));
     if (has_error(faults)) return std::nullopt;
     if (tried.back().meets) return rung;
   }
-  add_error(faults, scene.automatic->origin,
-            join_text("fidelity: no rung meets the tolerance over ", scene.automatic->horizon,
-                      " s: ", describe(tried), "; allow more, take a shorter horizon, raise the rate, load less, or take fidelity: full"));
+  add_error(
+      faults, scene.automatic->origin,
+      join_text("fidelity: no rung meets the tolerance over ", scene.automatic->horizon,
+                " s: ", describe(tried),
+                "; allow more, take a shorter horizon, raise the rate, load less, or take fidelity: full"));
   return std::nullopt;
 }
 

@@ -157,11 +157,12 @@ void Checker::check_publication() {
       continue;
     }
     const Link& link = scene.links[static_cast<std::size_t>(index)];
-    const bool is_long = std::holds_alternative<MatrixLink>(link.kind) || std::holds_alternative<Rigid>(link.kind);
+    const bool is_long =
+        std::holds_alternative<MatrixLink>(link.kind) || std::holds_alternative<Rigid>(link.kind);
     if (is_long && link.points.size() > kMaxForcePoints)
-      error(link.origin, join_text("link ", quoted(link.name, index), " has ", link.points.size(),
-                                   " points; at most ", kMaxForcePoints,
-                                   " forces of one link fit a message: do not publish its forces"));
+      error(link.origin,
+            join_text("link ", quoted(link.name, index), " has ", link.points.size(), " points; at most ",
+                      kMaxForcePoints, " forces of one link fit a message: do not publish its forces"));
   }
   for (const int index : scene.pushable) known_point({}, "the list of pushable points", index);
 }

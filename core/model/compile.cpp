@@ -141,7 +141,8 @@ std::vector<bool> points_with_rows(const Scene& scene) {
     for (const PointLoad& each : load.forces) use(each.point);
   for (const Feedback& feedback : scene.feedbacks) use(feedback.point);
   // on coupled rungs every point moves the body, and a budget looks at each
-  if (scene.fidelity >= Fidelity::kCoupled || scene.error_budget.horizon > 0.0) used.assign(used.size(), true);
+  if (scene.fidelity >= Fidelity::kCoupled || scene.error_budget.horizon > 0.0)
+    used.assign(used.size(), true);
   return used;
 }
 
@@ -281,17 +282,19 @@ void compile_elastic_state(const Scene& scene, const Structure& structure, Plan&
 }
 
 // the separated equations take the spin as slow beside every vibration, and linear links do not stiffen by it
-void warn_of_fast_spin(const Structure& structure, const Eigen::Vector3d& spin, const Origin& origin, Faults& faults) {
+void warn_of_fast_spin(const Structure& structure, const Eigen::Vector3d& spin, const Origin& origin,
+                       Faults& faults) {
   constexpr double kSlow = 0.01;  // [-] (spin / omega_1)^2: centrifugal softening of one per cent
   for (const double omega : structure.omega) {
     if (omega == 0.0) continue;
     const double ratio = spin.squaredNorm() / (omega * omega);
     if (ratio > kSlow)
-      add_warning(faults, origin,
-                  join_text("the initial spin of ", spin.norm(), " rad/s is not slow beside the lowest frequency, ",
-                            omega, " rad/s: (spin / omega_1)^2 is ", ratio, ", and the equations hold far below 1; ",
-                            ratio > 1.0 ? "this motion is outside the method: the answer means nothing"
-                                        : "the deformation will be wrong, the pose less so"));
+      add_warning(
+          faults, origin,
+          join_text("the initial spin of ", spin.norm(), " rad/s is not slow beside the lowest frequency, ",
+                    omega, " rad/s: (spin / omega_1)^2 is ", ratio, ", and the equations hold far below 1; ",
+                    ratio > 1.0 ? "this motion is outside the method: the answer means nothing"
+                                : "the deformation will be wrong, the pose less so"));
     return;
   }
 }

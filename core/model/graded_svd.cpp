@@ -123,7 +123,8 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
   R.transpose().triangularView<Eigen::Lower>().solveInPlace(lowest.head(n));
   lowest.applyOnTheLeft(qr.householderQ());
   svd.lowest_left.resize(matrix.rows());
-  for (std::size_t k = 0; k < place.size(); ++k) svd.lowest_left[place[k]] = lowest[static_cast<Eigen::Index>(k)];
+  for (std::size_t k = 0; k < place.size(); ++k)
+    svd.lowest_left[place[k]] = lowest[static_cast<Eigen::Index>(k)];
   return svd;
 }
 

@@ -12,10 +12,10 @@ namespace freeflex {
 std::vector<int> sort_rows(Eigen::MatrixXd& matrix);
 
 struct GradedSvd {
-  Eigen::VectorXd values;   // ascending (num_columns)
-  Eigen::MatrixXd vectors;  // right singular vectors, one a column (num_columns x num_columns)
+  Eigen::VectorXd values;       // ascending (num_columns)
+  Eigen::MatrixXd vectors;      // right singular vectors, one a column (num_columns x num_columns)
   Eigen::VectorXd lowest_left;  // left singular vector of the smallest value (num_rows)
-  double accuracy = 0.0;    // [-] stated relative accuracy of the smallest value
+  double accuracy = 0.0;        // [-] stated relative accuracy of the smallest value
 };
 
 /// Row-sorted, column-pivoted Householder QR, then one-sided Jacobi on R': each singular value keeps its

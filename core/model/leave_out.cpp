@@ -57,7 +57,8 @@ class Lean {
       full_.parts = parts_;
       if (scene_.leave_out.tolerance > 0.0)
         add_warning(faults, scene_.leave_out.origin,
-                    std::string("leave_out: tolerance has no effect on fidelity ") + name_of(scene_.fidelity) +
+                    std::string("leave_out: tolerance has no effect on fidelity ") +
+                        name_of(scene_.fidelity) +
                         ", which is advanced whole; leave it out, or take separated or spin-loaded");
       return std::move(full_);
     }
@@ -231,7 +232,8 @@ class Lean {
   std::optional<Plan> compile_wide(const MotionScope& open, Faults& faults) {
     std::vector<int> reached(static_cast<std::size_t>(structure_.omega.size()));
     std::iota(reached.begin(), reached.end(), 0);
-    if (!reaches_all(open)) reached = reached_modes(reach_rows(scene_, structure_, open, initial_), structure_);
+    if (!reaches_all(open))
+      reached = reached_modes(reach_rows(scene_, structure_, open, initial_), structure_);
     std::set_union(reached.begin(), reached.end(), kept_.begin(), kept_.end(),
                    std::back_inserter(wide_kept_));
     CodeLeftOut code = code_;
@@ -285,7 +287,8 @@ void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, F
 std::optional<Plan> compile_lean_plan(const Scene& given, const Structure& structure, Faults& faults) {
   Scene scene = given;
   std::vector<PlanRung> tried;
-  if (scene.leave_out.tolerance > 0.0) warn_of_late_loads(scene, "leave_out: tolerance", scene.leave_out.horizon, faults);
+  if (scene.leave_out.tolerance > 0.0)
+    warn_of_late_loads(scene, "leave_out: tolerance", scene.leave_out.horizon, faults);
   if (scene.automatic) {
     warn_of_late_loads(scene, "fidelity: auto", scene.automatic->horizon, faults);
     const std::optional<Fidelity> rung = choose_rung(scene, structure, tried, faults);

@@ -136,10 +136,10 @@ void fields(Archive& archive, T& p) {
   all_of(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia,
          p.inverse_inertia, p.line, p.gravity_W, p.attractor_mu, p.attractor_W, p.num_elastic, p.num_moving,
          p.num_padded, p.omega, p.decay, p.frequency_accuracy, p.conditioning);
-  all_of(archive, p.propagator, p.coupling, p.coupled, p.fidelity, p.has_spin_load, p.field_rows, p.points, p.links, p.groups,
-         p.rows, p.eckart_rows, p.link_rows, p.link_outputs, p.mechanisms, p.histories, p.feedbacks,
-         p.force_limit, p.torque_limit, p.initial, p.state_rate, p.points_rate, p.loads_rate, p.status_rate,
-         p.published_points, p.published_groups);
+  all_of(archive, p.propagator, p.coupling, p.coupled, p.fidelity, p.has_spin_load, p.field_rows, p.points,
+         p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs, p.mechanisms, p.histories,
+         p.feedbacks, p.force_limit, p.torque_limit, p.initial, p.state_rate, p.points_rate, p.loads_rate,
+         p.status_rate, p.published_points, p.published_groups);
   all_of(archive, p.damps, p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers, p.scope,
          p.wide_modes);
   archive.nested(p.wide);

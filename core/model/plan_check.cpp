@@ -142,8 +142,9 @@ void PlanCheck::check_propagator() {
   const std::size_t num_lanes = static_cast<std::size_t>(plan_.num_moving) / kLanes;
   require(all.size() == (plan_.damps ? num_lanes : 0) && undamped.size() == (plan_.damps ? 0 : num_lanes),
           "the propagator does not have one value a mode");
-  require(plan_.damps || std::all_of(plan_.decay.begin(), plan_.decay.end(), [](double v) { return v == 0.0; }),
-          "a mode decays in a plan without damping");
+  require(
+      plan_.damps || std::all_of(plan_.decay.begin(), plan_.decay.end(), [](double v) { return v == 0.0; }),
+      "a mode decays in a plan without damping");
   for (std::size_t block = 0; block < undamped.size() && error_.empty(); ++block) {
     const Propagator::UndampedLanes& p = undamped[block];
     for (const auto* lane :
@@ -348,11 +349,13 @@ void PlanCheck::check_left_out() {
   }
   require(is_at_least(plan_.tolerance, 0.0) && is_at_least(plan_.horizon, 0.0),
           "the tolerance or horizon is not >= 0");
-  require(plan_.mode_numbers.empty() ||
-              (plan_.mode_numbers.size() == static_cast<std::size_t>(plan_.num_elastic) &&
-               are_ascending(plan_.mode_numbers) && (plan_.num_elastic == 0 || plan_.mode_numbers.front() >= 1)),
-          "the numbers of the modes do not ascend from 1");
-  require(are_finite(plan_.scope.normal_B) && are_finite(plan_.scope.R_WB), "the scope of commands is not finite");
+  require(
+      plan_.mode_numbers.empty() ||
+          (plan_.mode_numbers.size() == static_cast<std::size_t>(plan_.num_elastic) &&
+           are_ascending(plan_.mode_numbers) && (plan_.num_elastic == 0 || plan_.mode_numbers.front() >= 1)),
+      "the numbers of the modes do not ascend from 1");
+  require(are_finite(plan_.scope.normal_B) && are_finite(plan_.scope.R_WB),
+          "the scope of commands is not finite");
   require(plan_.turns || (plan_.feedbacks.empty() && plan_.attractor_mu == 0.0 && !plan_.has_spin_load),
           "a body that cannot turn is turned by a field or feedback");
 }
@@ -362,7 +365,8 @@ void PlanCheck::check_wide() {
   require(plan_.wide_modes.empty() || !plan_.wide.empty(), "places of modes without a wide plan");
   if (plan_.wide.empty() || !error_.empty()) return;
   const Plan& wide = plan_.wide.front();
-  if (const std::string why = find_inconsistency(wide); !why.empty()) return require(false, "wide plan: " + why);
+  if (const std::string why = find_inconsistency(wide); !why.empty())
+    return require(false, "wide plan: " + why);
   const auto fits = [&](bool holds) { require(holds, "the wide plan is of another structure"); };
   fits(wide.wide.empty() && !wide.scope.lacks_rotation && !wide.scope.lacks_out_of_plane);
   fits(plan_.fidelity < Fidelity::kCoupled && wide.fidelity == plan_.fidelity);

@@ -157,7 +157,8 @@ ModeFunctions mode_functions(double omega, double decay, double period) {
     const UnitStep unit = unit_step(W, a);
     const bool is_half = t < h;
     // phi_k = alpha_k + beta_k A with beta of g, S, R and the next, alpha_k = beta_(k-1) + 2 a beta_k
-    put(-(W * W * unit.S), unit.g, W, a, t, 1, entries(is_half ? PlanCoupled::kHalfStep : PlanCoupled::kStep));
+    put(-(W * W * unit.S), unit.g, W, a, t, 1,
+        entries(is_half ? PlanCoupled::kHalfStep : PlanCoupled::kStep));
     const Real alpha_1 = unit.g + 2 * a * unit.S, alpha_2 = unit.S + 2 * a * unit.R;
     if (is_half) {
       put(alpha_1, unit.S, W, a, t, t, entries(PlanCoupled::kHalf1));

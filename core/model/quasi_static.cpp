@@ -25,8 +25,9 @@ std::string explain_mechanism(const Plan& plan, std::size_t mode) {
   for (std::size_t k = 0; k < std::min(points.size(), kNames); ++k)
     names += (k > 0 ? ", " : "") + plan.points[static_cast<std::size_t>(points[k])].name;
   if (points.size() > kNames) names += ", ...";
-  return join_text("the load drives mechanism ", mode + 1, ", which moves ", names,
-                   " and which nothing resists: there is no steady state; add links, or a load that leaves it alone");
+  return join_text(
+      "the load drives mechanism ", mode + 1, ", which moves ", names,
+      " and which nothing resists: there is no steady state; add links, or a load that leaves it alone");
 }
 
 // all that can be read out of a steady state
@@ -64,7 +65,8 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
   std::fill(state.q.begin(), state.q.end(), 0.0);
   std::fill(state.q_dot.begin(), state.q_dot.end(), 0.0);
   const LoadPattern pattern = build_pattern(plan, 1, load.forces, load.wrenches);
-  if (!project(plan, pattern, kNoTurn, 1.0, false, state.Q.data())) std::fill(state.Q.begin(), state.Q.end(), 0.0);
+  if (!project(plan, pattern, kNoTurn, 1.0, false, state.Q.data()))
+    std::fill(state.Q.begin(), state.Q.end(), 0.0);
   if (spins) {
     Plan steady = plan;
     steady.attractor_mu = 0.0;

@@ -21,7 +21,8 @@ double norm_of_rows(const Array& array, Eigen::Index count, const Plan& plan) {
   const double largest = rows.cwiseAbs().maxCoeff();
   if (!(largest > 0.0)) return 0.0;
   const RowMatrix unit = rows / largest;
-  return largest * std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(unit * unit.transpose(), Eigen::EigenvaluesOnly)
+  return largest * std::sqrt(Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(unit * unit.transpose(),
+                                                                            Eigen::EigenvaluesOnly)
                                  .eigenvalues()
                                  .maxCoeff());
 }
@@ -38,7 +39,8 @@ double stage_rate(const Plan& plan) {
     const Array rows(plan.rows.begin() + 3 * std::ptrdiff_t{feedback.row} * plan.num_padded,
                      plan.rows.begin() + 3 * (std::ptrdiff_t{feedback.row} + 1) * plan.num_padded);
     const double out = norm_of_rows(rows, 3, plan) / plan.mass;
-    rate += norm_of_rows(feedback.q_dot_rows, 3, plan) * out + std::sqrt(norm_of_rows(feedback.q_rows, 3, plan) * out);
+    rate += norm_of_rows(feedback.q_dot_rows, 3, plan) * out +
+            std::sqrt(norm_of_rows(feedback.q_rows, 3, plan) * out);
   }
   return rate;
 }
@@ -57,15 +59,17 @@ double damper_rate(const Plan& plan) {
 
 Reduced without_modes(const Scene& scene, const Structure& structure, Faults& faults) {
   if (!scene.initial.points.empty() || !scene.initial.modes.empty())
-    add_warning(faults, scene.initial.origin,
-                "the initial elastic state is left out: fidelity is rigid; take separated or a rung above it");
+    add_warning(
+        faults, scene.initial.origin,
+        "the initial elastic state is left out: fidelity is rigid; take separated or a rung above it");
   InitialModes at_rest;
   at_rest.q = at_rest.q_dot = Eigen::VectorXd::Zero(structure.omega.size());
   Reduced rigid = reduce(scene, structure, at_rest, {});
   if (!scene.publication.links.empty())
-    add_warning(faults, {},
-                "no forces of links are published: fidelity is rigid, and links carry load only where something "
-                "deforms; take separated or a rung above it");
+    add_warning(
+        faults, {},
+        "no forces of links are published: fidelity is rigid, and links carry load only where something "
+        "deforms; take separated or a rung above it");
   rigid.scene.publication.links.clear();
   rigid.structure.link_forces.clear();
   return rigid;
@@ -92,9 +96,10 @@ void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan,
       }
   for (const Feedback& feedback : scene.feedbacks)
     if (!feedback.acceleration_gain.isZero(0.0)) {
-      add_error(faults, feedback.origin,
-                "acceleration feedback does not go with the coupled rungs; use displacement and velocity gains, or "
-                "fidelity: spin-loaded or below");
+      add_error(
+          faults, feedback.origin,
+          "acceleration feedback does not go with the coupled rungs; use displacement and velocity gains, or "
+          "fidelity: spin-loaded or below");
       return;
     }
   // dashpots and feedback act stage by stage
@@ -104,8 +109,8 @@ void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan,
   if (plan.fidelity < Fidelity::kExactBars) return;
   for (std::size_t k = 0; k < scene.links.size(); ++k) {
     const Link& link = scene.links[k];
-    const auto *spring = std::get_if<Spring>(&link.kind);
-    const auto *given = std::get_if<Bar>(&link.kind);
+    const auto* spring = std::get_if<Spring>(&link.kind);
+    const auto* given = std::get_if<Bar>(&link.kind);
     const auto* dashpot = std::get_if<Dashpot>(&link.kind);
     if (spring == nullptr && given == nullptr && dashpot == nullptr) continue;
     const Eigen::Vector3d rest = scene.points[static_cast<std::size_t>(link.points[1])].position -
@@ -137,7 +142,8 @@ void set_coupled_period(Plan& plan) {
   }
   const double period = plan.period / coupled.num_parts;
   const auto n = static_cast<std::size_t>(plan.num_padded);
-  coupled.functions.assign(std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions} * n, 0.0);
+  coupled.functions.assign(
+      std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions} * n, 0.0);
   for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
     const ModeFunctions functions = mode_functions(plan.omega[l], plan.decay[l], period);
     for (std::size_t k = 0; k < functions.size(); ++k) coupled.functions[k * n + l] = functions[k];
@@ -173,12 +179,13 @@ void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
                   decay / kMaxBarPhase,
                   " Hz or more, damp less, or take fidelity: full, which divides the tick, or coupled"));
   if (plan.fidelity == Fidelity::kExactBars && omega * part > kMaxBarPhase)
-    add_error(faults, {},
-              join_text(at, "the stiffest mode, ", omega, " rad/s, turns by ", omega * part,
-                        " rad a tick, and true bar forces hold to ", kMaxBarPhase, "; raise the rate to ",
-                        omega / kMaxBarPhase,
-                        " Hz or more, soften the stiffest bars, or take fidelity: full, which divides the tick, or "
-                        "coupled"));
+    add_error(
+        faults, {},
+        join_text(at, "the stiffest mode, ", omega, " rad/s, turns by ", omega * part,
+                  " rad a tick, and true bar forces hold to ", kMaxBarPhase, "; raise the rate to ",
+                  omega / kMaxBarPhase,
+                  " Hz or more, soften the stiffest bars, or take fidelity: full, which divides the tick, or "
+                  "coupled"));
 }
 
 }  // namespace freeflex

@@ -6,10 +6,12 @@
 
 namespace freeflex {
 
-/// The scene and its structure on the rigid rung: no mode. Warns of elastic state and link forces, which go with them.
+/// The scene and its structure on the rigid rung: no mode. Warns of elastic state and link forces, which go
+/// with them.
 Reduced without_modes(const Scene& scene, const Structure& structure, Faults& faults);
 
-/// Warns of feedback that drives a motion   (THEORY X75), by the modes that it couples, before compile_coupled takes them apart.
+/// Warns of feedback that drives a motion   (THEORY X75), by the modes that it couples, before
+/// compile_coupled takes them apart.
 void warn_of_feedback(const Scene& scene, const Plan& plan, Faults& faults);
 
 /// Fills plan.coupled but for what depends on the period. Errors: rigid links, acceleration feedback.
@@ -19,17 +21,17 @@ void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan,
 /// What find_inconsistency says of the rung.
 std::string find_rung_inconsistency(const Plan& plan);
 
-/// Largest omega h of any mode on the exact-bars rung [-]. The difference of true from linear bar forces acts stage by
-/// stage, and beside stiff bars it loses its order: at this size the elastic error of a 20-point truss that turns
-/// at 5 rad/s is some 1 %, and it grows with the square (tests/motion/rungs_test).
+/// Largest omega h of any mode on the exact-bars rung [-]. The difference of true from linear bar forces acts
+/// stage by stage, and beside stiff bars it loses its order: at this size the elastic error of a 20-point
+/// truss that turns at 5 rad/s is some 1 %, and it grows with the square (tests/motion/rungs_test).
 inline constexpr double kMaxBarPhase = 1000.0;
 
-/// Largest rate of dashpots and feedback [1/s] times a step [s]: they act stage by stage, where the classical method is
-/// stable to 2.5 and of order 4.
+/// Largest rate of dashpots and feedback [1/s] times a step [s]: they act stage by stage, where the classical
+/// method is stable to 2.5 and of order 4.
 inline constexpr double kMaxStagePhase = 1.0;
 
-/// On the full rung the fastest rate turns by this in a part of a step, at most [rad]: the error of order 4 is below
-/// 1e-6 there (tests/motion/full_rung_test).
+/// On the full rung the fastest rate turns by this in a part of a step, at most [rad]: the error of order 4
+/// is below 1e-6 there (tests/motion/full_rung_test).
 inline constexpr double kFullPhase = 0.5;
 
 /// Parts of a tick: at some 10 us each this is most of a second.
@@ -38,7 +40,8 @@ inline constexpr std::int32_t kMaxParts = 65536;
 /// PlanCoupled::num_parts and functions for the plan's period   (THEORY X93, X100).
 void set_coupled_period(Plan& plan);
 
-/// An error when the period is too long for what acts stage by stage   (THEORY X94, X100).  \pre set_coupled_period
+/// An error when the period is too long for what acts stage by stage   (THEORY X94, X100).  \pre
+/// set_coupled_period
 void check_stages(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

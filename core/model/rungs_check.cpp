@@ -52,7 +52,8 @@ std::string find_in_histories(const Plan& plan) {
 
 std::string find_budget_inconsistency(const Plan& plan) {
   const PlanBudget& budget = plan.budget;
-  if (!std::isfinite(budget.horizon) || budget.horizon < 0.0) return "the horizon of the error budget is out of range";
+  if (!std::isfinite(budget.horizon) || budget.horizon < 0.0)
+    return "the horizon of the error budget is out of range";
   if (budget.shadows.empty()) return {};
   if (budget.horizon == 0.0 || budget.horizon_ticks < 1) return "an error budget without a horizon";
   const auto has_every_row = [](const Plan& each) {
@@ -79,7 +80,8 @@ std::string find_budget_inconsistency(const Plan& plan) {
 
 std::string find_rung_inconsistency(const Plan& plan) {
   if (std::string error = find_budget_inconsistency(plan); !error.empty()) return error;
-  if (plan.fidelity < Fidelity::kRigid || plan.fidelity > Fidelity::kFull) return "the rung is of no known kind";
+  if (plan.fidelity < Fidelity::kRigid || plan.fidelity > Fidelity::kFull)
+    return "the rung is of no known kind";
   if (std::string error = find_in_histories(plan); !error.empty()) return error;
   const PlanCoupled& coupled = plan.coupled;
   if (!is_coupled(plan))
@@ -87,7 +89,8 @@ std::string find_rung_inconsistency(const Plan& plan) {
                ? ""
                : "there is more than the rung needs";
   const bool is_divided = plan.fidelity == Fidelity::kFull;
-  if (!std::isfinite(coupled.part_phase) || (is_divided ? coupled.part_phase <= 0.0 : coupled.part_phase != 0.0))
+  if (!std::isfinite(coupled.part_phase) ||
+      (is_divided ? coupled.part_phase <= 0.0 : coupled.part_phase != 0.0))
     return "the phase of a part of a step is out of range";
   if (coupled.num_parts < 1 || coupled.num_parts > (is_divided ? kMaxParts : 1) ||
       !std::has_single_bit(static_cast<std::uint32_t>(coupled.num_parts)))
@@ -96,9 +99,12 @@ std::string find_rung_inconsistency(const Plan& plan) {
   if (plan.num_elastic != 3 * num_points - plan.rigid_freedoms || plan.num_padded != plan.num_moving)
     return "a coupled rung needs every elastic mode and nothing besides";
   for (std::size_t i = 0; i < plan.points.size(); ++i)
-    if (plan.points[i].row != static_cast<std::int32_t>(i)) return "the rows of a coupled rung are not those of its points";
-  constexpr std::size_t kRows = std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions};
-  if (coupled.functions.size() != kRows * static_cast<std::size_t>(plan.num_padded) || !are_finite(coupled.functions))
+    if (plan.points[i].row != static_cast<std::int32_t>(i))
+      return "the rows of a coupled rung are not those of its points";
+  constexpr std::size_t kRows =
+      std::size_t{PlanCoupled::kNumEntries} * std::size_t{PlanCoupled::kNumFunctions};
+  if (coupled.functions.size() != kRows * static_cast<std::size_t>(plan.num_padded) ||
+      !are_finite(coupled.functions))
     return "the functions of the modes do not have their size or are not finite";
   if (plan.coupling.path != PlanCoupling::Path::kNone) return "a coupled rung has no other coupling of modes";
   for (const PlanFeedback& feedback : plan.feedbacks)

@@ -230,7 +230,8 @@ struct Publication {
   std::vector<int> groups;    // indices into Scene::groups
 };
 
-/// The live error budget: how far the motion is from that of the best equations and a finer step (THEORY X96).
+/// The live error budget: how far the motion is from that of the best equations and a finer step (THEORY
+/// X96).
 struct ErrorBudget {
   double horizon = 0.0;  // [s] over which errors are counted before the comparison starts again; 0: none
   Origin origin;

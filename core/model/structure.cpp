@@ -89,20 +89,24 @@ void warn_of_coincident_points(const Scene& scene, Faults& faults) {
     const Eigen::Vector3d& at = scene.points[i].position;
     return std::make_tuple(at[0], at[1], at[2]);
   };
-  std::stable_sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) { return place(a) < place(b); });
+  std::stable_sort(order.begin(), order.end(),
+                   [&](std::size_t a, std::size_t b) { return place(a) < place(b); });
   for (std::size_t k = 1; k < order.size(); ++k) {
     if (place(order[k - 1]) != place(order[k])) continue;
     const PointMass& point = scene.points[order[k]];
-    add_warning(faults, point.origin,
-                join_text("point ", quoted(point.name, static_cast<int>(order[k])), " and point ",
-                          quoted(scene.points[order[k - 1]].name, static_cast<int>(order[k - 1])),
-                          " are in one place; they stay two points, and only links to others hold them together: make "
-                          "them one, or move one of them"));
+    add_warning(
+        faults, point.origin,
+        join_text(
+            "point ", quoted(point.name, static_cast<int>(order[k])), " and point ",
+            quoted(scene.points[order[k - 1]].name, static_cast<int>(order[k - 1])),
+            " are in one place; they stay two points, and only links to others hold them together: make "
+            "them one, or move one of them"));
   }
 }
 
-// relative error of the lowest frequency by the rounding of each row before its rigid part is taken out: where links
-// are strained far less than points move, as in a thin shape, that part is nearly all of the row   (THEORY X52)
+// relative error of the lowest frequency by the rounding of each row before its rigid part is taken out:
+// where links are strained far less than points move, as in a thin shape, that part is nearly all of the row
+// (THEORY X52)
 double reduction_rounding(const Eigen::VectorXd& sizes, const GradedSvd& svd) {
   constexpr double kRoundings = 2.0;  // of each row, by its direction and six reflectors
   if (svd.values.size() == 0 || !(svd.values[0] > 0.0)) return 0.0;
@@ -122,8 +126,8 @@ void find_modes(const LinkFactor& factor, const EckartComplement& complement, St
   structure.shapes << complement.mechanism_shapes(), complement.shapes(svd.vectors);
   fix_signs(structure.shapes);
   structure.damping_rows = factor.damping_rows * structure.shapes;
-  structure.frequency_accuracy =
-      std::max({svd.accuracy, factor.matrix_accuracy, reduction_rounding(complement.sizes(factor.rows), svd)});
+  structure.frequency_accuracy = std::max(
+      {svd.accuracy, factor.matrix_accuracy, reduction_rounding(complement.sizes(factor.rows), svd)});
   if (svd.values.size() > 0) structure.conditioning = svd.values[svd.values.size() - 1] / svd.values[0];
 }
 

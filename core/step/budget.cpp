@@ -25,9 +25,9 @@ void take_slots(const State& from, State& to) noexcept {
 }
 
 /// V (num_points) as elastic coordinates: q_l = sum m b . V / M   (X54).
-void to_modes(const Plan& plan, std::span<const Vec3> V, std::span<Vec3> weighted, Array& q, Array& unused) noexcept {
-  for (std::size_t i = 0; i < V.size(); ++i)
-    weighted[i] = scale(plan.points[i].mass / plan.mass, V[i]);
+void to_modes(const Plan& plan, std::span<const Vec3> V, std::span<Vec3> weighted, Array& q,
+              Array& unused) noexcept {
+  for (std::size_t i = 0; i < V.size(); ++i) weighted[i] = scale(plan.points[i].mass / plan.mass, V[i]);
   project_points(plan, weighted, weighted, q.data(), unused.data());
 }
 
@@ -108,7 +108,8 @@ Budget make_budget(const Plan& plan) {
   for (const PlanShadow& shadow : plan.budget.shadows)
     budget.shadows.push_back({make_state(shadow.plan), make_workspace(shadow.plan)});
   if (!budget.shadows.empty())
-    for (auto* v : {&budget.V, &budget.V_dot, &budget.V_other, &budget.scratch}) v->resize(plan.points.size());
+    for (auto* v : {&budget.V, &budget.V_dot, &budget.V_other, &budget.scratch})
+      v->resize(plan.points.size());
   return budget;
 }
 
@@ -118,7 +119,8 @@ void prepare_budget(const Plan& plan, const State& state, Budget& budget) noexce
   if (budget.is_synced && !is_over && budget.epoch == state.epoch) return;
   contract_points(plan, state.q.data(), state.q_dot.data(), budget.V, budget.V_dot);
   for (std::size_t k = 0; k < budget.shadows.size(); ++k)
-    put_shadow(plan, state, plan.budget.shadows[k], budget, budget.shadows[k].state, budget.shadows[k].workspace);
+    put_shadow(plan, state, plan.budget.shadows[k], budget, budget.shadows[k].state,
+               budget.shadows[k].workspace);
   budget.is_synced = true;
   budget.is_lost = false;
   budget.turned = budget.fast_motion = budget.all_motion = 0.0;

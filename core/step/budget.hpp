@@ -16,17 +16,18 @@ struct ErrorSize {
 /// What the state is off by since the shadows last stood where it does. Parts do not add up exactly: they are
 /// differences of motions.
 struct BudgetReading {
-  double age = 0.0;      // [s] of motion that the errors have grown over, at most PlanBudget::horizon
-  bool is_lost = false;  // the shadow of the full equations left the numbers: no estimate until the next horizon
+  double age = 0.0;  // [s] of motion that the errors have grown over, at most PlanBudget::horizon
+  bool is_lost =
+      false;  // the shadow of the full equations left the numbers: no estimate until the next horizon
   // [rad] by which the body turned, times the share of the vibration that is in modes which the best shadow
   // does not resolve: as large may be what it does not see   (X98)
   double unresolved = 0.0;
-  ErrorSize total;       // estimate: kCover times the distance from the best shadow
+  ErrorSize total;                           // estimate: kCover times the distance from the best shadow
   ErrorSize integration, truncation, model;  // distances: period; modes left out; rung
 };
 
-/// Factor between the distance from the best shadow and the estimate. Set on 200 random scenes, shown on 200 others
-/// (tests/tools/estimates_test): the shadow's own errors stand in it.
+/// Factor between the distance from the best shadow and the estimate. Set on 200 random scenes, shown on 200
+/// others (tests/tools/estimates_test): the shadow's own errors stand in it.
 inline constexpr double kCover = 1.25;
 
 /// State of the shadows. Allocated by make_budget; nothing after.
@@ -44,7 +45,8 @@ struct Budget {
 };
 Budget make_budget(const Plan& plan);
 
-/// Before each step: puts the shadows where the state is, at the start, after a reset, and when the horizon is over.
+/// Before each step: puts the shadows where the state is, at the start, after a reset, and when the horizon
+/// is over.
 void prepare_budget(const Plan& plan, const State& state, Budget& budget) noexcept;
 
 /// After each step that was made: the shadows make it too, under the same slots.

@@ -35,11 +35,11 @@ struct Place {
 /// What the motion gains there. Arrays of the caller: rate_q [m/s], rate_p [m/s^2] (num_padded).
 struct Gain {
   double *rate_q, *rate_p;
-  double* Q = nullptr;  // [N] (num_padded) generalized forces, where they are asked for
-  Vec3 w_B{};           // [rad/s]
-  Vec3 moment_B{};      // [N m] with the arms of the deformed body
-  Vec3 rest_moment_B{}; // [N m] with the arms of the body at rest
-  Vec3 force_W{};       // [N]
+  double* Q = nullptr;   // [N] (num_padded) generalized forces, where they are asked for
+  Vec3 w_B{};            // [rad/s]
+  Vec3 moment_B{};       // [N m] with the arms of the deformed body
+  Vec3 rest_moment_B{};  // [N m] with the arms of the body at rest
+  Vec3 force_W{};        // [N]
 };
 
 /// omega of (X92) from angular momentum, displacements V and W = b p.
@@ -169,8 +169,7 @@ void evaluate(const External& external, const Place& place, Workspace& workspace
   }
   project_points(plan, w.drift, w.force, gain.rate_q, gain.rate_p);
   const double* decay = plan.decay.data();
-  for (std::size_t l = 0; l < index(plan.num_moving); ++l)
-    gain.rate_p[l] -= 2.0 * decay[l] * gain.rate_q[l];
+  for (std::size_t l = 0; l < index(plan.num_moving); ++l) gain.rate_p[l] -= 2.0 * decay[l] * gain.rate_q[l];
   add_modal_loads(plan, place, workspace, gain);
 }
 
@@ -202,7 +201,8 @@ void half_stage(const Plan& plan, const State& state, const Stages& N, std::size
   }
 }
 
-/// (q, p) after the whole step: from the start, phi_1 N_1 + phi_2 x + phi_3 y, with x and y sums over the stages.
+/// (q, p) after the whole step: from the start, phi_1 N_1 + phi_2 x + phi_3 y, with x and y sums over the
+/// stages.
 void whole_step(const Plan& plan, const State& state, const Stages& N, bool is_last, double* q_out,
                 double* p_out) noexcept {
   const Function E = function_of(plan, PlanCoupled::kStep), A = function_of(plan, PlanCoupled::kWhole1),
@@ -234,8 +234,8 @@ bool are_finite(const Array& values) noexcept {
   return sum == 0.0;
 }
 
-/// The turning part over one step, by the classical method, to which (X93) comes where nothing is linear: Gibbs
-/// vector and angular momentum in the axes of the step's start (X7, X8).
+/// The turning part over one step, by the classical method, to which (X93) comes where nothing is linear:
+/// Gibbs vector and angular momentum in the axes of the step's start (X7, X8).
 struct Turning {
   Mat3 R_start;
   Vec3 H_start;  // [kg m^2/s]
@@ -326,9 +326,12 @@ bool advance_coupled_rung(const External& external, const State& state, bool is_
     visit(0, state.q.data(), state.coupled.momentum.data(), {}, turning.H_start, 0.0, Moment::kStart);
   } else {
     N[0] = {state.coupled.rate_q.data(), state.coupled.rate_p.data()};
-    turning.add_stage(0, {}, {nullptr, nullptr, nullptr, state.coupled.w_B, state.coupled.moment_B, {}, state.force_W});
+    turning.add_stage(
+        0, {}, {nullptr, nullptr, nullptr, state.coupled.w_B, state.coupled.moment_B, {}, state.force_W});
   }
-  const auto H_at = [&](double t, std::size_t k) { return add_scaled(turning.H_start, t, turning.H_rate[k]); };
+  const auto H_at = [&](double t, std::size_t k) {
+    return add_scaled(turning.H_start, t, turning.H_rate[k]);
+  };
   half_stage(plan, state, N, 0, w);
   visit(1, w.q.data(), w.p.data(), scale(0.5 * h, turning.g_rate[0]), H_at(0.5 * h, 0), 0.5 * h,
         Moment::kMiddle);

@@ -27,7 +27,8 @@ double External::amplitude(const PlanHistory& history, Moment moment) const noex
 
 bool External::jumps() const noexcept {
   for (const PlanHistory& history : plan.histories)
-    if (amplitude_left(history, plan.period, tick) != amplitude_right(history, plan.period, tick)) return true;
+    if (amplitude_left(history, plan.period, tick) != amplitude_right(history, plan.period, tick))
+      return true;
   return false;
 }
 

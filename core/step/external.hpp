@@ -25,10 +25,12 @@ struct External {
   /// What the loads do to the body as a whole, below the coupled rungs.
   StepLoads rigid() const noexcept;
 
-  /// Generalized forces Q [N] (num_padded), below the coupled rungs; what depends on the elastic motion apart.
+  /// Generalized forces Q [N] (num_padded), below the coupled rungs; what depends on the elastic motion
+  /// apart.
   void generalized(Moment moment, const Frame& frame, const Mat3& R_WB, Array& Q) const noexcept;
 
-  /// Forces on the points [N] (num_points), body axes, on coupled rungs; what depends on the elastic motion apart.
+  /// Forces on the points [N] (num_points), body axes, on coupled rungs; what depends on the elastic motion
+  /// apart.
   void on_points(Moment moment, const Mat3& R_WB, std::span<Vec3> forces) const noexcept;
 };
 

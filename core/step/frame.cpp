@@ -281,7 +281,8 @@ Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoa
   Frame to = from;
   const Vec3 start = resultant_W(loads.start, R_WB);
   if (loads.later)
-    translate(plan, plan.period, start, resultant_W(loads.middle(), R_WB), resultant_W(loads.end(), R_WB), to);
+    translate(plan, plan.period, start, resultant_W(loads.middle(), R_WB), resultant_W(loads.end(), R_WB),
+              to);
   else
     translate(plan, plan.period, start, start, to);
   return to;
@@ -304,7 +305,8 @@ Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const
   const auto force_W = [&](const RigidLoad& load, const Vec3& g) {
     return add(load.force_W, multiply(R_WB, multiply(rotation_of_gibbs(g), load.force_B)));
   };
-  translate(plan, plan.period, force_W(start, {}), force_W(middle, turned.g_middle), force_W(end, turned.g_end), to);
+  translate(plan, plan.period, force_W(start, {}), force_W(middle, turned.g_middle),
+            force_W(end, turned.g_end), to);
   return to;
 }
 

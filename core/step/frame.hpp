@@ -46,7 +46,8 @@ struct Frame {
 Mat3 rotation_of_gibbs(const Vec3& g) noexcept;
 /// The attitude turned by the Gibbs vector g in the axes of the step's start   (X9).
 void turn_attitude(const Vec3& g, Frame& frame) noexcept;
-/// Position and velocity a time h [s] later   (X6, X72), from forces [N] at its start, middle and end, world axes.
+/// Position and velocity a time h [s] later   (X6, X72), from forces [N] at its start, middle and end, world
+/// axes.
 void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
                Frame& frame) noexcept;
 

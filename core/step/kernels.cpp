@@ -165,9 +165,8 @@ FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const
 /// not finite either, and their sum tells.
 /// Lanes without c_vv and l_vv are those of modes without decay.
 template <class V, class Bits, class Lanes>
-FREEFLEX_KERNEL void advance(const Lanes* all, std::size_t n, ModalState from,
-                             const double* load_start, const double* load_end, ModalResult to,
-                             bool* is_finite) noexcept {
+FREEFLEX_KERNEL void advance(const Lanes* all, std::size_t n, ModalState from, const double* load_start,
+                             const double* load_end, ModalResult to, bool* is_finite) noexcept {
   V q_lows{}, v_lows{};
   for (std::size_t l = 0; l < n; l += sizeof(V) / sizeof(double)) {
     Coordinate<V> q, v;

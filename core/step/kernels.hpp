@@ -33,8 +33,8 @@ void combine_one(const double* x, double s, bool accumulate, std::size_t n, doub
 /// table_ab += rows_a F_b, rows (3 x n), table (9 x n)
 void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) noexcept;
 
-/// V = rows a, W = rows b over all points, in the lanes of dot_lanes; rows (3 num_points x num_padded), of which the
-/// num_moving leading columns count.
+/// V = rows a, W = rows b over all points, in the lanes of dot_lanes; rows (3 num_points x num_padded), of
+/// which the num_moving leading columns count.
 void contract_points(const Plan& plan, const double* a, const double* b, std::span<Vec3> V,
                      std::span<Vec3> W) noexcept;
 /// x = rows' f, y = rows' g over all points, summed from the first point to the last; x, y (num_moving)

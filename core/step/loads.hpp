@@ -41,9 +41,8 @@ LoadPattern build_pattern(const Plan& plan, std::int32_t axes, std::span<const P
 bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
              bool accumulate, double* Q) noexcept;
 
-/// forces += amplitude times the forces of the pattern on each point, body axes, wrenches spread over their groups
-/// (THEORY X12). For coupled rungs.
-/// \param forces  [N] (num_points)
+/// forces += amplitude times the forces of the pattern on each point, body axes, wrenches spread over their
+/// groups (THEORY X12). For coupled rungs. \param forces  [N] (num_points)
 void add_point_forces(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
                       std::span<Vec3> forces) noexcept;
 

@@ -10,7 +10,8 @@
 
 namespace freeflex {
 
-/// The rungs of the fidelity ladder, cheapest first   (THEORY section 12). A rung is the sum of those before it.
+/// The rungs of the fidelity ladder, cheapest first   (THEORY section 12). A rung is the sum of those before
+/// it.
 enum class Fidelity : std::int32_t {
   kRigid = 0,       // no elastic coordinate
   kSeparated = 1,   // the rigid body, and elastic coordinates beside it (Alekseev 1970)
@@ -190,13 +191,14 @@ struct PlanBar {
 
 /// What the coupled rungs need beside the rest; empty below them   (THEORY X92, X93).
 struct PlanCoupled {
-  /// Functions of one mode's own linear motion L over a step: each is a 2 x 2 matrix on (q, p), in the order of
-  /// Entry. `kStep` less the unit matrix, so that slow modes keep their digits.
+  /// Functions of one mode's own linear motion L over a step: each is a 2 x 2 matrix on (q, p), in the order
+  /// of Entry. `kStep` less the unit matrix, so that slow modes keep their digits.
   enum Function { kHalfStep, kHalf1, kHalf2, kStep, kWhole1, kWhole2, kWhole3, kNumFunctions };
   enum Entry { kQq, kQv, kVq, kVv, kNumEntries };
   Array functions;  // (4 kNumFunctions x num_padded), row 4 * function + entry; of a part of the step
   std::vector<PlanBar> bars;
-  double part_phase = 0.0;    // [rad] the fastest rate times a part of the step, at most; 0: the step is not divided
+  double part_phase =
+      0.0;  // [rad] the fastest rate times a part of the step, at most; 0: the step is not divided
   std::int32_t num_parts = 1;  // of a step, a power of two, so that the time of a part is exact   (X100)
 };
 

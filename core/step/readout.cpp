@@ -31,8 +31,9 @@ Vec3 difference(const Plan& plan, const PlanBar& bar, const Array& q) noexcept {
 /// The bar of a link that is taken at true length; nullptr: none.
 const PlanBar* find_bar(const Plan& plan, std::int32_t link) noexcept {
   const auto& bars = plan.coupled.bars;
-  const auto found = std::lower_bound(bars.begin(), bars.end(), link,
-                                      [](const PlanBar& bar, std::int32_t wanted) { return bar.link < wanted; });
+  const auto found =
+      std::lower_bound(bars.begin(), bars.end(), link,
+                       [](const PlanBar& bar, std::int32_t wanted) { return bar.link < wanted; });
   return found != bars.end() && found->link == link ? &*found : nullptr;
 }
 
@@ -64,7 +65,8 @@ PointState read_point(const Plan& given, const State& state, int point) noexcept
   const Vec3 v_B = add(wx, V_dot);
   Vec3 a_B;
   if (is_coupled(plan)) {
-    // the force on the point over its mass: the modes are complete, so rigid and elastic parts are all of it (X95)
+    // the force on the point over its mass: the modes are complete, so rigid and elastic parts are all of it
+    // (X95)
     a_B = add(cross(multiply(plan.inverse_inertia, state.moment_B), plan.points[index(point)].r), V_ddot);
   } else {
     const Vec3 H_B = multiply_transposed(R, state.H_W);

@@ -18,12 +18,14 @@ struct Slot {
   std::int64_t end_tick = 0;  // expires at this tick
 };
 
-/// What the coupled rungs carry beside the rest. Rates and what follows are those at the left limit of the tick.
+/// What the coupled rungs carry beside the rest. Rates and what follows are those at the left limit of the
+/// tick.
 struct CoupledState {
-  Array momentum;        // [m/s] (num_padded) elastic momenta over the mass   (THEORY X91); q_dot follows from them
-  Array rate_q, rate_p;  // [m/s], [m/s^2] (num_padded) what of their rates is not the modes' own linear motion
-  Vec3 w_B{};            // [rad/s] angular velocity of the frame, body axes
-  Vec3 moment_B{};       // [N m] about the centre of mass, arms of the deformed body
+  Array momentum;  // [m/s] (num_padded) elastic momenta over the mass   (THEORY X91); q_dot follows from them
+  Array rate_q,
+      rate_p;       // [m/s], [m/s^2] (num_padded) what of their rates is not the modes' own linear motion
+  Vec3 w_B{};       // [rad/s] angular velocity of the frame, body axes
+  Vec3 moment_B{};  // [N m] about the centre of mass, arms of the deformed body
   bool has_rates = false;
 };
 
@@ -41,9 +43,9 @@ struct State {
   Array q_dot, q_dot_low;  // [m/s] (num_padded)
   // loads at the left limit of this tick, those of fields, dashpots and feedback among them, for
   // accelerations and read-out
-  Vec3 force_W{};   // [N] resultant without gravity
-  Vec3 moment_B{};  // [N m] about the centre of mass, arms of the body at rest
-  Array Q;          // [N] (num_padded)
+  Vec3 force_W{};        // [N] resultant without gravity
+  Vec3 moment_B{};       // [N m] about the centre of mass, arms of the body at rest
+  Array Q;               // [N] (num_padded)
   CoupledState coupled;  // arrays empty below the coupled rungs
   // command slots in force, sorted by (sender, slot): the order in which they are summed
   std::int32_t num_slots = 0;

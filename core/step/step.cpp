@@ -68,8 +68,8 @@ void flush(Array& value, Array& low) noexcept {
 /// A step's result before it is known to be finite; elastic coordinates and loads stand in the workspace.
 struct Result {
   Frame frame;
-  Vec3 force_W;   // [N] at the end
-  Vec3 moment_B;  // [N m] at the end
+  Vec3 force_W;        // [N] at the end
+  Vec3 moment_B;       // [N m] at the end
   DependentLoad kick;  // of feedback over the second half, when modes are split
   bool is_finite;
 };
@@ -170,8 +170,8 @@ Result advance_separated(const External& external, const State& state, bool is_c
                         has_dependent || plan.coupling.path != PlanCoupling::Path::kNone;
   if (is_fresh) external.generalized(Moment::kStart, frame_of(state), R_start, workspace.Q_right);
   if (has_dependent) return advance_dependent(external, state, R_start, workspace);
-  return advance_once(external, state, is_fresh ? workspace.Q_right : state.Q, R_start, external.rigid(), nullptr,
-                      workspace);
+  return advance_once(external, state, is_fresh ? workspace.Q_right : state.Q, R_start, external.rigid(),
+                      nullptr, workspace);
 }
 
 void set_frame(const Frame& frame, State& state) noexcept {

@@ -42,9 +42,9 @@ struct NameTable {
   };
   std::array<GroupReach, kMaxGroups> groups{};
   // what the plan leaves out for good, and where forces act   (THEORY X121, X122)
-  CommandScope scope;                          // lacks nothing when a wide plan stands ready
-  std::array<Vec3, kMaxPoints> point_arms{};   // [m] from the centre of mass, body axes
-  std::array<Vec3, kMaxGroups> group_arms{};   // [m]
+  CommandScope scope;                         // lacks nothing when a wide plan stands ready
+  std::array<Vec3, kMaxPoints> point_arms{};  // [m] from the centre of mass, body axes
+  std::array<Vec3, kMaxGroups> group_arms{};  // [m]
 };
 /// \pre the plan has at most kMaxPoints points and kMaxGroups groups (the daemon checks at start)
 void fill_name_table(const Plan& plan, NameTable& table);

@@ -133,8 +133,8 @@ Reason check_wrench_values(const Wrench& entry, int i, const NameTable& table, T
     return Reason::kOverLimit;
   }
   if (is_over(entry.torque, table.torque_limit)) {
-    print(text, "wrenches[%d]: group %d: |torque| %.10g N m, the scene allows at most %.10g N m", i, entry.group,
-          length(entry.torque), table.torque_limit);
+    print(text, "wrenches[%d]: group %d: |torque| %.10g N m, the scene allows at most %.10g N m", i,
+          entry.group, length(entry.torque), table.torque_limit);
     return Reason::kOverLimit;
   }
   return Reason::kAccepted;
@@ -185,12 +185,14 @@ Reason check_scope(const ForceCommand& command, const NameTable& table, Text tex
       return Reason::kAccepted;
     case Need::kRotation:
       print(text,
-            "the forces have a moment about the centre of mass, and rotation is left out: leave_out of the scene "
+            "the forces have a moment about the centre of mass, and rotation is left out: leave_out of the "
+            "scene "
             "can keep it or replan");
       break;
     case Need::kOutOfPlane:
       print(text,
-            "a load is not in the plane (normal %g, %g, %g in body axes), and out_of_plane is left out: leave_out "
+            "a load is not in the plane (normal %g, %g, %g in body axes), and out_of_plane is left out: "
+            "leave_out "
             "can keep it or replan",
             table.scope.normal_B[0], table.scope.normal_B[1], table.scope.normal_B[2]);
       break;

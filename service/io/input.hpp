@@ -16,12 +16,14 @@ struct SceneResult {
   Faults faults;
   std::vector<std::string> sources;  // Origin::source indexes these
 };
-/// Reads YAML (with its CSV and Matrix Market files, relative to it) into a scene: syntax, keys, types, ranges,
-/// references, duplicates, all at once.
+/// Reads YAML (with its CSV and Matrix Market files, relative to it) into a scene: syntax, keys, types,
+/// ranges, references, duplicates, all at once.
 SceneResult read_scene(const std::string& path);
 
-/// "boom.yaml:14:7: error: link 'l3': stiffness -5 N/m, must be > 0", with the source line and a caret when known.
-std::string format_fault(const Fault& fault, const std::vector<std::string>& sources, bool with_source_line = true);
+/// "boom.yaml:14:7: error: link 'l3': stiffness -5 N/m, must be > 0", with the source line and a caret when
+/// known.
+std::string format_fault(const Fault& fault, const std::vector<std::string>& sources,
+                         bool with_source_line = true);
 /// The same as JSON: {"file","line","column","severity","message"}; all faults in an array.
 std::string faults_to_json(const Faults& faults, const std::vector<std::string>& sources);
 
@@ -36,7 +38,8 @@ struct PlanResult {
 };
 PlanResult load_plan(const std::string& path);
 
-/// Writes a plan file, complete or not at all (temporary file, fsync, rename). Empty string, or what went wrong.
+/// Writes a plan file, complete or not at all (temporary file, fsync, rename). Empty string, or what went
+/// wrong.
 std::string save_plan(const Plan& plan, const std::string& path);
 
 }  // namespace freeflex::io

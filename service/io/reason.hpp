@@ -7,28 +7,29 @@ namespace freeflex::io {
 
 enum class Reason : std::int32_t {
   kAccepted = 0,
-  kMalformed = 1,        // length, counts, terminators or trailing bytes do not fit the type
-  kWrongType = 2,        // fingerprint of another message type or version
+  kMalformed = 1,  // length, counts, terminators or trailing bytes do not fit the type
+  kWrongType = 2,  // fingerprint of another message type or version
   kWrongSession = 3,
-  kBadSender = 4,        // not 1 to 31 of A-Z a-z 0-9 _ . -
-  kStaleSequence = 5,    // not greater than the last of this sender
+  kBadSender = 4,      // not 1 to 31 of A-Z a-z 0-9 _ . -
+  kStaleSequence = 5,  // not greater than the last of this sender
   kBadSlot = 6,
   kBadAxes = 7,
-  kBadTiming = 8,        // start, late policy, duration and lease do not fit together
-  kTooManyPoints = 9,    // or wrenches
-  kUnknownPoint = 10,    // index outside the scene
-  kNotPushable = 11,     // the scene does not let commands push this point
+  kBadTiming = 8,      // start, late policy, duration and lease do not fit together
+  kTooManyPoints = 9,  // or wrenches
+  kUnknownPoint = 10,  // index outside the scene
+  kNotPushable = 11,   // the scene does not let commands push this point
   kUnknownGroup = 12,
   kDuplicatePoint = 13,  // a point or group named twice in one command
   kNotFinite = 14,
-  kOverLimit = 15,       // |force| or |torque| above the scene's limit
+  kOverLimit = 15,          // |force| or |torque| above the scene's limit
   kUnreachableTorque = 16,  // torque about the line of a collinear group, or on a single point
-  kLate = 17,            // start_tick has passed and late_policy is 0
-  kTooFarAhead = 18,     // start_tick further ahead than kMaxAheadTicks
-  kNoSlotFree = 19,      // all slots of the daemon are taken
-  kQueueFull = 20,       // more commands than the rings or the pending list hold
-  kBadControl = 21,      // unknown control command or count outside its range
-  kWrongMode = 22,       // the control does not apply now (run in lockstep, anything while faulted but reset, stop)
+  kLate = 17,               // start_tick has passed and late_policy is 0
+  kTooFarAhead = 18,        // start_tick further ahead than kMaxAheadTicks
+  kNoSlotFree = 19,         // all slots of the daemon are taken
+  kQueueFull = 20,          // more commands than the rings or the pending list hold
+  kBadControl = 21,         // unknown control command or count outside its range
+  kWrongMode =
+      22,  // the control does not apply now (run in lockstep, anything while faulted but reset, stop)
   kTooManySenders = 23,  // more senders than the daemon keeps sequences for
   kEpochEnded = 24,      // a reset came before the command's start_tick
   kLeftOut = 25,         // the command needs a part that the plan leaves out

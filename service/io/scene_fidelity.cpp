@@ -23,12 +23,14 @@ void SceneReader::read_fidelity(const Node* fidelity, const Node* tolerance) {
   const bool is_auto = word && *word + 1 == rung_names().size();
   if (word && !is_auto) scene_.fidelity = static_cast<Fidelity>(*word);
   if (is_auto && !tolerance)
-    report_.error(fidelity->origin,
-                  "scene: fidelity is auto without a tolerance; add tolerance: {position: [m], attitude: [rad], "
-                  "elastic: share, horizon: [s]}, with at least one of the first three");
+    report_.error(
+        fidelity->origin,
+        "scene: fidelity is auto without a tolerance; add tolerance: {position: [m], attitude: [rad], "
+        "elastic: share, horizon: [s]}, with at least one of the first three");
   if (!tolerance) return;
   if ((!fidelity || word) && !is_auto)
-    report_.error(tolerance->origin, "scene: tolerance has no effect but with fidelity: auto; add that or leave it out");
+    report_.error(tolerance->origin,
+                  "scene: tolerance has no effect but with fidelity: auto; add that or leave it out");
   const Fields fields(report_, *tolerance, "tolerance", {"position", "attitude", "elastic", "horizon"});
   if (!fields.is_mapping()) return;
   AutomaticRung& automatic = scene_.automatic.emplace();
@@ -44,7 +46,8 @@ void SceneReader::read_fidelity(const Node* fidelity, const Node* tolerance) {
   read("elastic", "-", automatic.elastic);
   fields.require("horizon", kHorizon, automatic.horizon);
   if (!automatic.position && !automatic.attitude && !automatic.elastic)
-    report_.error(tolerance->origin, "tolerance: none is stated; give position [m], attitude [rad] or elastic (share)");
+    report_.error(tolerance->origin,
+                  "tolerance: none is stated; give position [m], attitude [rad] or elastic (share)");
 }
 
 void SceneReader::read_error_budget(const Node& node) {

@@ -28,9 +28,10 @@ SceneResult read_scene(const std::string& path) {
 namespace reader {
 namespace {
 
-const std::vector<std::string_view> kSections{"name",   "rate",     "fidelity", "tolerance", "error_budget", "points",    "links",
-                                              "groups", "damping",  "gravity",  "attractor", "initial",
-                                              "loads",  "feedback", "leave_out", "publish",  "commands"};
+const std::vector<std::string_view> kSections{"name",      "rate",    "fidelity", "tolerance", "error_budget",
+                                              "points",    "links",   "groups",   "damping",   "gravity",
+                                              "attractor", "initial", "loads",    "feedback",  "leave_out",
+                                              "publish",   "commands"};
 constexpr Quantity kRate{"Hz", Bound::kTickRate};  // as that of --rate
 constexpr Quantity kPublicationRate{"Hz", Bound::kNonNegative};
 constexpr Quantity kRatio{"-", Bound::kNonNegative};

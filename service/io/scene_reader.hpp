@@ -20,7 +20,8 @@ class SceneReader {
   SceneReader(Report& report, std::string path) : report_(report), path_(std::move(path)) {}
   /// Every fault goes to the report; the scene is whole only when it has no error.
   Scene read();
-  /// False when the points could not be read whole, or there are more links than are read: nothing more can be said.
+  /// False when the points could not be read whole, or there are more links than are read: nothing more can
+  /// be said.
   bool is_judged() const { return points_.size() > 0 && points_.is_complete() && links_.size() <= kMaxLinks; }
 
  private:

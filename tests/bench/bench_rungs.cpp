@@ -1,5 +1,5 @@
-// What a tick costs on each rung of the fidelity ladder, and what the live error budget adds, side by side on the
-// 20-point truss.
+// What a tick costs on each rung of the fidelity ladder, and what the live error budget adds, side by side on
+// the 20-point truss.
 #include <benchmark/benchmark.h>
 
 #include "core/model/budget.hpp"
@@ -34,7 +34,9 @@ void tick(benchmark::State& bench) {
   bench.SetLabel(name_of(rung));
   bench.counters["parts"] = plan.coupled.num_parts;
 }
-BENCHMARK(tick)->DenseRange(static_cast<int>(Fidelity::kRigid), static_cast<int>(Fidelity::kFull))->ArgName("rung");
+BENCHMARK(tick)
+    ->DenseRange(static_cast<int>(Fidelity::kRigid), static_cast<int>(Fidelity::kFull))
+    ->ArgName("rung");
 
 // the step and its shadows
 void tick_with_budget(benchmark::State& bench) {

@@ -276,13 +276,15 @@ TEST(Reasons, ACommandThatNeedsAPartLeftOutIsToldWhich) {
   EXPECT_EQ(verdict({{0, {0.0, 2.0, 0.0}}, {1, {0.0, 2.0, 0.0}}}).reason, Reason::kAccepted) << "no moment";
   const io::Verdict turning = verdict({{0, {0.0, 2.0, 0.0}}});
   EXPECT_EQ(turning.reason, Reason::kLeftOut);
-  EXPECT_NE(std::string(turning.text.data()).find("a moment about the centre of mass, and rotation is left out"),
-            std::string::npos)
+  EXPECT_NE(
+      std::string(turning.text.data()).find("a moment about the centre of mass, and rotation is left out"),
+      std::string::npos)
       << turning.text.data();
   names.scope.lacks_out_of_plane = true;
   const io::Verdict leaving = verdict({{0, {3.0, 0.0, 1.0}}, {1, {0.0, 0.0, 1.0}}});
   EXPECT_EQ(leaving.reason, Reason::kLeftOut);
-  EXPECT_NE(std::string(leaving.text.data()).find("not in the plane (normal 0, 0, 1 in body axes)"), std::string::npos)
+  EXPECT_NE(std::string(leaving.text.data()).find("not in the plane (normal 0, 0, 1 in body axes)"),
+            std::string::npos)
       << leaving.text.data();
   EXPECT_STREQ(io::reason_name(Reason::kLeftOut), "left_out");
 }

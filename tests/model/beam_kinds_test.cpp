@@ -171,7 +171,8 @@ TEST(Flexibility, ThatIsNotReciprocalNamesTheWorstEntry) {
   EXPECT_NE(faults[0].message.find("the flexibility matrix is not symmetric"), std::string::npos)
       << faults[0].message;
   // row 10 is point 3 along y, column 20 point 6 along z
-  EXPECT_NE(faults[0].message.find("worst are point 'p6' z by point 'p3' y"), std::string::npos) << faults[0].message;
+  EXPECT_NE(faults[0].message.find("worst are point 'p6' z by point 'p3' y"), std::string::npos)
+      << faults[0].message;
 }
 
 TEST(Flexibility, ThatDoesNotResistIsRefused) {

@@ -134,7 +134,8 @@ TEST(PlanBytes, AnyFlippedBitIsFoundByTheChecksum) {
   }
 }
 
-// rich_plan's loose point leaves mechanisms: modes of frequency zero, the first ones, one for each that is named
+// rich_plan's loose point leaves mechanisms: modes of frequency zero, the first ones, one for each that is
+// named
 TEST(PlanBytes, AModeOfFrequencyZeroThatIsNoMechanismIsRefused) {
   const Plan plan = rich_plan();
   const std::size_t num = plan.mechanisms.size();

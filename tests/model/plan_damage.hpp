@@ -36,7 +36,8 @@ inline void expect_named(const std::string& error, const char* what) {
   EXPECT_NE(error.find(what), std::string::npos) << error;
 }
 
-/// Plans that were refused, and taken, of those with a bit flipped, four bytes set or one byte lost, sealed again.
+/// Plans that were refused, and taken, of those with a bit flipped, four bytes set or one byte lost, sealed
+/// again.
 struct DamageCount {
   int num_refused = 0, num_taken = 0;
 };

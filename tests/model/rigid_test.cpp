@@ -165,7 +165,8 @@ TEST(RigidBodies, HoldTheRotationsOfBeams) {
     else
       for (int i = 0; i < 4; ++i)
         for (int j = 0; j < i; ++j)
-          add_link(scene, i, j, Beam{stiff * 1e5, stiff * 1e3, stiff * 1e3, stiff * 1e3, Eigen::Vector3d::Zero()});
+          add_link(scene, i, j,
+                   Beam{stiff * 1e5, stiff * 1e3, stiff * 1e3, stiff * 1e3, Eigen::Vector3d::Zero()});
     add_link(scene, 1, 4, Beam{1e5, 2e2, 3e2, 4e2, Eigen::Vector3d::Zero()});
     add_link(scene, 2, 5, Beam{1e5, 2e2, 3e2, 4e2, Eigen::Vector3d::Zero()});
     return scene;

@@ -19,8 +19,13 @@ Plan full_plan() {
   for (int i = 0; i < 4; ++i)
     for (int j = 0; j < i; ++j) add_link(scene, j, i, Spring{4e5});
   add_corner_pulse(scene);
-  scene.feedbacks.push_back({"f", 1, 1, -5.0 * Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity(),
-                             Eigen::Matrix3d::Zero(), {}});
+  scene.feedbacks.push_back({"f",
+                             1,
+                             1,
+                             -5.0 * Eigen::Matrix3d::Identity(),
+                             -Eigen::Matrix3d::Identity(),
+                             Eigen::Matrix3d::Zero(),
+                             {}});
   publish_everything(scene);
   scene.fidelity = Fidelity::kFull;
   scene.rate = 1000.0;
@@ -78,7 +83,8 @@ TEST(RungPlan, WhatDoesNotFitTheRungIsRefused) {
   expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.points.pop_back(); }), "shadow");
   expect_named(error_of([](Plan& p) { p.budget.horizon = 0.0; }), "without a horizon");
   expect_named(error_of([](Plan& p) { p.budget.horizon = -1.0; }), "out of range");
-  expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.budget.shadows = p.budget.shadows; }), "holds another");
+  expect_named(error_of([](Plan& p) { p.budget.shadows[0].plan.budget.shadows = p.budget.shadows; }),
+               "holds another");
 }
 
 TEST(RungPlan, SealedDamageIsRefusedOrHarmless) {

@@ -78,11 +78,13 @@ TEST(WidePlan, WhatDoesNotFitTheNarrowOneIsRefused) {
   const auto error_of = [](const auto& spoil) { return error_of_spoilt(wide_plan(), spoil); };
   expect_named(error_of([](Plan& p) { p.wide.push_back(p.wide.front()); }), "more than one wide plan");
   expect_named(error_of([](Plan& p) { p.wide.front().wide.push_back(p.wide.front()); }), "holds another");
-  expect_named(error_of([](Plan& p) { p.wide_modes.back() = p.wide.front().num_elastic; }), "places of modes");
+  expect_named(error_of([](Plan& p) { p.wide_modes.back() = p.wide.front().num_elastic; }),
+               "places of modes");
   expect_named(error_of([](Plan& p) { p.wide_modes.pop_back(); }), "places of modes");
   expect_named(error_of([](Plan& p) { p.wide.front().period *= 2.0; }), "another structure");
   expect_named(error_of([](Plan& p) { p.wide.front().points[1].r[0] += 1.0; }), "another structure");
-  expect_named(error_of([](Plan& p) { p.wide.front().omega[0] = -1.0; }), "wide plan: a frequency is negative");
+  expect_named(error_of([](Plan& p) { p.wide.front().omega[0] = -1.0; }),
+               "wide plan: a frequency is negative");
   expect_named(error_of([](Plan& p) { p.wide.clear(); }), "without a wide plan");
   expect_named(error_of([](Plan& p) { p.propagator.undamped.pop_back(); }), "one value a mode");
 }

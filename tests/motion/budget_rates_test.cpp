@@ -9,7 +9,7 @@ namespace {
 
 /// Estimate of a rung at a rate [Hz] over 0.96 s, and the truth by SUNDIALS on Cartesian points.
 struct Honest {
-  double estimate = 0.0, truth = 0.0;  // [-] elastic
+  double estimate = 0.0, truth = 0.0;   // [-] elastic
   double slowest = 0.0, fastest = 0.0;  // [rad] of a mode in a tick
 };
 Scene scene_at(Scene scene, Fidelity rung, double rate) {

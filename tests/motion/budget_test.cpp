@@ -10,7 +10,8 @@ namespace freeflex::testing {
 namespace {
 
 TEST(Budget, LeavesTheMotionAsItIsToTheBit) {
-  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars}) {
+  for (const Fidelity rung :
+       {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars}) {
     const Scene scene = watched_truss(rung, 0.05);
     Watched watched(scene);
     watched.run(200);
@@ -153,12 +154,14 @@ TEST(Budget, AutoRefusesAHorizonOfTooManyTicksAndScenesThatItsEquationsCannotCar
   scene.automatic = AutomaticRung{1e-3, {}, {}, 1e9, {}};
   std::vector<Fault> faults = faults_of(scene);
   ASSERT_FALSE(faults.empty());
-  EXPECT_NE(faults.back().message.find("ticks, at most 200000 are tried"), std::string::npos) << faults.back().message;
+  EXPECT_NE(faults.back().message.find("ticks, at most 200000 are tried"), std::string::npos)
+      << faults.back().message;
   scene.automatic->horizon = 0.1;
   scene.links[3].kind = Spring{1e15};
   faults = faults_of(scene);
   ASSERT_FALSE(faults.empty());
-  EXPECT_EQ(faults.back().message.find("fidelity: auto: the equations it compares with, fidelity exact-bars"), 0U)
+  EXPECT_EQ(faults.back().message.find("fidelity: auto: the equations it compares with, fidelity exact-bars"),
+            0U)
       << faults.back().message;
 }
 
@@ -167,9 +170,9 @@ TEST(Budget, AutoKeepsEachPartOfItsTolerance) {
   Scene scene = boxed_truss(0.5, 10.0);
   scene.rate = 1000.0;
   using Part = std::pair<std::optional<double> AutomaticRung::*, double PlanRung::*>;
-  for (const auto& [asked, found] :
-       {Part{&AutomaticRung::position, &PlanRung::position}, Part{&AutomaticRung::attitude, &PlanRung::attitude},
-        Part{&AutomaticRung::elastic, &PlanRung::elastic}}) {
+  for (const auto& [asked, found] : {Part{&AutomaticRung::position, &PlanRung::position},
+                                     Part{&AutomaticRung::attitude, &PlanRung::attitude},
+                                     Part{&AutomaticRung::elastic, &PlanRung::elastic}}) {
     const auto choose = [&](double tolerance) {
       scene.automatic = AutomaticRung{{}, {}, {}, 0.5, {}};
       (*scene.automatic).*asked = tolerance;
@@ -200,14 +203,16 @@ TEST(Budget, LoadsAfterWhatIsJudgedAreNamed) {
   std::vector<Fault> faults = faults_of(scene);
   ASSERT_FALSE(faults.empty());
   EXPECT_EQ(faults[0].message,
-            "load 'push' begins at 1 s, after the horizon of 1 s over which leave_out: tolerance judges, and counts for "
+            "load 'push' begins at 1 s, after the horizon of 1 s over which leave_out: tolerance judges, and "
+            "counts for "
             "nothing there; take a longer horizon");
   scene.leave_out = {};
   scene.loads[0].history = TableHistory{{0.0, 0.7, 0.8}, {0.0, 0.0, 1.0}};
   scene.automatic = AutomaticRung{1.0, {}, {}, 0.6, {}};
   faults = faults_of(scene);
   ASSERT_FALSE(faults.empty());
-  EXPECT_EQ(faults[0].message.find("load 'push' begins at 0.7 s, after the horizon of 0.6 s"), 0U) << faults[0].message;
+  EXPECT_EQ(faults[0].message.find("load 'push' begins at 0.7 s, after the horizon of 0.6 s"), 0U)
+      << faults[0].message;
   scene.automatic->horizon = 0.75;
   for (const Fault& fault : faults_of(scene)) EXPECT_EQ(fault.message.find("begins at"), std::string::npos);
 }
@@ -218,7 +223,8 @@ TEST(Budget, AutoSaysThatAnotherRateWasNotTried) {
   const Plan plan = lean_plan_of(scene);
   EXPECT_EQ(find_untried_rate(plan, 1000.0), "");
   EXPECT_EQ(find_untried_rate(plan, 50.0),
-            "fidelity: auto took rigid at 1000 Hz; at 50 Hz its tolerance was not tried: put the rate into the scene");
+            "fidelity: auto took rigid at 1000 Hz; at 50 Hz its tolerance was not tried: put the rate into "
+            "the scene");
   scene.automatic.reset();
   EXPECT_EQ(find_untried_rate(lean_plan_of(scene), 50.0), "");
 }
@@ -229,15 +235,17 @@ TEST(Budget, AToleranceForModesIsSaidToHaveNoEffectWhereEveryModeIsNeeded) {
   scene.fidelity = Fidelity::kCoupled;
   const std::vector<Fault> faults = faults_of(scene);
   ASSERT_EQ(faults.size(), 1U);
-  EXPECT_EQ(faults[0].message.find("leave_out: tolerance has no effect on fidelity coupled"), 0U) << faults[0].message;
+  EXPECT_EQ(faults[0].message.find("leave_out: tolerance has no effect on fidelity coupled"), 0U)
+      << faults[0].message;
 }
 
 TEST(Budget, FeedbackThatDrivesAMotionIsSaidOnEveryRung) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.rate = 2000.0;
-  scene.feedbacks.push_back({"f", 3, 3, Eigen::Matrix3d::Zero(), 20.0 * Eigen::Matrix3d::Identity(),
-                             Eigen::Matrix3d::Zero(), {}});
-  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull}) {
+  scene.feedbacks.push_back(
+      {"f", 3, 3, Eigen::Matrix3d::Zero(), 20.0 * Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero(), {}});
+  for (const Fidelity rung :
+       {Fidelity::kSeparated, Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull}) {
     scene.fidelity = rung;
     const std::vector<Fault> faults = faults_of(scene);
     ASSERT_EQ(faults.size(), 1U) << name_of(rung);

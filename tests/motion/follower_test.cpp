@@ -123,7 +123,8 @@ TEST(Followers, MoveTheElasticCoordinatesWithSecondOrder) {
     EXPECT_NEAR(std::log2(errors[k - 1] / errors[k]), 2.0, 0.2) << k;
 }
 
-// the same push sideways where elastic terms act on the body too, which are of second order in the deformation
+// the same push sideways where elastic terms act on the body too, which are of second order in the
+// deformation
 TEST(Followers, PushTheBodyOnCoupledRungsAsBelowThem) {
   const auto velocity = [](Fidelity rung, bool follows) {
     Scene scene = rocket(4.0, follows);
@@ -137,7 +138,8 @@ TEST(Followers, PushTheBodyOnCoupledRungsAsBelowThem) {
   const double effect = (below - velocity(Fidelity::kSeparated, false)).norm();
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
     const double difference = (velocity(rung, true) - below).norm();
-    std::printf("velocity by the turning of the force %.1e m/s, on a coupled rung %.1e from that\n", effect, difference);
+    std::printf("velocity by the turning of the force %.1e m/s, on a coupled rung %.1e from that\n", effect,
+                difference);
     EXPECT_LT(difference, 0.01 * effect) << "measured 7e-4";
   }
 }

@@ -86,7 +86,8 @@ TEST(FullRung, DividesForDashpotsWhichOtherRungsRefuse) {
   EXPECT_GE(full.plan.coupled.num_parts, 64);
   const Eigen::Matrix3Xd below = elastic_of(scene, run_rung(scene, Fidelity::kSeparated, 1e-3, 0.5));
   const double difference = elastic_error(elastic_of(scene, full), below);
-  std::printf("%d parts; from the exponential of the damped modes: %.1e\n", full.plan.coupled.num_parts, difference);
+  std::printf("%d parts; from the exponential of the damped modes: %.1e\n", full.plan.coupled.num_parts,
+              difference);
   // second-order terms: 1e-7 m of displacement in 1 m
   EXPECT_LT(difference, 1e-5);
 }
@@ -119,7 +120,8 @@ TEST(FullRung, BudgetSeesItsIntegrationError) {
     follow_step(plan, state, false, budget);
   }
   const BudgetReading reading = read_budget(plan, state, budget);
-  const Simulation best = run_rung(scene, Fidelity::kExactBars, 1.0 / 500.0 / plan.coupled.num_parts / 8.0, 0.25);
+  const Simulation best =
+      run_rung(scene, Fidelity::kExactBars, 1.0 / 500.0 / plan.coupled.num_parts / 8.0, 0.25);
   const Simulation own = run_rung(scene, Fidelity::kFull, 1.0 / 500.0, 0.25);
   const double error = elastic_error(elastic_of(scene, own), elastic_of(scene, best));
   std::printf("estimate %.2e, error %.2e\n", reading.total.elastic, error);

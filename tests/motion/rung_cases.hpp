@@ -5,9 +5,9 @@
 
 namespace freeflex::testing {
 
-/// Free truss of five sections at x = 0 .. 4 m, corners at (y, z) = (0,0), (1,0), (1,1), (0,1), 1 kg each; springs of
-/// 1e5 N/m: per section c to c+1 (cyclic) and 0 to 2, per bay c to c and c to c+1. Spin about z [rad/s]; force along
-/// world z [N] on corner (1,1) of the last section for 0.1 s.
+/// Free truss of five sections at x = 0 .. 4 m, corners at (y, z) = (0,0), (1,0), (1,1), (0,1), 1 kg each;
+/// springs of 1e5 N/m: per section c to c+1 (cyclic) and 0 to 2, per bay c to c and c to c+1. Spin about z
+/// [rad/s]; force along world z [N] on corner (1,1) of the last section for 0.1 s.
 inline Scene boxed_truss(double spin, double force) {
   constexpr double kCorners[4][2] = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
   Scene scene;
@@ -117,9 +117,10 @@ inline void expect_energy_kept(Scene scene, std::int64_t ticks, int rounds) {
     worst = std::max(worst, std::abs(energy_of(simulation) - last) / energy);
     last = energy_of(simulation);
   }
-  std::printf("energy %.3e J, elastic share %.2f: worst drift over %lld ticks %.1e, over all %lld ticks %.1e\n", energy,
-              (start.kinetic_elastic + start.potential) / energy, static_cast<long long>(ticks), worst,
-              static_cast<long long>(ticks * rounds), std::abs(last - energy) / energy);
+  std::printf(
+      "energy %.3e J, elastic share %.2f: worst drift over %lld ticks %.1e, over all %lld ticks %.1e\n",
+      energy, (start.kinetic_elastic + start.potential) / energy, static_cast<long long>(ticks), worst,
+      static_cast<long long>(ticks * rounds), std::abs(last - energy) / energy);
   EXPECT_LT(worst, 1e-8);
 }
 

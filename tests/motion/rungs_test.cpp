@@ -5,7 +5,8 @@ namespace freeflex::testing {
 namespace {
 
 // Expected figures: an independent implementation of the same rungs (complete modal momenta, fourth-order
-// exponential integrator, h = 1 ms) against an extrapolation code of order 16 in extended precision, at t = 2 s.
+// exponential integrator, h = 1 ms) against an extrapolation code of order 16 in extended precision, at t = 2
+// s.
 TEST(Rungs, LeaveTheExpectedErrorsOnATrussThatTurns) {
   struct Row {
     double spin, force;
@@ -32,7 +33,8 @@ TEST(Rungs, LeaveTheExpectedErrorsOnATrussThatTurns) {
         EXPECT_GT(errors.position, row.position[k] / kWithin);
       }
       if (kRungs[k] == Fidelity::kCoupled && row.coupled_elastic > 0.0) {
-        EXPECT_LT(std::max(errors.elastic / row.coupled_elastic, row.coupled_elastic / errors.elastic), kWithin);
+        EXPECT_LT(std::max(errors.elastic / row.coupled_elastic, row.coupled_elastic / errors.elastic),
+                  kWithin);
       }
       if (kRungs[k] == Fidelity::kExactBars && row.exact_elastic > 0.0) {
         EXPECT_LT(errors.elastic, kWithin * row.exact_elastic);
@@ -87,8 +89,8 @@ TEST(Rungs, StandAnyStepBesideAStiffMode) {
     ASSERT_TRUE(std::isfinite(error)) << h;
     worst = std::max(worst, error);
   }
-  std::printf("omega_max h from %.0f to %.0f: worst elastic difference from half the step %.1e\n", 0.9e-3 * omega,
-              1.1e-3 * omega, worst);
+  std::printf("omega_max h from %.0f to %.0f: worst elastic difference from half the step %.1e\n",
+              0.9e-3 * omega, 1.1e-3 * omega, worst);
   EXPECT_LT(worst, 1e-5);
 }
 
@@ -107,8 +109,8 @@ TEST(Rungs, ExactBarsLoseOrderButNotTheirHeadBesideStiffBars) {
     scene.fidelity = Fidelity::kExactBars;
     const Plan plan = plan_of(scene);
     const double phase = plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1] * 1e-3;
-    std::printf("omega_max h %6.1f: elastic error %.1e, at half the step %.1e (order %.1f)\n", phase, coarse, fine,
-                std::log2(coarse / fine));
+    std::printf("omega_max h %6.1f: elastic error %.1e, at half the step %.1e (order %.1f)\n", phase, coarse,
+                fine, std::log2(coarse / fine));
     worst = std::max(worst, coarse);
     EXPECT_LT(phase, 1000.0) << "the largest that is accepted";
   }
@@ -213,7 +215,8 @@ TEST(Rungs, ExactBarsPublishTrueTensions) {
   }
 }
 
-// wrenches, body axes, followers, feedback, dashpots: where the deformation is small all rungs give one motion
+// wrenches, body axes, followers, feedback, dashpots: where the deformation is small all rungs give one
+// motion
 TEST(Rungs, MeetTheSeparatedOneWhereDeformationIsSmall) {
   Scene scene = boxed_truss(0.0, 1e-5);
   scene.loads[0].axes = Axes::kLocal;
@@ -223,8 +226,13 @@ TEST(Rungs, MeetTheSeparatedOneWhereDeformationIsSmall) {
   torque.wrenches.push_back({0, {1e-6, 0, 0}, {0, 2e-6, 1e-6}});
   torque.history = SineHistory{5.0, 0.0};
   scene.loads.push_back(torque);
-  scene.feedbacks.push_back({"f", 3, 3, -50.0 * Eigen::Matrix3d::Identity(), -5.0 * Eigen::Matrix3d::Identity(),
-                             Eigen::Matrix3d::Zero(), {}});
+  scene.feedbacks.push_back({"f",
+                             3,
+                             3,
+                             -50.0 * Eigen::Matrix3d::Identity(),
+                             -5.0 * Eigen::Matrix3d::Identity(),
+                             Eigen::Matrix3d::Zero(),
+                             {}});
   Link dashpot;
   dashpot.name = "d";
   dashpot.points = {0, 16};
@@ -232,8 +240,7 @@ TEST(Rungs, MeetTheSeparatedOneWhereDeformationIsSmall) {
   scene.links.push_back(dashpot);
   const Eigen::Matrix3Xd below = elastic_of(scene, run_rung(scene, Fidelity::kSeparated, 0.25e-3, 1.0));
   for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kExactBars}) {
-    const double difference =
-        elastic_error(elastic_of(scene, run_rung(scene, rung, 0.25e-3, 1.0)), below);
+    const double difference = elastic_error(elastic_of(scene, run_rung(scene, rung, 0.25e-3, 1.0)), below);
     std::printf("difference %.1e\n", difference);
     // the predictor of the separated step is of order 2: (765 h)^2 / 12 of what feedback and dashpot do
     EXPECT_LT(difference, 1e-3);

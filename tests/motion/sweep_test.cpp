@@ -8,9 +8,10 @@
 namespace freeflex::testing {
 namespace {
 
-// Said before it was measured. The displacement is proportional to the force. With spin the centrifugal displacement is
-// missing, of second order in the spin and independent of the force: as a share, spin^2 / force. Without spin what is
-// missing is of second order in the displacement: as a share, proportional to the force.
+// Said before it was measured. The displacement is proportional to the force. With spin the centrifugal
+// displacement is missing, of second order in the spin and independent of the force: as a share, spin^2 /
+// force. Without spin what is missing is of second order in the displacement: as a share, proportional to the
+// force.
 constexpr double kSpinExponent = 2.0, kForceExponentSpinning = -1.0, kForceExponentAtRest = 1.0;
 
 struct Point {
@@ -40,7 +41,8 @@ Point point_at(double spin, double force) {
   }
   const BudgetReading reading = read_budget(simulation.plan, simulation.state, budget);
   return {spin, force, errors_of(simulation, truth).elastic, reading.total.elastic,
-          service::judge_budget(simulation.plan, reading, validity.size(), validity.displacement_ratio(V), validity.spin_ratio(spin, V))};
+          service::judge_budget(simulation.plan, reading, validity.size(), validity.displacement_ratio(V),
+                                validity.spin_ratio(spin, V))};
 }
 
 /// Slope of log(error) over log(x) by least squares, over the errors between 1e-5 and 0.1; points used.
@@ -62,8 +64,9 @@ TEST(Sweep, ErrorGrowsAsItsSourcesDoAndTheWordIsOutsideWhereItMeansNothing) {
   for (const double spin : spins)
     for (const double force : forces) {
       const Point point = point_at(spin, force);
-      std::printf("spin %4.2f rad/s, %5.0f N: elastic error %.1e, estimate %.1e, %s %s\n", spin, force, point.elastic,
-                  point.estimate, kWords[static_cast<std::size_t>(point.verdict.word)], point.verdict.cause.c_str());
+      std::printf("spin %4.2f rad/s, %5.0f N: elastic error %.1e, estimate %.1e, %s %s\n", spin, force,
+                  point.elastic, point.estimate, kWords[static_cast<std::size_t>(point.verdict.word)],
+                  point.verdict.cause.c_str());
       // within the factor 1.25 of the estimate and what rounding of the last figure makes
       EXPECT_LT(point.elastic, 1.01 * point.estimate) << spin << " rad/s, " << force << " N";
       if (point.elastic > service::kMostElastic) {
@@ -73,11 +76,13 @@ TEST(Sweep, ErrorGrowsAsItsSourcesDoAndTheWordIsOutsideWhereItMeansNothing) {
     }
   // where one source rules: spin at forces far below those of the table, force at rest
   std::vector<std::pair<double, double>> over_spin, spinning, at_rest;
-  for (const double spin : {0.005, 0.01, 0.02, 0.025}) over_spin.emplace_back(spin, point_at(spin, 0.1).elastic);
+  for (const double spin : {0.005, 0.01, 0.02, 0.025})
+    over_spin.emplace_back(spin, point_at(spin, 0.1).elastic);
   for (const double force : {0.03, 0.1, 0.3}) spinning.emplace_back(force, point_at(0.01, force).elastic);
   for (const double force : {0.1, 0.3}) at_rest.emplace_back(force, point_at(0.0, force).elastic);
   for (const double force : forces) at_rest.emplace_back(force, all[{0.0, force}].elastic);
-  const auto expect = [](const char* what, const std::vector<std::pair<double, double>>& points, double expected) {
+  const auto expect = [](const char* what, const std::vector<std::pair<double, double>>& points,
+                         double expected) {
     const auto [slope, count] = fit(points);
     std::printf("elastic error ~ %s^%.2f over %d points, expected %.0f\n", what, slope, count, expected);
     EXPECT_GE(count, 3);
@@ -96,15 +101,17 @@ TEST(Sweep, WordsByTheRatiosAloneFollowTheErrors) {
     for (const double force : {1.0, 100.0, 10000.0}) {
       const Scene scene = boxed_truss(spin, force);
       const Truth truth = truth_of(scene, 0.5);
-      for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars}) {
+      for (const Fidelity rung :
+           {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars}) {
         const Simulation simulation = run_rung(scene, rung, 1e-3, 0.5);
         service::Validity validity(simulation.plan);
         const double V = validity.max_displacement(simulation.state);
-        const service::Verdict verdict =
-            service::judge_ratios(simulation.plan, validity.displacement_ratio(V), validity.spin_ratio(spin, V));
+        const service::Verdict verdict = service::judge_ratios(
+            simulation.plan, validity.displacement_ratio(V), validity.spin_ratio(spin, V));
         const double error = errors_of(simulation, truth).elastic;
-        std::printf("spin %4.2f rad/s, %5.0f N, %-11s elastic error %.1e, %s %s\n", spin, force, name_of(rung), error,
-                    kWords[static_cast<std::size_t>(verdict.word)], verdict.cause.c_str());
+        std::printf("spin %4.2f rad/s, %5.0f N, %-11s elastic error %.1e, %s %s\n", spin, force,
+                    name_of(rung), error, kWords[static_cast<std::size_t>(verdict.word)],
+                    verdict.cause.c_str());
         if (error > service::kMostElastic) {
           EXPECT_EQ(verdict.word, service::Verdict::Word::kOutside);
         }

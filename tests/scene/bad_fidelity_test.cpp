@@ -19,16 +19,20 @@ INSTANTIATE_TEST_SUITE_P(
     BadScene, FidelityKey,
     ::testing::Values(
         bad_line("UnknownRung", "fidelity: best",
-                 {"scene.yaml:5:11: error: scene: fidelity is the text 'best', must be rigid, separated, spin-loaded, "
+                 {"scene.yaml:5:11: error: scene: fidelity is the text 'best', must be rigid, separated, "
+                  "spin-loaded, "
                   "coupled, exact-bars, full or auto"}),
-        bad_line("NearlyARung", "fidelity: exact_bars",
-                 {"scene.yaml:5:11: error: scene: fidelity is the text 'exact_bars', must be rigid, separated, "
-                  "spin-loaded, coupled, exact-bars, full or auto (did you mean 'exact-bars'?)"}),
-        bad_line("AutoWithoutTolerance", "fidelity: auto",
-                 {"scene.yaml:5:11: error: scene: fidelity is auto without a tolerance; add tolerance: {position: "
-                  "[m], attitude: [rad], elastic: share, horizon: [s]}, with at least one of the first three"}),
+        bad_line(
+            "NearlyARung", "fidelity: exact_bars",
+            {"scene.yaml:5:11: error: scene: fidelity is the text 'exact_bars', must be rigid, separated, "
+             "spin-loaded, coupled, exact-bars, full or auto (did you mean 'exact-bars'?)"}),
+        bad_line(
+            "AutoWithoutTolerance", "fidelity: auto",
+            {"scene.yaml:5:11: error: scene: fidelity is auto without a tolerance; add tolerance: {position: "
+             "[m], attitude: [rad], elastic: share, horizon: [s]}, with at least one of the first three"}),
         bad_line("ToleranceWithoutAuto", "tolerance: {position: 1, horizon: 2}",
-                 {"scene.yaml:5:12: error: scene: tolerance has no effect but with fidelity: auto; add that or leave "
+                 {"scene.yaml:5:12: error: scene: tolerance has no effect but with fidelity: auto; add that "
+                  "or leave "
                   "it out"}),
         bad_line("ToleranceOutOfRange", "fidelity: auto\ntolerance: {position: -1, horizon: 0}",
                  {"scene.yaml:6:23: error: tolerance: position -1 m, must be > 0",
@@ -37,10 +41,11 @@ INSTANTIATE_TEST_SUITE_P(
                  {"scene.yaml:6:12: error: " + kNone}),
         bad_line("ToleranceWithoutHorizon", "fidelity: auto\ntolerance: {elastic: 0.01}",
                  {"scene.yaml:6:12: error: tolerance: horizon is missing, must be a number > 0 [s]"}),
-        bad_line("ToleranceOfSomethingElse", "fidelity: auto\ntolerance: {positon: 1, horizon: 2}",
-                 {"scene.yaml:6:12: error: " + kNone,
-                  "scene.yaml:6:13: error: tolerance: unknown key 'positon' (did you mean 'position'?); allowed: "
-                  "position, attitude, elastic, horizon"}),
+        bad_line(
+            "ToleranceOfSomethingElse", "fidelity: auto\ntolerance: {positon: 1, horizon: 2}",
+            {"scene.yaml:6:12: error: " + kNone,
+             "scene.yaml:6:13: error: tolerance: unknown key 'positon' (did you mean 'position'?); allowed: "
+             "position, attitude, elastic, horizon"}),
         bad_line("BudgetIsANumber", "error_budget: 3",
                  {"scene.yaml:5:15: error: error_budget is the text '3', must be a mapping of horizon"}),
         bad_line("BudgetWithoutHorizon", "error_budget: {}",

@@ -78,14 +78,14 @@ TEST_P(Type, IsRefusedWithItsMessages) { expect_refused(GetParam()); }
 INSTANTIATE_TEST_SUITE_P(
     BadScene, Type,
     ::testing::Values(
-        BadScene{
-            "SceneIsAList",
-            {{"scene.yaml",
-              "- points\n"
-              "- links\n"}},
-            {"scene.yaml:1:1: error: scene is a list, must be a mapping of name, rate, fidelity, "
-             "tolerance, error_budget, points, links, groups, damping, gravity, attractor, initial, loads, feedback, "
-             "leave_out, publish, commands"}},
+        BadScene{"SceneIsAList",
+                 {{"scene.yaml",
+                   "- points\n"
+                   "- links\n"}},
+                 {"scene.yaml:1:1: error: scene is a list, must be a mapping of name, rate, fidelity, "
+                  "tolerance, error_budget, points, links, groups, damping, gravity, attractor, initial, "
+                  "loads, feedback, "
+                  "leave_out, publish, commands"}},
         BadScene{"PointsAreText",
                  {{"scene.yaml", "points: points.csv\n"}},
                  {"scene.yaml:1:9: error: points is the text 'points.csv', must be a list of points or {csv: "
@@ -122,7 +122,8 @@ INSTANTIATE_TEST_SUITE_P(
                                                 "links:\n"
                                                 "  - {name: l, spring: [hub, tip], stifness: 10}\n"}},
                  {"scene.yaml:5:1: error: scene: unknown key 'dampnig' (did you mean 'damping'?); allowed: "
-                  "name, rate, fidelity, tolerance, error_budget, points, links, groups, damping, gravity, attractor, "
+                  "name, rate, fidelity, tolerance, error_budget, points, links, groups, damping, gravity, "
+                  "attractor, "
                   "initial, loads, feedback, leave_out, publish, commands",
                   "scene.yaml:7:5: error: link 'l': stiffness is missing, must be a number > 0 [N/m]",
                   "scene.yaml:7:35: error: link 'l': unknown key 'stifness' (did you mean 'stiffness'?); "

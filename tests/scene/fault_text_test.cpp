@@ -82,9 +82,10 @@ initial: {modes: {99: {q: 1}}}
   EXPECT_FALSE(result.scene);
   ASSERT_EQ(found.size(), 5u);
   EXPECT_EQ(found[0].rfind("scene.yaml:1:7: error: scene: rate", 0), 0u) << found[0];
-  EXPECT_EQ(found[1],
-            "scene.yaml:7:5: error: link '1' joins 'a', 'b', which are in one place; a link needs a length > 0: "
-            "move a point or remove the link");
+  EXPECT_EQ(
+      found[1],
+      "scene.yaml:7:5: error: link '1' joins 'a', 'b', which are in one place; a link needs a length > 0: "
+      "move a point or remove the link");
   EXPECT_NE(found[2].find("stiffness is missing"), std::string::npos) << found[2];
   EXPECT_NE(found[3].find("unknown key 'stifness'"), std::string::npos) << found[3];
   EXPECT_EQ(found[4],

@@ -212,9 +212,10 @@ TEST_F(ReportProgram, MeasuresEveryRungAndEveryOtherMethod) {
     EXPECT_GT(item["cpu_once"], 0.0);
     EXPECT_GE(item["elastic_error"], 0.0);
   }
-  for (const char* method : {"rigid", "separated", "spin-loaded", "coupled", "exact-bars", "full", "velocity Verlet",
-                             "Runge-Kutta 4", "ARKODE explicit 4", "ARKODE explicit 8", "ARKODE implicit 5",
-                             "CVODE Adams", "CVODE BDF", "leapfrog, linear", "Krylov, linear"})
+  for (const char* method :
+       {"rigid", "separated", "spin-loaded", "coupled", "exact-bars", "full", "velocity Verlet",
+        "Runge-Kutta 4", "ARKODE explicit 4", "ARKODE explicit 8", "ARKODE implicit 5", "CVODE Adams",
+        "CVODE BDF", "leapfrog, linear", "Krylov, linear"})
     EXPECT_TRUE(methods.count(method)) << method;
   for (const char* key : {"processor", "compiler", "flags", "commit", "date"})
     EXPECT_FALSE(json["machine"][key].get<std::string>().empty()) << key;
@@ -266,7 +267,9 @@ TEST_F(ReportProgram, WritesATableAPageAndAPictureThatNeedNothingElse) {
   std::string line;
   std::getline(lines, line);
   const auto columns = std::count(line.begin(), line.end(), ',');
-  EXPECT_EQ(line.find("scene,family,method,step,free_step,tolerance,elastic_error,integration_error,model_error"), 0u);
+  EXPECT_EQ(
+      line.find("scene,family,method,step,free_step,tolerance,elastic_error,integration_error,model_error"),
+      0u);
   std::size_t rows = 0;
   while (std::getline(lines, line)) {
     ++rows;
@@ -301,9 +304,11 @@ TEST(ReportEstimates, StandOnThePageInTheTableAndInTheJson) {
   EXPECT_EQ(json["estimates"]["seed"], 4);
   EXPECT_EQ(json["estimates"]["scenes"].size(), 2u);
   EXPECT_EQ(json, nlohmann::json::parse(read_text(folder / "out/report.json")));
-  const std::string csv = read_text(folder / "out/estimates.csv"), page = read_text(folder / "out/report.html");
+  const std::string csv = read_text(folder / "out/estimates.csv"),
+                    page = read_text(folder / "out/report.html");
   EXPECT_EQ(std::count(csv.begin(), csv.end(), '\n'), 3) << "a head, and a line a scene";
-  for (const char* part : {"How honest the error estimate is", "2 random scenes of seed 4", "estimate over truth"})
+  for (const char* part :
+       {"How honest the error estimate is", "2 random scenes of seed 4", "estimate over truth"})
     EXPECT_TRUE(contains(page, part)) << part;
   EXPECT_FALSE(contains(page, "Work and precision")) << "nothing was measured";
   EXPECT_FALSE(std::filesystem::exists(folder / "out/report.csv"));
@@ -312,8 +317,8 @@ TEST(ReportEstimates, StandOnThePageInTheTableAndInTheJson) {
 TEST(ReportArguments, RungsThatWouldTakeTooLongAreNamed) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", kTetrahedron);
-  const Outcome outcome =
-      run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --budget 1e-9 --json " + folder / "scene.yaml");
+  const Outcome outcome = run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --budget 1e-9 --json " +
+                              folder / "scene.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto scene = nlohmann::json::parse(outcome.out)["scenes"][0];
   EXPECT_TRUE(scene["runs"].empty()) << scene["runs"];
@@ -322,15 +327,18 @@ TEST(ReportArguments, RungsThatWouldTakeTooLongAreNamed) {
       << scene["left_out"][0];
 }
 
-// the reference moves the edges of a pulse to the scene's ticks; so must rungs at other steps, and a wrench keeps its group
+// the reference moves the edges of a pulse to the scene's ticks; so must rungs at other steps, and a wrench
+// keeps its group
 TEST(ReportArguments, EdgesBetweenTicksAndWrenchesAreTheSameLoadForEveryMethod) {
   const TemporaryFolder folder;
   std::string scene = kTetrahedron;
-  scene.replace(scene.find("loads:"), std::string::npos,
-                "groups: {top: [b, c, d]}\nloads:\n"
-                "  - {name: kick, wrenches: {top: {force: [0.3, 0.5, 0.2]}}, pulse: {start: 0, duration: 0.0203}}\n");
+  scene.replace(
+      scene.find("loads:"), std::string::npos,
+      "groups: {top: [b, c, d]}\nloads:\n"
+      "  - {name: kick, wrenches: {top: {force: [0.3, 0.5, 0.2]}}, pulse: {start: 0, duration: 0.0203}}\n");
   write_text(folder / "scene.yaml", scene);
-  const Outcome outcome = run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --json " + folder / "scene.yaml");
+  const Outcome outcome =
+      run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --json " + folder / "scene.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const auto json = nlohmann::json::parse(outcome.out);
   int fine = 0;
@@ -347,8 +355,8 @@ TEST(ReportArguments, ASceneWithoutDeformationLeavesTheOthersTheirReport) {
   const TemporaryFolder folder;
   write_text(folder / "scene.yaml", kTetrahedron);
   write_text(folder / "still.yaml", kTetrahedron.substr(0, kTetrahedron.find("loads:")));
-  const Outcome outcome = run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --out " + folder / "out" + " " +
-                              folder / "still.yaml" + " " + folder / "scene.yaml");
+  const Outcome outcome = run(kFreeflex + " report --rungs --repeats 1 --until 0.1 --out " + folder / "out" +
+                              " " + folder / "still.yaml" + " " + folder / "scene.yaml");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(contains(outcome.err, "nothing deforms within 0.1 s")) << outcome.err;
   EXPECT_TRUE(contains(read_text(folder / "out/report.csv"), "tetrahedron,freeflex,separated"));
@@ -362,7 +370,8 @@ TEST(ReportArguments, NothingThatIsReadIsWrittenOver) {
   const std::size_t first = scene.find("points:"), links = scene.find("links:");
   scene.replace(first, links - first, "points: {csv: report.csv}\n");
   write_text(folder / "scene.yaml", scene);
-  const Outcome outcome = run(kFreeflex + " report --rungs --until 0.1 --out " + folder.path() + " " + folder / "scene.yaml");
+  const Outcome outcome =
+      run(kFreeflex + " report --rungs --until 0.1 --out " + folder.path() + " " + folder / "scene.yaml");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(contains(outcome.err, "report.csv is read")) << outcome.err;
   EXPECT_EQ(read_text(folder / "report.csv"), points);
