@@ -5,7 +5,7 @@
 #include <cstdlib>
 #include <stdexcept>
 
-#include "service/lcm_url.hpp"
+#include "service/io/wire/lcm_url.hpp"
 
 namespace freeflex::service {
 

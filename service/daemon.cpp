@@ -12,12 +12,12 @@
 #include <thread>
 #include <utility>
 
-#include "core/model/budget.hpp"
-#include "core/model/leave_out.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/leave_out.hpp"
 #include "service/bus.hpp"
 #include "service/ingress.hpp"
-#include "service/io/input.hpp"
-#include "service/lcm_url.hpp"
+#include "service/io/scene/input.hpp"
+#include "service/io/wire/lcm_url.hpp"
 #include "service/publisher.hpp"
 #include "service/realtime.hpp"
 #include "service/session.hpp"

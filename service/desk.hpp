@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "core/step/step.hpp"
-#include "service/io/reason.hpp"
+#include "service/io/wire/reason.hpp"
 
 namespace freeflex::service {
 

@@ -30,15 +30,16 @@ bool uses_a_sequence(Reason reason) {
 void Inlet::on_force(std::span<const std::byte> bytes) noexcept {
   entry_.received_ns = monotonic_ns();
   entry_.kind = kForce;
-  io::Verdict verdict = io::decode_force(bytes, block_.settings.session, block_.settings.names, entry_.force);
-  finish(verdict);
+  io::Admission admission =
+      io::decode_force(bytes, block_.settings.session, block_.settings.names, entry_.force);
+  finish(admission);
 }
 
 void Inlet::on_control(std::span<const std::byte> bytes) noexcept {
   entry_.received_ns = monotonic_ns();
   entry_.kind = kControl;
-  io::Verdict verdict = io::decode_control(bytes, block_.settings.session, entry_.control);
-  finish(verdict);
+  io::Admission admission = io::decode_control(bytes, block_.settings.session, entry_.control);
+  finish(admission);
 }
 
 void Inlet::on_status(std::span<const std::byte> bytes) noexcept {
@@ -46,48 +47,48 @@ void Inlet::on_status(std::span<const std::byte> bytes) noexcept {
   if (session && *session != block_.settings.session) block_.other_session.store(*session);
 }
 
-void Inlet::finish(io::Verdict& verdict) noexcept {
+void Inlet::finish(io::Admission& admission) noexcept {
   block_.received.fetch_add(1, std::memory_order_relaxed);
   // the sequence is used up before the command goes on: killed between the two, we lose it but never take it
   // twice
-  if (uses_a_sequence(verdict.reason)) take_sequence(verdict);
-  if (verdict.reason == Reason::kAccepted) {
+  if (uses_a_sequence(admission.reason)) take_sequence(admission);
+  if (admission.reason == Reason::kAccepted) {
     if (block_.inbound.try_push(entry_)) return;
-    verdict.reason = Reason::kQueueFull;
-    std::snprintf(verdict.text.data(), verdict.text.size(),
+    admission.reason = Reason::kQueueFull;
+    std::snprintf(admission.text.data(), admission.text.size(),
                   "more commands than the daemon takes: all 1024 places are waiting; send slower");
   }
-  block_.rejections[static_cast<std::size_t>(verdict.reason)].fetch_add(1, std::memory_order_relaxed);
-  if (!block_.rejected.try_push({verdict})) block_.dropped_answers.fetch_add(1, std::memory_order_relaxed);
+  block_.rejections[static_cast<std::size_t>(admission.reason)].fetch_add(1, std::memory_order_relaxed);
+  if (!block_.rejected.try_push({admission})) block_.dropped_answers.fetch_add(1, std::memory_order_relaxed);
 }
 
-void Inlet::take_sequence(io::Verdict& verdict) noexcept {
+void Inlet::take_sequence(io::Admission& admission) noexcept {
   SenderTable& table = block_.senders;
   const int num_senders = std::clamp(table.num_senders.load(), 0, SenderTable::kMaxSenders);
   const auto begin = table.records.begin();
   const auto end = begin + num_senders;
-  auto record = std::find_if(begin, end, [&](const auto& known) { return known.sender == verdict.sender; });
+  auto record = std::find_if(begin, end, [&](const auto& known) { return known.sender == admission.sender; });
   if (record == end) {
     if (num_senders == SenderTable::kMaxSenders) {
-      verdict.reason = Reason::kTooManySenders;
-      std::snprintf(verdict.text.data(), verdict.text.size(),
+      admission.reason = Reason::kTooManySenders;
+      std::snprintf(admission.text.data(), admission.text.size(),
                     "sender %s is new and %d are known already, the most of one session",
-                    verdict.sender.data(), SenderTable::kMaxSenders);
+                    admission.sender.data(), SenderTable::kMaxSenders);
       return;
     }
-    record->sender = verdict.sender;
+    record->sender = admission.sender;
     record->last_sequence.store(0);
     table.num_senders.store(num_senders + 1);
   }
   const std::int64_t last = record->last_sequence.load();
-  if (verdict.sequence > last) {
-    record->last_sequence.store(verdict.sequence);
+  if (admission.sequence > last) {
+    record->last_sequence.store(admission.sequence);
     return;
   }
-  verdict.reason = Reason::kStaleSequence;
-  std::snprintf(verdict.text.data(), verdict.text.size(), "sequence %lld of %s, must be greater than %lld",
-                static_cast<long long>(verdict.sequence), verdict.sender.data(),
-                static_cast<long long>(last));
+  admission.reason = Reason::kStaleSequence;
+  std::snprintf(admission.text.data(), admission.text.size(),
+                "sequence %lld of %s, must be greater than %lld", static_cast<long long>(admission.sequence),
+                admission.sender.data(), static_cast<long long>(last));
 }
 
 }  // namespace freeflex::service

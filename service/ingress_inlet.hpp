@@ -21,8 +21,8 @@ class Inlet {
   void on_status(std::span<const std::byte> bytes) noexcept;
 
  private:
-  void finish(io::Verdict& verdict) noexcept;
-  void take_sequence(io::Verdict& verdict) noexcept;
+  void finish(io::Admission& admission) noexcept;
+  void take_sequence(io::Admission& admission) noexcept;
 
   SharedBlock& block_;
   InboundEntry entry_{};  // scratch

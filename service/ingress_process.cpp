@@ -13,7 +13,7 @@
 #include <thread>
 
 #include "service/ingress.hpp"
-#include "service/lcm_url.hpp"
+#include "service/io/wire/lcm_url.hpp"
 
 namespace freeflex::service {
 namespace {

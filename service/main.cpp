@@ -19,7 +19,7 @@
 #include "messages/channels.hpp"
 #include "service/daemon.hpp"
 #include "service/ingress.hpp"
-#include "service/io/scene_text.hpp"
+#include "service/io/scene/text.hpp"
 
 namespace {
 

@@ -158,15 +158,15 @@ bool Publisher::send_answers() {
 bool Publisher::send_rejections() {
   int num_sent = 0;
   for (; num_sent < kBurst && shared_.rejected.try_pop(rejection_); ++num_sent) {
-    if (!io::is_sane(rejection_.verdict)) continue;
+    if (!io::is_sane(rejection_.admission)) continue;
     freeflex_msgs::ack_t ack{};
     ack.utime = wall_us();
     ack.session = identity_.session;
-    ack.sender = rejection_.verdict.sender.data();
-    ack.sequence = rejection_.verdict.sequence;
-    ack.reason = static_cast<std::int32_t>(rejection_.verdict.reason);
+    ack.sender = rejection_.admission.sender.data();
+    ack.sequence = rejection_.admission.sequence;
+    ack.reason = static_cast<std::int32_t>(rejection_.admission.reason);
     ack.tick = output_.tick.load(std::memory_order_relaxed);
-    ack.text = rejection_.verdict.text.data();
+    ack.text = rejection_.admission.text.data();
     send(channels::kAck, ack);
   }
   return num_sent == kBurst;

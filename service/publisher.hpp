@@ -7,7 +7,7 @@
 
 #include "freeflex_msgs/ack_t.hpp"
 #include "service/bus.hpp"
-#include "service/io/outbound.hpp"
+#include "service/io/wire/outbound.hpp"
 #include "service/output.hpp"
 #include "service/shared.hpp"
 #include "service/status.hpp"

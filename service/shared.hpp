@@ -8,7 +8,7 @@
 #include <type_traits>
 
 #include "core/step/command.hpp"
-#include "service/io/codec.hpp"
+#include "service/io/wire/codec.hpp"
 
 namespace freeflex::service {
 
@@ -67,7 +67,7 @@ struct InboundEntry {
 };
 /// Ingress -> publisher: a rejection to answer.
 struct RejectionEntry {
-  io::Verdict verdict;
+  io::Admission admission;
 };
 
 /// Written by the daemon before the ingress starts; the ingress maps it read-only.

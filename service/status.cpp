@@ -5,7 +5,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/model/leave_out.hpp"
+#include "core/plan/leave_out.hpp"
 #include "core/step/scope.hpp"
 
 namespace freeflex::service {

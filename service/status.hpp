@@ -5,11 +5,11 @@
 #include <string>
 
 #include "core/step/readout.hpp"
+#include "core/validity/validity.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "service/loop.hpp"
 #include "service/output.hpp"
 #include "service/shared.hpp"
-#include "service/validity.hpp"
 
 namespace freeflex::service {
 

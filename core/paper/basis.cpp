@@ -1,4 +1,4 @@
-#include "core/model/basis.hpp"
+#include "core/paper/basis.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -6,9 +6,9 @@
 #include <numeric>
 #include <utility>
 
-#include "core/model/eckart_complement.hpp"
-#include "core/model/faults.hpp"
-#include "core/model/mass_properties.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/eckart_complement.hpp"
+#include "core/structure/mass_properties.hpp"
 
 namespace freeflex {
 namespace {

@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/model/force_groups.hpp"
-#include "core/model/link_factor.hpp"
+#include "core/paper/force_groups.hpp"
+#include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 

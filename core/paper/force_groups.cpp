@@ -1,10 +1,11 @@
-#include "core/model/force_groups.hpp"
+#include "core/paper/force_groups.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
+
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {

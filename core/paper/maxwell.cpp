@@ -1,12 +1,12 @@
-#include "core/model/maxwell.hpp"
+#include "core/paper/maxwell.hpp"
 
 #include <Eigen/Cholesky>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <set>
 
-#include "core/model/faults.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {

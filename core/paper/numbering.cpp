@@ -5,7 +5,7 @@
 #include <numeric>
 #include <random>
 
-#include "core/model/force_groups.hpp"
+#include "core/paper/force_groups.hpp"
 
 namespace freeflex {
 namespace {

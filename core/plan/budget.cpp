@@ -1,12 +1,12 @@
-#include "core/model/budget.hpp"
+#include "core/plan/budget.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <span>
 
-#include "core/model/compile.hpp"
-#include "core/model/faults.hpp"
-#include "core/model/rungs.hpp"
+#include "core/plan/compile.hpp"
+#include "core/plan/rungs.hpp"
+#include "core/scene/faults.hpp"
 
 namespace freeflex {
 namespace {

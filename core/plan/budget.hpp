@@ -3,8 +3,8 @@
 
 #include <optional>
 
-#include "core/model/structure.hpp"
 #include "core/step/budget.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 

@@ -1,18 +1,18 @@
-#include "core/model/compile.hpp"
+#include "core/plan/compile.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "core/model/budget.hpp"
-#include "core/model/coupling.hpp"
-#include "core/model/extremes.hpp"
-#include "core/model/faults.hpp"
-#include "core/model/histories.hpp"
-#include "core/model/propagator.hpp"
-#include "core/model/rungs.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/histories.hpp"
+#include "core/plan/mixing.hpp"
+#include "core/plan/propagator.hpp"
+#include "core/plan/rungs.hpp"
+#include "core/scene/extremes.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {
@@ -398,7 +398,7 @@ std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure,
   check_attractor(scene, plan, structure.mass_properties, faults);
   compile_publication(scene.publication, plan);
   compile_histories(scene, structure, plan, faults);
-  compile_coupling(scene, structure, plan, faults);
+  compile_mixing(scene, structure, plan, faults);
   if (is_coupled(plan)) {
     warn_of_feedback(scene, plan, faults);
     compile_coupled(scene, structure, plan, faults);
@@ -424,7 +424,7 @@ void set_rate(Plan& plan, double rate) {
     const auto l = static_cast<std::size_t>(mode);
     set_mode(plan.propagator, mode, plan.omega[l], plan.decay[l], plan.period, plan.mass);
   }
-  set_coupling_period(plan);
+  set_mixing_period(plan);
   set_coupled_period(plan);
   if (!plan.damps) drop_damping(plan.propagator);
   for (PlanHistory& history : plan.histories) set_history_ticks(history, plan.period);

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/model/structure.hpp"
 #include "core/step/plan.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 

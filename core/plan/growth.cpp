@@ -1,12 +1,12 @@
 // Does a step of coupled modes make any motion grow, and whose doing is that (THEORY X75, X76).
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <random>
 
-#include "core/model/compile.hpp"
-#include "core/model/coupling.hpp"
-#include "core/model/faults.hpp"
+#include "core/plan/compile.hpp"
+#include "core/plan/mixing.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {
@@ -32,13 +32,13 @@ class SplitStep {
  public:
   explicit SplitStep(const Plan& plan) : n_(plan.num_elastic) {
     const auto modal = [&](const Array& rows) -> Eigen::MatrixXd {
-      return Eigen::Map<const RowMatrix>(rows.data(), plan.coupling.num_kicks, plan.num_padded).leftCols(n_);
+      return Eigen::Map<const RowMatrix>(rows.data(), plan.mixing.num_kicks, plan.num_padded).leftCols(n_);
     };
     const Eigen::VectorXd size =
         Eigen::Map<const Eigen::VectorXd>(plan.omega.data(), n_).cwiseMax(1.0 / plan.period);
-    by_q_ = modal(plan.coupling.kick_q_rows) * size.cwiseInverse().asDiagonal();
-    by_q_dot_ = modal(plan.coupling.kick_q_dot_rows);
-    out_ = modal(plan.coupling.kick_out);
+    by_q_ = modal(plan.mixing.kick_q_rows) * size.cwiseInverse().asDiagonal();
+    by_q_dot_ = modal(plan.mixing.kick_q_dot_rows);
+    out_ = modal(plan.mixing.kick_out);
     for (auto* each : {&qq_, &qv_, &vq_, &vv_}) each->resize(n_);
     for (Eigen::Index l = 0; l < n_; ++l) {
       const Propagator::Lanes& p = plan.propagator.lanes[static_cast<std::size_t>(l) / kLanes];
@@ -102,9 +102,9 @@ double split_growth(const Plan& plan) {
 }
 
 double exact_growth(const Plan& plan) {
-  const auto n = static_cast<Eigen::Index>(plan.coupling.modes.size());
-  const Eigen::Index stride = static_cast<Eigen::Index>(plan.coupling.columns.size()) / (4 * n);
-  const Eigen::MatrixXd once = Eigen::Map<const Eigen::MatrixXd>(plan.coupling.columns.data(), stride, 4 * n)
+  const auto n = static_cast<Eigen::Index>(plan.mixing.modes.size());
+  const Eigen::Index stride = static_cast<Eigen::Index>(plan.mixing.columns.size()) / (4 * n);
+  const Eigen::MatrixXd once = Eigen::Map<const Eigen::MatrixXd>(plan.mixing.columns.data(), stride, 4 * n)
                                    .topLeftCorner(2 * n, 2 * n);
   return once.allFinite() ? once.eigenvalues().cwiseAbs().maxCoeff() : HUGE_VAL;
 }
@@ -200,8 +200,8 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
 
 void check_growth(const Scene& scene, const Plan& plan, Faults& faults) {
   if (plan.feedbacks.empty()) return;
-  if (plan.coupling.path == PlanCoupling::Path::kSplit) check_split_growth(scene, plan, faults);
-  if (plan.coupling.path != PlanCoupling::Path::kExact) return;
+  if (plan.mixing.path == PlanMixing::Path::kSplit) check_split_growth(scene, plan, faults);
+  if (plan.mixing.path != PlanMixing::Path::kExact) return;
   const double growth = exact_growth(plan);
   // a step that is not finite is said elsewhere
   if (growth > 1.0 + kExactGrowth && std::isfinite(growth))

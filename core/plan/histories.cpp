@@ -1,8 +1,8 @@
-#include "core/model/histories.hpp"
+#include "core/plan/histories.hpp"
 
 #include <cmath>
 
-#include "core/model/faults.hpp"
+#include "core/scene/faults.hpp"
 #include "core/step/loads.hpp"
 
 namespace freeflex {

@@ -1,8 +1,8 @@
 // Built-in force histories of a scene, compiled.
 #pragma once
 
-#include "core/model/structure.hpp"
 #include "core/step/plan.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 

@@ -1,16 +1,16 @@
-#include "core/model/leave_out.hpp"
+#include "core/plan/leave_out.hpp"
 
 #include <algorithm>
 #include <array>
 #include <numeric>
 #include <set>
 
-#include "core/model/budget.hpp"
-#include "core/model/faults.hpp"
-#include "core/model/motion_scope.hpp"
-#include "core/model/reach.hpp"
-#include "core/model/reduce.hpp"
-#include "core/model/small_modes.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/motion_scope.hpp"
+#include "core/plan/reach.hpp"
+#include "core/plan/reduce.hpp"
+#include "core/plan/small_modes.hpp"
+#include "core/scene/faults.hpp"
 
 namespace freeflex {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <optional>
 
-#include "core/model/compile.hpp"
+#include "core/plan/compile.hpp"
 
 namespace freeflex {
 

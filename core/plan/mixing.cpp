@@ -1,12 +1,12 @@
-#include "core/model/coupling.hpp"
+#include "core/plan/mixing.hpp"
 
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
-#include "core/model/faults.hpp"
-#include "core/model/phi.hpp"
+#include "core/plan/phi.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {
@@ -84,7 +84,7 @@ void compile_feedbacks(const Scene& scene, const Structure& structure, Plan& pla
     plan.feedbacks.push_back(std::move(feedback));
   }
   const Eigen::MatrixXd B = actuator_rows(plan),
-                        R = modal(plan.coupling.damping_rows, plan.coupling.num_damping, plan);
+                        R = modal(plan.mixing.damping_rows, plan.mixing.num_damping, plan);
   const Eigen::Map<const Eigen::VectorXd> omega(plan.omega.data(), plan.num_elastic),
       decay(plan.decay.data(), plan.num_elastic);
   // (1 - G_a S B'/M) f = G_d S q + G_v S q' + G_a S (Q / M - (2 decay + R'R / M) q' - omega^2 q)
@@ -113,7 +113,7 @@ void compile_feedbacks(const Scene& scene, const Structure& structure, Plan& pla
 
 // modes that a dashpot or a feedback acts on or is moved by
 std::vector<std::int32_t> coupled_modes(const Plan& plan) {
-  const Eigen::MatrixXd R = modal(plan.coupling.damping_rows, plan.coupling.num_damping, plan);
+  const Eigen::MatrixXd R = modal(plan.mixing.damping_rows, plan.mixing.num_damping, plan);
   Eigen::VectorXd share = Eigen::VectorXd::Zero(plan.num_elastic);
   // each kind against its own largest
   const auto add = [&](const Eigen::MatrixXd& rows) {
@@ -139,12 +139,12 @@ struct Generator {
 };
 
 Generator generator_of(const Plan& plan) {
-  const std::vector<std::int32_t>& modes = plan.coupling.modes;
+  const std::vector<std::int32_t>& modes = plan.mixing.modes;
   const auto n = static_cast<Eigen::Index>(modes.size());
   const auto wide = [&](const Eigen::MatrixXd& rows) -> WideMatrix {
     return rows(Eigen::all, modes).cast<long double>();
   };
-  const WideMatrix R = wide(modal(plan.coupling.damping_rows, plan.coupling.num_damping, plan)),
+  const WideMatrix R = wide(modal(plan.mixing.damping_rows, plan.mixing.num_damping, plan)),
                    B = wide(actuator_rows(plan)), F_q = wide(feedback_rows(plan, Input::kDisplacement)),
                    F_v = wide(feedback_rows(plan, Input::kVelocity)),
                    F_Q = wide(feedback_rows(plan, Input::kLoad));
@@ -180,7 +180,7 @@ Eigen::MatrixXd resultant_of_feedback(const Plan& plan) {
 Generator with_impulses(const Plan& plan, const Generator& modes) {
   const Eigen::Index n = modes.E.cols();
   const auto resultant = [&](Input input) -> WideMatrix {
-    return (resultant_of_feedback(plan) * feedback_rows(plan, input))(Eigen::all, plan.coupling.modes)
+    return (resultant_of_feedback(plan) * feedback_rows(plan, input))(Eigen::all, plan.mixing.modes)
         .cast<long double>();
   };
   Generator all;
@@ -221,7 +221,7 @@ void set_exact(Plan& plan) {
       Eigen::Matrix<long double, Eigen::Dynamic, 1>::Ones(system.A.rows());
   for (Eigen::Index k = 0; k < n; ++k)
     size[k] = std::max<long double>(
-        plan.omega[static_cast<std::size_t>(plan.coupling.modes[static_cast<std::size_t>(k)])], 1.0L / h);
+        plan.omega[static_cast<std::size_t>(plan.mixing.modes[static_cast<std::size_t>(k)])], 1.0L / h);
   if (has_feedback) {
     // impulses act on nothing: made small, they do not change how often the series is doubled
     const WideMatrix rate =
@@ -239,10 +239,10 @@ void set_exact(Plan& plan) {
   WideMatrix columns(system.A.rows(), 4 * n);
   columns << unscaled(phi.phi0.leftCols(2 * n) * size.head(2 * n).asDiagonal()), unscaled(phi.phi1 * input),
       unscaled(phi.phi2 * input);
-  plan.coupling.columns = to_columns(columns.topRows(2 * n), (2 * n + kLanes - 1) / kLanes * kLanes);
+  plan.mixing.columns = to_columns(columns.topRows(2 * n), (2 * n + kLanes - 1) / kLanes * kLanes);
   if (has_feedback)
-    plan.coupling.load_columns =
-        to_columns(linear_loads(columns.bottomRows(kImpulses), h), PlanCoupling::kLoadRows);
+    plan.mixing.load_columns =
+        to_columns(linear_loads(columns.bottomRows(kImpulses), h), PlanMixing::kLoadRows);
 }
 
 // tau phi_1(tau W U), rows of U' and W   (X76)
@@ -264,8 +264,8 @@ Eigen::MatrixXd weight_of_many(const Eigen::MatrixXd& out, const Eigen::MatrixXd
 
 // X76: q_dot += U tau phi_1(tau W U) (W q_dot + W_q q), tau half a period, U = [R' B'] / M, W = [-R; F_v]
 void set_split(Plan& plan) {
-  PlanCoupling& coupling = plan.coupling;
-  const Eigen::MatrixXd R = modal(coupling.damping_rows, coupling.num_damping, plan), B = actuator_rows(plan);
+  PlanMixing& mixing = plan.mixing;
+  const Eigen::MatrixXd R = modal(mixing.damping_rows, mixing.num_damping, plan), B = actuator_rows(plan);
   const Eigen::Index num_kicks = R.rows() + B.rows();
   Eigen::MatrixXd out(num_kicks, plan.num_elastic), by_q_dot(num_kicks, plan.num_elastic), by_q = by_q_dot;
   out << R / plan.mass, B / plan.mass;
@@ -274,15 +274,15 @@ void set_split(Plan& plan) {
   const double tau = 0.5 * plan.period;
   const Eigen::MatrixXd weight =
       num_kicks <= kMaxWideKicks ? wide_weight(out, by_q_dot, tau) : weight_of_many(out, by_q_dot, tau);
-  coupling.num_kicks = static_cast<std::int32_t>(num_kicks);
-  coupling.kick_q_dot_rows = to_rows(weight * by_q_dot, plan);
-  coupling.kick_q_rows = to_rows(weight * by_q, plan);
-  coupling.kick_out = to_rows(out, plan);
+  mixing.num_kicks = static_cast<std::int32_t>(num_kicks);
+  mixing.kick_q_dot_rows = to_rows(weight * by_q_dot, plan);
+  mixing.kick_q_rows = to_rows(weight * by_q, plan);
+  mixing.kick_out = to_rows(out, plan);
 }
 
 }  // namespace
 
-void compile_coupling(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
+void compile_mixing(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   Eigen::MatrixXd R = structure.damping_rows;
   if (R.rows() > R.cols()) {
     // as many rows as modes do, with the same R'R
@@ -292,25 +292,25 @@ void compile_coupling(const Scene& scene, const Structure& structure, Plan& plan
   if (R.rows() > 0) {
     const Eigen::MatrixXd D = R.transpose() * R;
     const Eigen::VectorXd diagonal = D.diagonal();
-    const double coupling = (D - Eigen::MatrixXd(diagonal.asDiagonal())).cwiseAbs().maxCoeff();
-    if (coupling <= kUncoupled * diagonal.maxCoeff()) {
+    const double off_diagonal = (D - Eigen::MatrixXd(diagonal.asDiagonal())).cwiseAbs().maxCoeff();
+    if (off_diagonal <= kUncoupled * diagonal.maxCoeff()) {
       for (Eigen::Index mode = 0; mode < diagonal.size(); ++mode)
         plan.decay[static_cast<std::size_t>(mode)] += 0.5 * diagonal[mode] / plan.mass;
       R.resize(0, R.cols());
     }
   }
-  plan.coupling.num_damping = static_cast<std::int32_t>(R.rows());
-  plan.coupling.damping_rows = to_rows(R, plan);
+  plan.mixing.num_damping = static_cast<std::int32_t>(R.rows());
+  plan.mixing.damping_rows = to_rows(R, plan);
   if (!scene.feedbacks.empty()) compile_feedbacks(scene, structure, plan, faults);
   if (R.rows() == 0 && plan.feedbacks.empty()) return;
   std::vector<std::int32_t> modes = coupled_modes(plan);
   if (modes.empty()) return;
   if (modes.size() <= static_cast<std::size_t>(kMaxExactModes)) {
-    plan.coupling.path = PlanCoupling::Path::kExact;
-    plan.coupling.modes = std::move(modes);
+    plan.mixing.path = PlanMixing::Path::kExact;
+    plan.mixing.modes = std::move(modes);
     return;
   }
-  plan.coupling.path = PlanCoupling::Path::kSplit;
+  plan.mixing.path = PlanMixing::Path::kSplit;
   for (const Feedback& feedback : scene.feedbacks)
     if (!feedback.acceleration_gain.isZero(0.0))
       add_error(faults, feedback.origin,
@@ -318,9 +318,9 @@ void compile_coupling(const Scene& scene, const Structure& structure, Plan& plan
                           " are advanced together; use a smaller model, or displacement and velocity gains"));
 }
 
-void set_coupling_period(Plan& plan) {
-  if (plan.coupling.path == PlanCoupling::Path::kExact) set_exact(plan);
-  if (plan.coupling.path == PlanCoupling::Path::kSplit) set_split(plan);
+void set_mixing_period(Plan& plan) {
+  if (plan.mixing.path == PlanMixing::Path::kExact) set_exact(plan);
+  if (plan.mixing.path == PlanMixing::Path::kSplit) set_split(plan);
 }
 
 }  // namespace freeflex

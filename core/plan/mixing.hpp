@@ -1,8 +1,8 @@
 // What keeps modes from being independent: dashpots and linear feedback (THEORY X74-X76).
 #pragma once
 
-#include "core/model/structure.hpp"
 #include "core/step/plan.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 
@@ -10,17 +10,17 @@ namespace freeflex {
 /// us for this many; more are advanced by splitting, whose cost grows with n times the number of dashpots.
 inline constexpr int kMaxExactModes = 96;
 
-/// Fills plan.feedbacks and plan.coupling but for what depends on the period; dashpots that share the modes
+/// Fills plan.feedbacks and plan.mixing but for what depends on the period; dashpots that share the modes
 /// go into plan.decay   (THEORY X53, X65, X74-X76). Errors: acceleration feedback that has no solution, or
 /// couples more than kMaxExactModes modes. \pre modes and points of the plan stand
-void compile_coupling(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
+void compile_mixing(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
-/// What of plan.coupling depends on the period   (THEORY X75, X76).
-void set_coupling_period(Plan& plan);
+/// What of plan.mixing depends on the period   (THEORY X75, X76).
+void set_mixing_period(Plan& plan);
 
 /// Feedback that drives a motion without end is a warning; an error where only the splitting of X76 does,
 /// because the rate is too low for a gain. From 256 modes on growth by less than some 1e-3 a tick may go
-/// unseen. \pre set_coupling_period
+/// unseen. \pre set_mixing_period
 void check_growth(const Scene& scene, const Plan& plan, Faults& faults);
 
 }  // namespace freeflex

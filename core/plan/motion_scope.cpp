@@ -1,12 +1,12 @@
-#include "core/model/motion_scope.hpp"
+#include "core/plan/motion_scope.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
-#include "core/model/faults.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {

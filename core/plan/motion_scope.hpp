@@ -4,7 +4,7 @@
 #include <Eigen/Core>
 #include <string>
 
-#include "core/model/structure.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 

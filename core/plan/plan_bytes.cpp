@@ -5,7 +5,7 @@
 #include <bit>
 #include <type_traits>
 
-#include "core/model/compile.hpp"
+#include "core/plan/compile.hpp"
 
 namespace freeflex {
 namespace {
@@ -83,7 +83,7 @@ void fields(Archive& archive, T& f) {
   all_of(archive, f.name, f.row, f.r, f.q_rows, f.q_dot_rows, f.Q_rows);
 }
 
-template <typename Archive, Is<PlanCoupling> T>
+template <typename Archive, Is<PlanMixing> T>
 void fields(Archive& archive, T& c) {
   all_of(archive, c.path, c.damping_rows, c.num_damping, c.modes, c.columns, c.load_columns, c.num_kicks,
          c.kick_q_rows, c.kick_q_dot_rows, c.kick_out);
@@ -136,7 +136,7 @@ void fields(Archive& archive, T& p) {
   all_of(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia,
          p.inverse_inertia, p.line, p.gravity_W, p.attractor_mu, p.attractor_W, p.num_elastic, p.num_moving,
          p.num_padded, p.omega, p.decay, p.frequency_accuracy, p.conditioning);
-  all_of(archive, p.propagator, p.coupling, p.coupled, p.fidelity, p.has_spin_load, p.field_rows, p.points,
+  all_of(archive, p.propagator, p.mixing, p.coupled, p.fidelity, p.has_spin_load, p.field_rows, p.points,
          p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs, p.mechanisms, p.histories,
          p.feedbacks, p.force_limit, p.torque_limit, p.initial, p.state_rate, p.points_rate, p.loads_rate,
          p.status_rate, p.published_points, p.published_groups);

@@ -4,9 +4,9 @@
 #include <limits>
 #include <set>
 
-#include "core/model/compile.hpp"
-#include "core/model/faults.hpp"
-#include "core/model/rungs.hpp"
+#include "core/plan/compile.hpp"
+#include "core/plan/rungs.hpp"
+#include "core/scene/faults.hpp"
 
 namespace freeflex {
 namespace {
@@ -53,7 +53,7 @@ class PlanCheck {
     if (error_.empty()) check_groups();
     if (error_.empty()) check_histories();
     if (error_.empty()) check_feedbacks();
-    if (error_.empty()) check_coupling();
+    if (error_.empty()) check_mixing();
     if (error_.empty()) check_initial();
     if (error_.empty()) check_publication();
     if (error_.empty()) error_ = find_rung_inconsistency(plan_);
@@ -100,7 +100,7 @@ class PlanCheck {
   void check_pattern(const LoadPattern& pattern, const std::string& who);
   void check_histories();
   void check_feedbacks();
-  void check_coupling();
+  void check_mixing();
   void check_initial();
   void check_publication();
 
@@ -284,31 +284,31 @@ void PlanCheck::check_feedbacks() {
   }
 }
 
-void PlanCheck::check_coupling() {
-  const PlanCoupling& coupling = plan_.coupling;
-  require(coupling.path >= PlanCoupling::Path::kNone && coupling.path <= PlanCoupling::Path::kSplit,
-          "the coupling is of no known kind");
-  require(coupling.num_damping >= 0 && coupling.num_kicks >= 0 &&
-              static_cast<std::size_t>(coupling.num_damping) <= kMaxItems &&
-              static_cast<std::size_t>(coupling.num_kicks) <= kMaxItems,
+void PlanCheck::check_mixing() {
+  const PlanMixing& mixing = plan_.mixing;
+  require(mixing.path >= PlanMixing::Path::kNone && mixing.path <= PlanMixing::Path::kSplit,
+          "the mixing of modes is of no known kind");
+  require(mixing.num_damping >= 0 && mixing.num_kicks >= 0 &&
+              static_cast<std::size_t>(mixing.num_damping) <= kMaxItems &&
+              static_cast<std::size_t>(mixing.num_kicks) <= kMaxItems,
           "a number of dashpots is out of range");
   if (!error_.empty()) return;
-  require_rows(coupling.damping_rows, static_cast<std::size_t>(coupling.num_damping), "the rows of dashpots");
-  const auto num_kicks = static_cast<std::size_t>(coupling.num_kicks);
-  require_rows(coupling.kick_q_rows, num_kicks, "the rows of kicks");
-  require_rows(coupling.kick_q_dot_rows, num_kicks, "the rows of kicks");
-  require_rows(coupling.kick_out, num_kicks, "the rows of kicks");
-  require(are_indices(coupling.modes, static_cast<std::size_t>(plan_.num_elastic)),
+  require_rows(mixing.damping_rows, static_cast<std::size_t>(mixing.num_damping), "the rows of dashpots");
+  const auto num_kicks = static_cast<std::size_t>(mixing.num_kicks);
+  require_rows(mixing.kick_q_rows, num_kicks, "the rows of kicks");
+  require_rows(mixing.kick_q_dot_rows, num_kicks, "the rows of kicks");
+  require_rows(mixing.kick_out, num_kicks, "the rows of kicks");
+  require(are_indices(mixing.modes, static_cast<std::size_t>(plan_.num_elastic)),
           "a coupled mode is not there or is named twice");
-  const std::size_t num_modes = coupling.modes.size();
+  const std::size_t num_modes = mixing.modes.size();
   const std::size_t stride = (2 * num_modes + kLanes - 1) / kLanes * kLanes;
-  require(coupling.columns.size() == 4 * num_modes * stride && are_finite(coupling.columns),
+  require(mixing.columns.size() == 4 * num_modes * stride && are_finite(mixing.columns),
           "the propagator of the coupled modes does not have their size or is not finite");
   require(
-      coupling.load_columns.size() ==
-              (plan_.feedbacks.empty() ? 0
-                                       : 4 * num_modes * static_cast<std::size_t>(PlanCoupling::kLoadRows)) &&
-          are_finite(coupling.load_columns),
+      mixing.load_columns.size() == (plan_.feedbacks.empty()
+                                         ? 0
+                                         : 4 * num_modes * static_cast<std::size_t>(PlanMixing::kLoadRows)) &&
+          are_finite(mixing.load_columns),
       "the loads of feedback over a step do not have the size of the coupled modes or are not finite");
 }
 

@@ -1,4 +1,4 @@
-#include "core/model/propagator.hpp"
+#include "core/plan/propagator.hpp"
 
 #include <bit>
 #include <boost/multiprecision/cpp_bin_float.hpp>

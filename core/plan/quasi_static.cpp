@@ -1,10 +1,10 @@
-#include "core/model/quasi_static.hpp"
+#include "core/plan/quasi_static.hpp"
 
 #include <algorithm>
 #include <cmath>
 
-#include "core/model/faults.hpp"
-#include "core/model/histories.hpp"
+#include "core/plan/histories.hpp"
+#include "core/scene/faults.hpp"
 #include "core/step/field.hpp"
 #include "core/step/frame.hpp"
 #include "core/step/loads.hpp"

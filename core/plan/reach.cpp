@@ -1,9 +1,10 @@
-#include "core/model/reach.hpp"
+#include "core/plan/reach.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {

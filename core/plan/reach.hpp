@@ -4,8 +4,8 @@
 #include <Eigen/Core>
 #include <vector>
 
-#include "core/model/motion_scope.hpp"
-#include "core/model/structure.hpp"
+#include "core/plan/motion_scope.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 

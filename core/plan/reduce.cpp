@@ -1,8 +1,9 @@
-#include "core/model/reduce.hpp"
+#include "core/plan/reduce.hpp"
 
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
+
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/model/reach.hpp"
+#include "core/plan/reach.hpp"
 
 namespace freeflex {
 

@@ -1,13 +1,13 @@
-#include "core/model/rungs.hpp"
+#include "core/plan/rungs.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 
-#include "core/model/budget.hpp"
-#include "core/model/coupling.hpp"
-#include "core/model/faults.hpp"
-#include "core/model/propagator.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/mixing.hpp"
+#include "core/plan/propagator.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {
@@ -33,7 +33,7 @@ double top_frequency(const Plan& plan) {
 
 // s of X100 [1/s]: bound of how fast dashpots and feedback change the motion
 double stage_rate(const Plan& plan) {
-  const double damping = norm_of_rows(plan.coupling.damping_rows, plan.coupling.num_damping, plan);
+  const double damping = norm_of_rows(plan.mixing.damping_rows, plan.mixing.num_damping, plan);
   double rate = damping * (damping / plan.mass);
   for (const PlanFeedback& feedback : plan.feedbacks) {
     const Array rows(plan.rows.begin() + 3 * std::ptrdiff_t{feedback.row} * plan.num_padded,
@@ -76,10 +76,10 @@ Reduced without_modes(const Scene& scene, const Structure& structure, Faults& fa
 }
 
 void warn_of_feedback(const Scene& scene, const Plan& plan, Faults& faults) {
-  if (plan.coupling.path != PlanCoupling::Path::kExact || plan.feedbacks.empty()) return;
+  if (plan.mixing.path != PlanMixing::Path::kExact || plan.feedbacks.empty()) return;
   Plan linear = plan;
   linear.period = 1.0 / scene.rate;
-  set_coupling_period(linear);
+  set_mixing_period(linear);
   check_growth(scene, linear, faults);
 }
 
@@ -103,8 +103,8 @@ void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan,
       return;
     }
   // dashpots and feedback act stage by stage
-  plan.coupling.path = PlanCoupling::Path::kNone;
-  plan.coupling.modes.clear();
+  plan.mixing.path = PlanMixing::Path::kNone;
+  plan.mixing.modes.clear();
   if (plan.fidelity == Fidelity::kFull) plan.coupled.part_phase = kFullPhase;
   if (plan.fidelity < Fidelity::kExactBars) return;
   for (std::size_t k = 0; k < scene.links.size(); ++k) {

@@ -1,7 +1,7 @@
 // What a rung of the fidelity ladder needs of a plan beside the separated equations (THEORY section 12).
 #pragma once
 
-#include "core/model/reduce.hpp"
+#include "core/plan/reduce.hpp"
 #include "core/step/plan.hpp"
 
 namespace freeflex {
@@ -15,7 +15,7 @@ Reduced without_modes(const Scene& scene, const Structure& structure, Faults& fa
 void warn_of_feedback(const Scene& scene, const Plan& plan, Faults& faults);
 
 /// Fills plan.coupled but for what depends on the period. Errors: rigid links, acceleration feedback.
-/// \pre modes, points and coupling of the plan stand; its rung is coupled or above
+/// \pre modes, points and mixing of the plan stand; its rung is coupled or above
 void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
 /// What find_inconsistency says of the rung.

@@ -3,8 +3,8 @@
 #include <bit>
 #include <cmath>
 
-#include "core/model/compile.hpp"
-#include "core/model/rungs.hpp"
+#include "core/plan/compile.hpp"
+#include "core/plan/rungs.hpp"
 
 namespace freeflex {
 namespace {
@@ -106,7 +106,7 @@ std::string find_rung_inconsistency(const Plan& plan) {
   if (coupled.functions.size() != kRows * static_cast<std::size_t>(plan.num_padded) ||
       !are_finite(coupled.functions))
     return "the functions of the modes do not have their size or are not finite";
-  if (plan.coupling.path != PlanCoupling::Path::kNone) return "a coupled rung has no other coupling of modes";
+  if (plan.mixing.path != PlanMixing::Path::kNone) return "a coupled rung has no other mixing of modes";
   for (const PlanFeedback& feedback : plan.feedbacks)
     if (!feedback.Q_rows.empty()) return "acceleration feedback on a coupled rung";
   for (std::size_t k = 0; k < coupled.bars.size(); ++k)

@@ -1,11 +1,11 @@
-#include "core/model/small_modes.hpp"
+#include "core/plan/small_modes.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <numeric>
 
-#include "core/model/faults.hpp"
-#include "core/model/reach.hpp"
+#include "core/plan/reach.hpp"
+#include "core/scene/faults.hpp"
 #include "core/step/step.hpp"
 
 namespace freeflex {
@@ -243,7 +243,7 @@ class Choice {
 
 // why modes of this scene are not judged; empty: they are
 std::string find_obstacle(const Scene& scene, const MotionScope& scope, const Plan& plan) {
-  if (plan.coupling.path != PlanCoupling::Path::kNone || !plan.feedbacks.empty())
+  if (plan.mixing.path != PlanMixing::Path::kNone || !plan.feedbacks.empty())
     return "dashpots or feedback join the modes";
   const auto has = [&](Axes axes) {
     return std::any_of(scene.loads.begin(), scene.loads.end(),

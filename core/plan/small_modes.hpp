@@ -3,8 +3,9 @@
 
 #include <vector>
 
-#include "core/model/motion_scope.hpp"
-#include "core/model/structure.hpp"
+#include "core/plan/motion_scope.hpp"
+#include "core/step/plan.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 

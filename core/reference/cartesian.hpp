@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/model/scene.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex {
 

@@ -1,8 +1,8 @@
 // Scene -> Cartesian system: what can be stated, and a clear refusal of the rest.
-#include <Eigen/Eigenvalues>
 #include <cmath>
 
 #include "core/reference/cartesian.hpp"
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {

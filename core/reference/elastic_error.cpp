@@ -1,7 +1,8 @@
 #include "core/reference/elastic_error.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
+
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {

@@ -1,8 +1,9 @@
 #include "core/reference/lanczos.hpp"
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
+
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {

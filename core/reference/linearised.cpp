@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/structure/decompositions.hpp"
+
 namespace freeflex {
 namespace {
 

@@ -4,7 +4,7 @@
 #include <limits>
 #include <set>
 
-#include "core/model/checker.hpp"
+#include "core/scene/checker.hpp"
 
 namespace freeflex {
 namespace {

@@ -1,8 +1,8 @@
-#include "core/model/check_scene.hpp"
+#include "core/scene/check_scene.hpp"
 
 #include <set>
 
-#include "core/model/checker.hpp"
+#include "core/scene/checker.hpp"
 
 namespace freeflex {
 namespace {

@@ -1,7 +1,7 @@
 // The physics of a scene that can be judged before anything is computed.
 #pragma once
 
-#include "core/model/scene.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex {
 

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <string>
 
-#include "core/model/faults.hpp"
+#include "core/scene/faults.hpp"
 
 namespace freeflex {
 

@@ -1,8 +1,8 @@
-#include "core/model/extremes.hpp"
+#include "core/scene/extremes.hpp"
 
 #include <cmath>
 
-#include "core/model/faults.hpp"
+#include "core/scene/faults.hpp"
 
 namespace freeflex {
 namespace {

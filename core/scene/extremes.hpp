@@ -3,7 +3,7 @@
 
 #include <string>
 
-#include "core/model/scene.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex {
 

@@ -1,4 +1,4 @@
-#include "core/model/faults.hpp"
+#include "core/scene/faults.hpp"
 
 #include <algorithm>
 

@@ -5,7 +5,7 @@
 #include <string>
 #include <utility>
 
-#include "core/model/scene.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex {
 

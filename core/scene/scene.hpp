@@ -12,7 +12,7 @@
 #include <variant>
 #include <vector>
 
-#include "core/step/plan.hpp"
+#include "core/words.hpp"
 
 namespace freeflex {
 
@@ -129,9 +129,6 @@ struct Damping {
   double beta = 0.0;                                // [s]
   Origin origin;
 };
-
-/// World axes, body axes, or body axes turned by the local elastic rotation (follower forces, THEORY X73).
-enum class Axes : std::int32_t { kWorld = 0, kBody = 1, kLocal = 2 };
 
 struct PointLoad {
   int point = -1;

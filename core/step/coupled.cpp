@@ -2,9 +2,9 @@
 
 #include <algorithm>
 
-#include "core/step/coupling.hpp"
 #include "core/step/field.hpp"
 #include "core/step/history.hpp"
+#include "core/step/mixing.hpp"
 #include "core/step/readout.hpp"
 
 namespace freeflex {
@@ -29,7 +29,7 @@ struct Place {
   Vec3 H_B;             // [kg m^2/s]
   Mat3 R_WB;
   Vec3 p_WB;  // [m]
-  Moment moment;
+  Instant instant;
 };
 
 /// What the motion gains there. Arrays of the caller: rate_q [m/s], rate_p [m/s^2] (num_padded).
@@ -98,7 +98,7 @@ void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorks
 /// Loads on the points: histories, commands, and the followers that turn with the deformation (X73).
 void gather_forces(const External& external, const Place& place, CoupledWorkspace& w) noexcept {
   const Plan& plan = external.plan;
-  external.on_points(place.moment, place.R_WB, w.force);
+  external.on_points(place.instant, place.R_WB, w.force);
   for (const PlanHistory& history : plan.histories)
     for (const PlanFollower& follower : history.followers) {
       const std::size_t n = index(plan.num_padded);
@@ -106,7 +106,7 @@ void gather_forces(const External& external, const Place& place, CoupledWorkspac
       const Vec3 theta{dot_lanes(rows, place.q, n), dot_lanes(rows + n, place.q, n),
                        dot_lanes(rows + 2 * n, place.q, n)};
       Vec3& force = w.force[index(follower.row)];
-      force = add_scaled(force, external.amplitude(history, place.moment), cross(theta, follower.force_B));
+      force = add_scaled(force, external.amplitude(history, place.instant), cross(theta, follower.force_B));
     }
 }
 
@@ -124,8 +124,8 @@ void sum_forces(const Plan& plan, const Place& place, const CoupledWorkspace& w,
 
 /// Fields, dashpots and feedback: few coordinates, added after the sums over points.
 void add_modal_loads(const Plan& plan, const Place& place, Workspace& workspace, Gain& gain) noexcept {
-  const bool has_coupling = plan.coupling.num_damping > 0 || !plan.feedbacks.empty();
-  if (!has_field(plan) && !has_coupling) return;
+  const bool has_mixing = plan.mixing.num_damping > 0 || !plan.feedbacks.empty();
+  if (!has_field(plan) && !has_mixing) return;
   CoupledWorkspace& w = workspace.coupled;
   const std::size_t n = index(plan.num_padded);
   std::fill(w.Q.begin(), w.Q.end(), 0.0);
@@ -136,9 +136,9 @@ void add_modal_loads(const Plan& plan, const Place& place, Workspace& workspace,
     gain.moment_B = add(gain.moment_B, torque);
     gain.rest_moment_B = add(gain.rest_moment_B, torque);
   }
-  if (has_coupling) {
+  if (has_mixing) {
     for (std::size_t l = 0; l < n; ++l) w.q_dot[l] = place.p[l] + gain.rate_q[l];
-    add_coupling_forces(plan, place.q, w.q_dot.data(), workspace.scratch, w.Q.data());
+    add_mixing_forces(plan, place.q, w.q_dot.data(), workspace.scratch, w.Q.data());
     const DependentLoad feedback = feed_back(plan, place.q, w.q_dot.data(), w.Q.data());
     gain.moment_B = add(gain.moment_B, feedback.torque_B);
     gain.rest_moment_B = add(gain.rest_moment_B, feedback.torque_B);
@@ -236,7 +236,7 @@ bool are_finite(const Array& values) noexcept {
 
 /// The turning part over one step, by the classical method, to which (X93) comes where nothing is linear:
 /// Gibbs vector and angular momentum in the axes of the step's start (X7, X8).
-struct Turning {
+struct AttitudeRates {
   Mat3 R_start;
   Vec3 H_start;  // [kg m^2/s]
   std::array<Vec3, 4> g_rate{}, H_rate{}, force_W{};
@@ -308,22 +308,22 @@ bool advance_coupled_rung(const External& external, const State& state, bool is_
   const Plan& plan = external.plan;
   CoupledWorkspace& w = workspace.coupled;
   const double h = plan.period / plan.coupled.num_parts;
-  Turning turning{rotation_matrix(state.q_WB), {}};
+  AttitudeRates turning{rotation_matrix(state.q_WB), {}};
   turning.H_start = multiply_transposed(turning.R_start, state.H_W);
   Stages N{};
   for (std::size_t k = 0; k < 4; ++k) N[k] = {w.rates[k][0].data(), w.rates[k][1].data()};
   const auto visit = [&](std::size_t k, const double* q, const double* p, const Vec3& g, const Vec3& H,
-                         double t, Moment moment) {
+                         double t, Instant instant) {
     const Mat3 G = rotation_of_gibbs(g);
     Gain gain{w.rates[k][0].data(), w.rates[k][1].data()};
     evaluate(external,
              {q, p, multiply_transposed(G, H), multiply(turning.R_start, G),
-              add_scaled(state.p_WB, t, state.v_WB), moment},
+              add_scaled(state.p_WB, t, state.v_WB), instant},
              workspace, gain);
     turning.add_stage(k, g, gain);
   };
   if (is_fresh || !state.coupled.has_rates) {
-    visit(0, state.q.data(), state.coupled.momentum.data(), {}, turning.H_start, 0.0, Moment::kStart);
+    visit(0, state.q.data(), state.coupled.momentum.data(), {}, turning.H_start, 0.0, Instant::kStart);
   } else {
     N[0] = {state.coupled.rate_q.data(), state.coupled.rate_p.data()};
     turning.add_stage(
@@ -334,18 +334,18 @@ bool advance_coupled_rung(const External& external, const State& state, bool is_
   };
   half_stage(plan, state, N, 0, w);
   visit(1, w.q.data(), w.p.data(), scale(0.5 * h, turning.g_rate[0]), H_at(0.5 * h, 0), 0.5 * h,
-        Moment::kMiddle);
+        Instant::kMiddle);
   half_stage(plan, state, N, 1, w);
   visit(2, w.q.data(), w.p.data(), scale(0.5 * h, turning.g_rate[1]), H_at(0.5 * h, 1), 0.5 * h,
-        Moment::kMiddle);
+        Instant::kMiddle);
   whole_step(plan, state, N, false, w.q.data(), w.p.data());
-  visit(3, w.q.data(), w.p.data(), scale(h, turning.g_rate[2]), H_at(h, 2), h, Moment::kEnd);
+  visit(3, w.q.data(), w.p.data(), scale(h, turning.g_rate[2]), H_at(h, 2), h, Instant::kEnd);
   whole_step(plan, state, N, true, workspace.next_q.data(), w.next.momentum.data());
 
   frame = {state.p_WB, state.p_WB_low, state.v_WB, state.v_WB_low,
            state.q_WB, state.q_WB_low, state.H_W,  state.H_W_low};
-  turn_attitude(scale(h, Turning::mean(turning.g_rate)), frame);
-  const Vec3 H_gain = scale(h, multiply(turning.R_start, Turning::mean(turning.H_rate)));
+  turn_attitude(scale(h, AttitudeRates::mean(turning.g_rate)), frame);
+  const Vec3 H_gain = scale(h, multiply(turning.R_start, AttitudeRates::mean(turning.H_rate)));
   for (std::size_t i = 0; i < 3; ++i) add_compensated(frame.H_W[i], frame.H_W_low[i], H_gain[i]);
   translate(plan, h, turning.force_W[0], scale(0.5, add(turning.force_W[1], turning.force_W[2])),
             turning.force_W[3], frame);
@@ -354,7 +354,7 @@ bool advance_coupled_rung(const External& external, const State& state, bool is_
   Gain end{w.next.rate_q.data(), w.next.rate_p.data(), workspace.Q_left.data()};
   evaluate(external,
            {workspace.next_q.data(), w.next.momentum.data(), multiply_transposed(R_end, frame.H_W), R_end,
-            frame.p_WB, Moment::kEnd},
+            frame.p_WB, Instant::kEnd},
            workspace, end);
   for (std::size_t l = 0; l < index(plan.num_padded); ++l)
     workspace.next_q_dot[l] = w.next.momentum[l] + w.next.rate_q[l];

@@ -9,15 +9,15 @@
 namespace freeflex {
 
 /// Where in a step: the right limit of its start, its middle, the left limit of its end.
-enum class Moment { kStart, kMiddle, kEnd };
+enum class Instant { kStart, kMiddle, kEnd };
 
 struct External {
   const Plan& plan;
   const LoadPattern& commands;
   std::int64_t tick;      // since the epoch began
-  std::int32_t part = 0;  // of the step, where the plan divides it; moments are those of that part   (X100)
+  std::int32_t part = 0;  // of the step, where the plan divides it; instants are those of that part   (X100)
 
-  double amplitude(const PlanHistory& history, Moment moment) const noexcept;
+  double amplitude(const PlanHistory& history, Instant instant) const noexcept;
 
   /// True when a history jumps at the start of the step.
   bool jumps() const noexcept;
@@ -27,11 +27,11 @@ struct External {
 
   /// Generalized forces Q [N] (num_padded), below the coupled rungs; what depends on the elastic motion
   /// apart.
-  void generalized(Moment moment, const Frame& frame, const Mat3& R_WB, Array& Q) const noexcept;
+  void generalized(Instant instant, const Frame& frame, const Mat3& R_WB, Array& Q) const noexcept;
 
   /// Forces on the points [N] (num_points), body axes, on coupled rungs; what depends on the elastic motion
   /// apart.
-  void on_points(Moment moment, const Mat3& R_WB, std::span<Vec3> forces) const noexcept;
+  void on_points(Instant instant, const Mat3& R_WB, std::span<Vec3> forces) const noexcept;
 };
 
 }  // namespace freeflex

@@ -73,29 +73,29 @@ Vec3 combine(const Vec3& start, double h, const double* weights, const Rates& ra
 
 /// Where the centre of mass stands within a step, from an attractor, in the axes of the step's start: to
 /// second order in time, which is ample beside a period of revolution   (X72).
-struct Path {
+struct Trajectory {
   Vec3 rho, velocity, acceleration;  // [m], [m/s], [m/s^2]
   Vec3 at(double t) const noexcept {
     return add_scaled(add_scaled(rho, t, velocity), 0.5 * t * t, acceleration);
   }
 };
 
-Path path_of(const Plan& plan, const Frame& from, const RigidLoad& load, const Mat3& R_WB) noexcept {
+Trajectory path_of(const Plan& plan, const Frame& from, const RigidLoad& load, const Mat3& R_WB) noexcept {
   const Vec3 a_W = add_scaled(gravity_at(plan, from.p_WB), 1.0 / plan.mass, resultant_W(load, R_WB));
   return {multiply_transposed(R_WB, sub(from.p_WB, plan.attractor_W)), multiply_transposed(R_WB, from.v_WB),
           multiply_transposed(R_WB, a_W)};
 }
 
 /// The turning part of a step, in the axes of the step's start: Gibbs vector and angular momentum (X7, X8).
-struct Turning {
+struct BodyTurn {
   const Plan& plan;
-  const Path* path;  // set when an attractor turns the body
+  const Trajectory* path;  // set when an attractor turns the body
   double period;
   Mat3 half_inverse_inertia;
   Vec3 H;  // at the start
   Rates g_rates, H_rates;
 
-  Turning(const Plan& of, const Vec3& H_start, const Path* along) noexcept
+  BodyTurn(const Plan& of, const Vec3& H_start, const Trajectory* along) noexcept
       : plan(of), path(along), period(of.period), H(H_start) {
     for (std::size_t i = 0; i < 9; ++i) half_inverse_inertia[i] = 0.5 * plan.inverse_inertia[i];
   }
@@ -132,7 +132,7 @@ struct Turn {
   Vec3 g_middle{}, g_end{}, H_gain{};
 };
 
-Turn finish(const Turning& turning, const Vec3& H_gain, bool needs_middle) noexcept {
+Turn finish(const BodyTurn& turning, const Vec3& H_gain, bool needs_middle) noexcept {
   Turn turn;
   turn.H_gain = H_gain;
   turn.g_end = combine<kStages>({}, turning.period, kWeights, turning.g_rates);
@@ -144,7 +144,7 @@ Turn finish(const Turning& turning, const Vec3& H_gain, bool needs_middle) noexc
   return turn;
 }
 
-Turn turn_free(Turning& turning, bool needs_middle) noexcept {
+Turn turn_free(BodyTurn& turning, bool needs_middle) noexcept {
   turning.advance_free<0>();
   turning.advance_free<1>();
   turning.advance_free<2>();
@@ -156,8 +156,9 @@ Turn turn_free(Turning& turning, bool needs_middle) noexcept {
 }
 
 /// Moments at the stage times 0, 1/3, 1/2, 2/3 and 1.
-Turn turn_loaded(Turning& turning, const StepMoment& start, const StepMoment& third, const StepMoment& middle,
-                 const StepMoment& two_thirds, const StepMoment& end, bool needs_middle) noexcept {
+Turn turn_loaded(BodyTurn& turning, const StepMoment& start, const StepMoment& third,
+                 const StepMoment& middle, const StepMoment& two_thirds, const StepMoment& end,
+                 bool needs_middle) noexcept {
   turning.advance_loaded<0>(start);
   turning.advance_loaded<1>(third);
   turning.advance_loaded<2>(two_thirds);
@@ -173,8 +174,8 @@ bool has_moment(const RigidLoad& load) noexcept { return load.has_moment_W || !i
 Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
   const bool needs_middle = loads.later || !is_zero(loads.start.force_B);
   const bool is_attracted = plan.attractor_mu > 0.0;
-  const Path path = is_attracted ? path_of(plan, from, loads.start, R_WB) : Path{};
-  Turning turning(plan, multiply_transposed(R_WB, from.H_W), is_attracted ? &path : nullptr);
+  const Trajectory path = is_attracted ? path_of(plan, from, loads.start, R_WB) : Trajectory{};
+  BodyTurn turning(plan, multiply_transposed(R_WB, from.H_W), is_attracted ? &path : nullptr);
   if (!is_attracted && !has_moment(loads.start) && !has_moment(loads.middle()) && !has_moment(loads.end()))
     return is_zero(from.H_W) ? Turn{} : turn_free(turning, needs_middle);
   const StepMoment start = moment_in_step(loads.start, R_WB);

@@ -1,4 +1,4 @@
-#include "core/step/coupling.hpp"
+#include "core/step/mixing.hpp"
 
 #include <algorithm>
 
@@ -26,8 +26,8 @@ Vec3 feedback_force(const PlanFeedback& feedback, std::size_t n, const double* q
   return force;
 }
 
-std::size_t stride_of(const PlanCoupling& coupling) noexcept {
-  return (2 * coupling.modes.size() + kLanes - 1) / kLanes * kLanes;
+std::size_t stride_of(const PlanMixing& mixing) noexcept {
+  return (2 * mixing.modes.size() + kLanes - 1) / kLanes * kLanes;
 }
 
 }  // namespace
@@ -83,12 +83,12 @@ DependentLoad feed_back(const Plan& plan, const double* q, const double* q_dot, 
 
 DependentStep feed_back_over_step(const Plan& plan, const double* q, const double* q_dot, const double* Q0,
                                   const double* Q1) noexcept {
-  const PlanCoupling& coupling = plan.coupling;
-  if (coupling.load_columns.empty()) return {};
-  alignas(64) std::array<double, PlanCoupling::kLoadRows> sum{};
-  const double* column = coupling.load_columns.data();
+  const PlanMixing& mixing = plan.mixing;
+  if (mixing.load_columns.empty()) return {};
+  alignas(64) std::array<double, PlanMixing::kLoadRows> sum{};
+  const double* column = mixing.load_columns.data();
   const auto add_columns = [&](const auto& value_of) {
-    for (const std::int32_t mode : coupling.modes) {
+    for (const std::int32_t mode : mixing.modes) {
       combine_one(column, value_of(index(mode)), true, sum.size(), sum.data());
       column += sum.size();
     }
@@ -101,8 +101,8 @@ DependentStep feed_back_over_step(const Plan& plan, const double* q, const doubl
           {{sum[6], sum[7], sum[8]}, {sum[9], sum[10], sum[11]}}};
 }
 
-void add_coupling_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
-                         double* Q) noexcept {
+void add_mixing_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
+                       double* Q) noexcept {
   const std::size_t n = index(plan.num_padded);
   // every feedback answers the external load, not the one that others added here
   const double* external = Q;
@@ -112,25 +112,25 @@ void add_coupling_forces(const Plan& plan, const double* q, const double* q_dot,
   }
   for (const PlanFeedback& feedback : plan.feedbacks)
     combine_rows(point_rows(plan, feedback.row), feedback_force(feedback, n, q, q_dot, external), true, n, Q);
-  for (std::size_t k = 0; k < index(plan.coupling.num_damping); ++k) {
-    const double* row = plan.coupling.damping_rows.data() + k * n;
+  for (std::size_t k = 0; k < index(plan.mixing.num_damping); ++k) {
+    const double* row = plan.mixing.damping_rows.data() + k * n;
     combine_one(row, -dot_lanes(row, q_dot, n), true, n, Q);
   }
 }
 
 DependentLoad kick(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
                    double* q_dot_out) noexcept {
-  const PlanCoupling& coupling = plan.coupling;
-  const std::size_t n = index(plan.num_padded), num_kicks = index(coupling.num_kicks);
+  const PlanMixing& mixing = plan.mixing;
+  const std::size_t n = index(plan.num_padded), num_kicks = index(mixing.num_kicks);
   // all rates are those before the kick
   for (std::size_t k = 0; k < num_kicks; ++k)
-    scratch[k] = dot_lanes(coupling.kick_q_rows.data() + k * n, q, n) +
-                 dot_lanes(coupling.kick_q_dot_rows.data() + k * n, q_dot, n);
+    scratch[k] = dot_lanes(mixing.kick_q_rows.data() + k * n, q, n) +
+                 dot_lanes(mixing.kick_q_dot_rows.data() + k * n, q_dot, n);
   if (q_dot_out != q_dot) std::copy_n(q_dot, n, q_dot_out);
   for (std::size_t k = 0; k < num_kicks; ++k)
-    combine_one(coupling.kick_out.data() + k * n, scratch[k], true, n, q_dot_out);
+    combine_one(mixing.kick_out.data() + k * n, scratch[k], true, n, q_dot_out);
   DependentLoad load;
-  const double* impulse = scratch.data() + coupling.num_damping;
+  const double* impulse = scratch.data() + mixing.num_damping;
   for (const PlanFeedback& feedback : plan.feedbacks) {
     const Vec3 force = scale(2.0 / plan.period, {impulse[0], impulse[1], impulse[2]});
     load.force_B = freeflex::add(load.force_B, force);
@@ -140,15 +140,15 @@ DependentLoad kick(const Plan& plan, const double* q, const double* q_dot, Array
   return load;
 }
 
-bool advance_coupled(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
-                     Array& scratch, const ModalResult& to) noexcept {
-  const PlanCoupling& coupling = plan.coupling;
-  const std::size_t num_modes = coupling.modes.size(), stride = stride_of(coupling);
+bool advance_mixed(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
+                   Array& scratch, const ModalResult& to) noexcept {
+  const PlanMixing& mixing = plan.mixing;
+  const std::size_t num_modes = mixing.modes.size(), stride = stride_of(mixing);
   double* const sum = scratch.data();
   std::fill_n(sum, stride, 0.0);
-  const double* column = coupling.columns.data();
+  const double* column = mixing.columns.data();
   const auto add_columns = [&](const auto& value_of) {
-    for (const std::int32_t mode : coupling.modes) {
+    for (const std::int32_t mode : mixing.modes) {
       combine_one(column, value_of(index(mode)), true, stride, sum);
       column += stride;
     }
@@ -159,7 +159,7 @@ bool advance_coupled(const Plan& plan, const ModalState& from, const double* Q0,
   add_columns([&](std::size_t l) { return Q1[l] - Q0[l]; });
   double check = 0.0;
   for (std::size_t k = 0; k < num_modes; ++k) {
-    const std::size_t l = index(coupling.modes[k]);
+    const std::size_t l = index(mixing.modes[k]);
     to.q[l] = sum[k];
     to.q_dot[l] = sum[num_modes + k];
     to.q_low[l] = to.q_dot_low[l] = 0.0;
@@ -168,8 +168,8 @@ bool advance_coupled(const Plan& plan, const ModalState& from, const double* Q0,
   return check == 0.0;
 }
 
-std::size_t coupling_scratch_size(const Plan& plan) noexcept {
-  return std::max({stride_of(plan.coupling), index(plan.num_padded), index(plan.coupling.num_kicks)});
+std::size_t mixing_scratch_size(const Plan& plan) noexcept {
+  return std::max({stride_of(plan.mixing), index(plan.num_padded), index(plan.mixing.num_kicks)});
 }
 
 }  // namespace freeflex

@@ -39,8 +39,8 @@ DependentStep feed_back_over_step(const Plan& plan, const double* q, const doubl
                                   const double* Q1) noexcept;
 
 /// Adds the generalized forces of dashpots and feedback, for accelerations and rigid links that are read out.
-void add_coupling_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
-                         double* Q) noexcept;
+void add_mixing_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
+                       double* Q) noexcept;
 
 /// q_dot_out = q_dot + half a kick of dashpots and feedback   (X76); the two may be one. Returns the force of
 /// feedback that has the kick's impulse in half a step.
@@ -49,10 +49,10 @@ DependentLoad kick(const Plan& plan, const double* q, const double* q_dot, Array
 
 /// Coupled modes one period later, over what the propagator of single modes left for them   (X75). True when
 /// finite.
-bool advance_coupled(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
-                     Array& scratch, const ModalResult& to) noexcept;
+bool advance_mixed(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
+                   Array& scratch, const ModalResult& to) noexcept;
 
 /// Doubles that scratch needs, in all of these.
-std::size_t coupling_scratch_size(const Plan& plan) noexcept;
+std::size_t mixing_scratch_size(const Plan& plan) noexcept;
 
 }  // namespace freeflex

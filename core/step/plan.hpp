@@ -1,4 +1,4 @@
-// The immutable plan: all that the step reads. Plain arrays; filled by core/model, saved and loaded as bytes.
+// The immutable plan: all that the step reads. Plain arrays; filled by core/plan, saved and loaded as bytes.
 #pragma once
 
 #include <array>
@@ -7,19 +7,9 @@
 #include <vector>
 
 #include "core/step/array.hpp"
+#include "core/words.hpp"
 
 namespace freeflex {
-
-/// The rungs of the fidelity ladder, cheapest first   (THEORY section 12). A rung is the sum of those before
-/// it.
-enum class Fidelity : std::int32_t {
-  kRigid = 0,       // no elastic coordinate
-  kSeparated = 1,   // the rigid body, and elastic coordinates beside it (Alekseev 1970)
-  kSpinLoaded = 2,  // and the centrifugal load of the spin   (X70)
-  kCoupled = 3,     // every term in the elastic displacements, linear elasticity   (X92)
-  kExactBars = 4,   // and springs, bars and dashpots at true length and direction   (X94)
-  kFull = 5,        // and the step divided until its fastest motion is resolved   (X100)
-};
 
 /// Modes are padded to a multiple of this with zeros; reductions run in this many fixed lanes.
 inline constexpr int kLanes = 8;
@@ -27,25 +17,6 @@ inline constexpr int kLanes = 8;
 using Vec3 = std::array<double, 3>;
 using Mat3 = std::array<double, 9>;  // row-major
 using Quat = std::array<double, 4>;  // w x y z, unit
-
-/// Parts that a plan may do without   (THEORY section 14). The numbers stand in plan files.
-enum class Part : std::int32_t {
-  kDamping = 0,         // decay of the modes
-  kGravity = 1,         // uniform field
-  kRotation = 2,        // turning of the body
-  kOutOfPlane = 3,      // modes that move a planar shape along its normal
-  kUnreachedModes = 4,  // other modes that nothing can set in motion
-  kSmallModes = 5,      // modes whose share of what is asked for is below the tolerance
-  kPointRows = 6,       // mode shapes at points that nobody reads or loads
-};
-inline constexpr int kNumParts = 7;
-
-/// What becomes of a part that only commands could need.
-enum class OnNeed : std::int32_t {
-  kKeep = 0,    // it stays
-  kRefuse = 1,  // left out; a command that needs it is refused
-  kReplan = 2,  // left out until a command needs it: from that tick on the wide plan is stepped
-};
 
 /// y = (q, q_dot) of each mode: y1 = (C + L) y + W0 Q0 + W1 (Q1 - Q0)   (THEORY X10).
 /// C + L is the exact propagator: C its leading 26 bits, so that C times the leading 26 bits of y is exact,
@@ -157,7 +128,7 @@ struct PlanFeedback {
 };
 
 /// What keeps the modes from being independent: dashpots and feedback   (THEORY X75, X76).
-struct PlanCoupling {
+struct PlanMixing {
   enum class Path : std::int32_t {
     kNone = 0,
     kExact = 1,  // X75: the coupled modes by their own exponential
@@ -287,7 +258,7 @@ struct Plan {
   double frequency_accuracy = 0.0;  // [-]
   double conditioning = 0.0;        // [-]
   Propagator propagator;
-  PlanCoupling coupling;
+  PlanMixing mixing;
   PlanCoupled coupled;
   Fidelity fidelity = Fidelity::kSeparated;
   bool has_spin_load = false;  // centrifugal load, on the rung of that name   (THEORY X70)

@@ -2,7 +2,7 @@
 
 #include <utility>
 
-#include "core/step/coupling.hpp"
+#include "core/step/mixing.hpp"
 
 namespace freeflex {
 namespace {
@@ -66,9 +66,9 @@ void fit(const Plan& plan, const State& state, Workspace& workspace) noexcept {
   for (auto* v : {&workspace.Q_right, &workspace.Q_left, &workspace.next_q, &workspace.next_q_low,
                   &workspace.next_q_dot, &workspace.next_q_dot_low})
     v->resize(n);
-  if (active.coupling.path == PlanCoupling::Path::kSplit) workspace.kicked.resize(n);
+  if (active.mixing.path == PlanMixing::Path::kSplit) workspace.kicked.resize(n);
   if (has_dependent_loads(active)) workspace.predicted_q.resize(n);
-  workspace.scratch.resize(coupling_scratch_size(active));
+  workspace.scratch.resize(mixing_scratch_size(active));
   resize(workspace.next_pattern, n);
   std::swap(workspace.group_rows, workspace.other_group_rows);
   workspace.is_wide = state.is_wide;

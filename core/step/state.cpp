@@ -3,7 +3,7 @@
 #include <algorithm>
 
 #include "core/step/coupled.hpp"
-#include "core/step/coupling.hpp"
+#include "core/step/mixing.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 
@@ -76,9 +76,9 @@ Workspace make_workspace(const Plan& plan) {
     v->reserve(most_padded(plan));
     v->resize(n);
   }
-  if (plan.coupling.path == PlanCoupling::Path::kSplit) workspace.kicked.resize(n);
+  if (plan.mixing.path == PlanMixing::Path::kSplit) workspace.kicked.resize(n);
   if (has_dependent_loads(plan)) workspace.predicted_q.resize(n);
-  workspace.scratch.resize(coupling_scratch_size(plan));
+  workspace.scratch.resize(mixing_scratch_size(plan));
   if (is_coupled(plan)) workspace.coupled = make_coupled_workspace(plan);
   if (plan.coupled.num_parts > 1) workspace.part = make_state(plan);
   workspace.next_slots.resize(kMaxSlots);
@@ -90,7 +90,7 @@ Workspace make_workspace(const Plan& plan) {
     workspace.other_group_rows = make_group_rows(wide);
     workspace.kicked.reserve(most_padded(plan));
     workspace.predicted_q.reserve(most_padded(plan));
-    workspace.scratch.reserve(std::max(coupling_scratch_size(plan), coupling_scratch_size(wide)));
+    workspace.scratch.reserve(std::max(mixing_scratch_size(plan), mixing_scratch_size(wide)));
   }
   return workspace;
 }

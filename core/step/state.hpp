@@ -74,8 +74,8 @@ struct Workspace {
   Array Q_left;   // [N] (num_padded) at the left limit of the next
   Array next_q, next_q_low, next_q_dot, next_q_dot_low;
   Array predicted_q;             // [m] (num_padded) empty unless loads depend on the elastic motion
-  Array kicked;                  // [m/s] (num_padded) q_dot after half a kick; empty but for split coupling
-  Array scratch;                 // see coupling_scratch_size
+  Array kicked;                  // [m/s] (num_padded) q_dot after half a kick; empty but for split mixing
+  Array scratch;                 // see mixing_scratch_size
   CoupledWorkspace coupled;      // empty below the coupled rungs
   State part;                    // after one part of a step; empty but where the plan divides it   (X100)
   std::vector<Slot> next_slots;  // size kMaxSlots

@@ -8,10 +8,10 @@
 #include <utility>
 
 #include "core/step/coupled.hpp"
-#include "core/step/coupling.hpp"
 #include "core/step/external.hpp"
 #include "core/step/field.hpp"
 #include "core/step/kernels.hpp"
+#include "core/step/mixing.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/scope.hpp"
 #include "core/step/slots.hpp"
@@ -82,11 +82,10 @@ bool advance_elastic(const Plan& plan, const State& state, const Array& Q_start,
                        workspace.next_q_dot_low.data()};
   const double *Q0 = Q_start.data(), *Q1 = workspace.Q_left.data();
   const std::size_t n = index(plan.num_moving);
-  if (plan.coupling.path == PlanCoupling::Path::kNone)
-    return advance_modes(plan.propagator, n, from, Q0, Q1, to);
-  if (plan.coupling.path == PlanCoupling::Path::kExact)
+  if (plan.mixing.path == PlanMixing::Path::kNone) return advance_modes(plan.propagator, n, from, Q0, Q1, to);
+  if (plan.mixing.path == PlanMixing::Path::kExact)
     return advance_modes(plan.propagator, n, from, Q0, Q1, to) &
-           advance_coupled(plan, from, Q0, Q1, workspace.scratch, to);
+           advance_mixed(plan, from, Q0, Q1, workspace.scratch, to);
   // half a kick, the modes, half a kick
   kick(plan, from.q, from.q_dot, workspace.scratch, workspace.kicked.data());
   const bool is_finite = advance_modes(
@@ -112,7 +111,7 @@ Result advance_once(const External& external, const State& state, const Array& Q
   result.frame = advance_frame(plan, frame_of(state), R_start, loads);
   const Mat3 R_WB = rotation_matrix(result.frame.q_WB);
   set_read_out(plan, R_WB, loads.end(), result);
-  external.generalized(Moment::kEnd, result.frame, R_WB, workspace.Q_left);
+  external.generalized(Instant::kEnd, result.frame, R_WB, workspace.Q_left);
   if (q_of_followers != nullptr) follow(plan, q_of_followers, external.tick, true, workspace.Q_left.data());
   result.is_finite = advance_elastic(plan, state, Q_start, workspace, result.kick) && is_finite(result.frame);
   return result;
@@ -124,7 +123,7 @@ Result advance_dependent(const External& external, const State& state, const Mat
                          Workspace& workspace) noexcept {
   const Plan& plan = external.plan;
   const double *q = state.q.data(), *q_dot = state.q_dot.data();
-  const bool is_split = plan.coupling.path == PlanCoupling::Path::kSplit;
+  const bool is_split = plan.mixing.path == PlanMixing::Path::kSplit;
   StepLoads fixed = external.rigid();
   if (!fixed.later) fixed.later.emplace(StepLoads::Later{fixed.start, fixed.start});
   const auto with = [&](const DependentStep& followers, const DependentStep& feedback) {
@@ -167,8 +166,8 @@ Result advance_separated(const External& external, const State& state, bool is_c
   const bool has_dependent = has_dependent_loads(plan);
   // loads at the start are those of the end of the last step unless something jumped
   const bool is_fresh = is_changed || state.tick == state.epoch_start_tick || external.jumps() ||
-                        has_dependent || plan.coupling.path != PlanCoupling::Path::kNone;
-  if (is_fresh) external.generalized(Moment::kStart, frame_of(state), R_start, workspace.Q_right);
+                        has_dependent || plan.mixing.path != PlanMixing::Path::kNone;
+  if (is_fresh) external.generalized(Instant::kStart, frame_of(state), R_start, workspace.Q_right);
   if (has_dependent) return advance_dependent(external, state, R_start, workspace);
   return advance_once(external, state, is_fresh ? workspace.Q_right : state.Q, R_start, external.rigid(),
                       nullptr, workspace);
@@ -215,8 +214,8 @@ void commit(const Plan& plan, const Result& result, State& state, Workspace& wor
   state.q_dot.swap(workspace.next_q_dot);
   state.q_dot_low.swap(workspace.next_q_dot_low);
   state.Q.swap(workspace.Q_left);
-  if (plan.coupling.path != PlanCoupling::Path::kNone)
-    add_coupling_forces(plan, state.q.data(), state.q_dot.data(), workspace.scratch, state.Q.data());
+  if (plan.mixing.path != PlanMixing::Path::kNone)
+    add_mixing_forces(plan, state.q.data(), state.q_dot.data(), workspace.scratch, state.Q.data());
   state.force_W = result.force_W;
   state.moment_B = result.moment_B;
   if (is_coupled(plan)) std::swap(state.coupled, workspace.coupled.next);

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "core/model/link_factor.hpp"
+#include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 namespace {

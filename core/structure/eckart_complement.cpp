@@ -1,9 +1,9 @@
-#include "core/model/eckart_complement.hpp"
+#include "core/structure/eckart_complement.hpp"
 
 #include <algorithm>
 #include <numeric>
 
-#include "core/model/mass_properties.hpp"
+#include "core/structure/mass_properties.hpp"
 
 namespace freeflex {
 

@@ -2,10 +2,10 @@
 // mechanism, in the mass metric.
 #pragma once
 
-#include <Eigen/QR>
 #include <vector>
 
-#include "core/model/structure.hpp"
+#include "core/structure/decompositions.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 

@@ -1,12 +1,12 @@
-#include "core/model/graded_svd.hpp"
+#include "core/structure/graded_svd.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <numeric>
 #include <vector>
+
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {

@@ -1,14 +1,14 @@
-#include "core/model/link_factor.hpp"
+#include "core/structure/link_factor.hpp"
 
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <map>
 #include <set>
 
-#include "core/model/faults.hpp"
-#include "core/model/graded_svd.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/decompositions.hpp"
+#include "core/structure/graded_svd.hpp"
 
 namespace freeflex {
 namespace {

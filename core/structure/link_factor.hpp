@@ -5,7 +5,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/model/structure.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 

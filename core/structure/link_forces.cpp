@@ -1,9 +1,9 @@
 // Forces of links from elastic coordinates, their rates and, of rigid links, the loads.
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 
-#include "core/model/link_factor.hpp"
+#include "core/structure/decompositions.hpp"
+#include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 namespace {

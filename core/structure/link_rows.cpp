@@ -2,7 +2,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 
-#include "core/model/link_factor.hpp"
+#include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 Eigen::Vector3d span_of(const Scene& scene, const Link& link) {

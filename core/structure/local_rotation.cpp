@@ -1,9 +1,9 @@
 // Elastic rotations at points that have none of their own: of joints, of rigid bodies, of neighbours.
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <set>
 
-#include "core/model/link_factor.hpp"
+#include "core/structure/decompositions.hpp"
+#include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 namespace {

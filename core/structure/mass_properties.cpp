@@ -1,11 +1,11 @@
-#include "core/model/mass_properties.hpp"
+#include "core/structure/mass_properties.hpp"
 
 #include <Eigen/Geometry>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <limits>
 
-#include "core/model/faults.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {

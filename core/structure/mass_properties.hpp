@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/model/structure.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 

@@ -1,11 +1,10 @@
 // Matrix links: a stiffness or flexibility matrix from elsewhere, turned into rows.
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <cmath>
 #include <limits>
 
-#include "core/model/faults.hpp"
-#include "core/model/link_factor.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/decompositions.hpp"
+#include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 namespace {

@@ -1,13 +1,13 @@
-#include "core/model/mechanisms.hpp"
+#include "core/structure/mechanisms.hpp"
 
 #include <Eigen/Cholesky>
 #include <Eigen/LU>
-#include <Eigen/QR>
 #include <Eigen/SparseCore>
 #include <algorithm>
 #include <numeric>
 
-#include "core/model/mass_properties.hpp"
+#include "core/structure/decompositions.hpp"
+#include "core/structure/mass_properties.hpp"
 
 namespace freeflex {
 namespace {

@@ -1,7 +1,7 @@
 // Motions that strain no link and are not rigid, from the rank of the geometry.
 #pragma once
 
-#include "core/model/structure.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex {
 

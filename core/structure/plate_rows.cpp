@@ -4,7 +4,7 @@
 #include <array>
 #include <cmath>
 
-#include "core/model/link_factor.hpp"
+#include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 namespace {

@@ -1,7 +1,7 @@
 // Rigid links and rigid bodies: what they forbid, and which of it is forbidden twice.
-#include <Eigen/QR>
 
-#include "core/model/link_factor.hpp"
+#include "core/structure/decompositions.hpp"
+#include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 

@@ -1,4 +1,4 @@
-#include "core/model/structure.hpp"
+#include "core/structure/structure.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -6,14 +6,14 @@
 #include <numeric>
 #include <tuple>
 
-#include "core/model/check_scene.hpp"
-#include "core/model/eckart_complement.hpp"
-#include "core/model/extremes.hpp"
-#include "core/model/faults.hpp"
-#include "core/model/graded_svd.hpp"
-#include "core/model/link_factor.hpp"
-#include "core/model/mass_properties.hpp"
-#include "core/model/mechanisms.hpp"
+#include "core/scene/check_scene.hpp"
+#include "core/scene/extremes.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/eckart_complement.hpp"
+#include "core/structure/graded_svd.hpp"
+#include "core/structure/link_factor.hpp"
+#include "core/structure/mass_properties.hpp"
+#include "core/structure/mechanisms.hpp"
 
 namespace freeflex {
 namespace {

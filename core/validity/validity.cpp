@@ -1,10 +1,10 @@
-#include "service/validity.hpp"
+#include "core/validity/validity.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
 
-namespace freeflex::service {
+namespace freeflex {
 
 double norm(const Vec3& v) noexcept { return std::hypot(v[0], v[1], v[2]); }
 
@@ -157,4 +157,4 @@ double Validity::spin_ratio(double spin, double max_displacement) const noexcept
   return bounded_ratio(spin * spin / (omega_1_ * omega_1_) * size_, max_displacement);
 }
 
-}  // namespace freeflex::service
+}  // namespace freeflex

@@ -6,7 +6,7 @@
 #include "core/step/budget.hpp"
 #include "core/step/readout.hpp"
 
-namespace freeflex::service {
+namespace freeflex {
 
 /// Beyond these a motion is outside what the method can answer (README, "When not to trust it").
 inline constexpr double kMaxDisplacementRatio = 1e-3;  // [-] elastic error some 10 %
@@ -56,4 +56,4 @@ double bounded_ratio(double numerator, double denominator) noexcept;
 /// |v|
 double norm(const Vec3& v) noexcept;
 
-}  // namespace freeflex::service
+}  // namespace freeflex

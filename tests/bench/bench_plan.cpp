@@ -9,7 +9,7 @@
 
 #include "tests/support/omissions.hpp"
 #include "tests/support/structures.hpp"
-#include "tools/step_cost.hpp"
+#include "tools/report/step_cost.hpp"
 
 namespace {
 

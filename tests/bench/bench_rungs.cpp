@@ -2,10 +2,10 @@
 // the 20-point truss.
 #include <benchmark/benchmark.h>
 
-#include "core/model/budget.hpp"
-#include "core/model/leave_out.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/leave_out.hpp"
 #include "core/step/budget.hpp"
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 
 namespace {
 

@@ -7,9 +7,9 @@
 #include <fstream>
 #include <string>
 
-#include "core/model/compile.hpp"
-#include "core/model/structure.hpp"
-#include "service/io/input.hpp"
+#include "core/plan/compile.hpp"
+#include "core/structure/structure.hpp"
+#include "service/io/scene/input.hpp"
 #include "tests/support/structures.hpp"
 
 namespace {

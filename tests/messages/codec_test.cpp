@@ -17,8 +17,8 @@ TEST(Codec, AForceComesThroughTheWireToTheBit) {
   ForceCommand command;
   for (int i = 0; i < 500; ++i) {
     const freeflex_msgs::force_t sent = random_force(engine);
-    const io::Verdict verdict = decode(sent, names, command);
-    ASSERT_EQ(verdict.reason, Reason::kAccepted) << verdict.text.data();
+    const io::Admission admission = decode(sent, names, command);
+    ASSERT_EQ(admission.reason, Reason::kAccepted) << admission.text.data();
     EXPECT_EQ(io::encode(io::to_message(command, sent.session, sent.utime)), io::encode(sent));
     ForceCommand again;
     ASSERT_EQ(io::from_message(sent, names, again).reason, Reason::kAccepted);
@@ -50,8 +50,8 @@ TEST(Codec, AControlComesThroughWithItsCount) {
   message.command = freeflex_msgs::control_t::STEP;
   message.count = 123'456'789;
   io::ControlCommand command;
-  const io::Verdict verdict = io::decode_control(io::encode(message), kSession, command);
-  ASSERT_EQ(verdict.reason, Reason::kAccepted) << verdict.text.data();
+  const io::Admission admission = io::decode_control(io::encode(message), kSession, command);
+  ASSERT_EQ(admission.reason, Reason::kAccepted) << admission.text.data();
   EXPECT_STREQ(command.sender.data(), "desk");
   EXPECT_EQ(command.sequence, 3);
   EXPECT_EQ(command.command, freeflex_msgs::control_t::STEP);

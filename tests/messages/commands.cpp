@@ -88,16 +88,17 @@ freeflex_msgs::force_t random_force(std::mt19937_64& engine, int most_forces, in
   return message;
 }
 
-io::Verdict decode(const freeflex_msgs::force_t& message, const io::NameTable& names, ForceCommand& command) {
+io::Admission decode(const freeflex_msgs::force_t& message, const io::NameTable& names,
+                     ForceCommand& command) {
   return io::decode_force(io::encode(message), kSession, names, command);
 }
 
-io::Verdict decode(const freeflex_msgs::force_t& message) {
+io::Admission decode(const freeflex_msgs::force_t& message) {
   ForceCommand command;
   return decode(message, make_names(), command);
 }
 
-io::Verdict decode(const freeflex_msgs::control_t& message) {
+io::Admission decode(const freeflex_msgs::control_t& message) {
   io::ControlCommand command;
   return io::decode_control(io::encode(message), kSession, command);
 }

@@ -7,7 +7,7 @@
 
 #include "freeflex_msgs/control_t.hpp"
 #include "freeflex_msgs/force_t.hpp"
-#include "service/io/codec.hpp"
+#include "service/io/wire/codec.hpp"
 
 namespace freeflex::testing {
 
@@ -25,8 +25,9 @@ freeflex_msgs::control_t make_control();
 freeflex_msgs::force_t random_force(std::mt19937_64& engine, int most_forces = 256, int most_wrenches = 3);
 
 /// decode_force of the message's bytes in kSession.
-io::Verdict decode(const freeflex_msgs::force_t& message, const io::NameTable& names, ForceCommand& command);
-io::Verdict decode(const freeflex_msgs::force_t& message);
-io::Verdict decode(const freeflex_msgs::control_t& message);
+io::Admission decode(const freeflex_msgs::force_t& message, const io::NameTable& names,
+                     ForceCommand& command);
+io::Admission decode(const freeflex_msgs::force_t& message);
+io::Admission decode(const freeflex_msgs::control_t& message);
 
 }  // namespace freeflex::testing

@@ -27,7 +27,7 @@ void put32(Bytes& bytes, std::size_t at, std::uint32_t value) {
 }
 
 /// A copy without spare capacity, so that reading one byte too far is seen.
-io::Verdict decode_exact(std::span<const std::byte> bytes, ForceCommand& command) {
+io::Admission decode_exact(std::span<const std::byte> bytes, ForceCommand& command) {
   const std::unique_ptr<std::byte[]> copy(new std::byte[bytes.size()]);
   std::memcpy(copy.get(), bytes.data(), bytes.size());
   static const io::NameTable names = make_names();
@@ -54,10 +54,10 @@ TEST(HostileBytes, RejectsTrailingBytes) {
     Bytes bytes = io::encode(make_force());
     bytes.resize(bytes.size() + extra);
     ForceCommand command;
-    const io::Verdict verdict = decode_exact(bytes, command);
-    EXPECT_EQ(verdict.reason, Reason::kMalformed);
-    EXPECT_NE(std::string(verdict.text.data()).find("but 3 forces and 2 wrenches make"), std::string::npos);
-    EXPECT_STREQ(verdict.sender.data(), "pusher-1.a_B") << "so it can be answered";
+    const io::Admission admission = decode_exact(bytes, command);
+    EXPECT_EQ(admission.reason, Reason::kMalformed);
+    EXPECT_NE(std::string(admission.text.data()).find("but 3 forces and 2 wrenches make"), std::string::npos);
+    EXPECT_STREQ(admission.sender.data(), "pusher-1.a_B") << "so it can be answered";
     Bytes control = io::encode(make_control());
     control.resize(control.size() + extra);
     io::ControlCommand out;
@@ -157,12 +157,12 @@ TEST(HostileBytes, MutatedMessagesAreRejectedOrAreCommands) {
     Bytes bytes = originals[engine() % originals.size()];
     const Bytes& other = originals[engine() % originals.size()];
     for (std::uint64_t n = 1 + engine() % 4; n > 0; --n) mutate(bytes, other, engine);
-    const io::Verdict verdict = decode_exact(bytes, command);
-    ASSERT_TRUE(verdict.reason == Reason::kAccepted || io::is_sane(verdict)) << verdict.text.data();
+    const io::Admission admission = decode_exact(bytes, command);
+    ASSERT_TRUE(admission.reason == Reason::kAccepted || io::is_sane(admission)) << admission.text.data();
     const Reason layout = io::wire_check_force(bytes);
     ASSERT_EQ(layout == Reason::kMalformed || layout == Reason::kWrongType,
-              verdict.reason == Reason::kMalformed || verdict.reason == Reason::kWrongType);
-    if (verdict.reason == Reason::kAccepted) {
+              admission.reason == Reason::kMalformed || admission.reason == Reason::kWrongType);
+    if (admission.reason == Reason::kAccepted) {
       // what is accepted is a command that says exactly these bytes
       ++num_accepted;
       ASSERT_TRUE(io::is_sane(command, names));
@@ -172,7 +172,7 @@ TEST(HostileBytes, MutatedMessagesAreRejectedOrAreCommands) {
       ASSERT_EQ(io::encode(io::to_message(command, message.session, message.utime)), bytes);
     }
     io::ControlCommand control;
-    const io::Verdict controlled = io::decode_control(bytes, kSession, control);
+    const io::Admission controlled = io::decode_control(bytes, kSession, control);
     ASSERT_TRUE(controlled.reason == Reason::kAccepted || io::is_sane(controlled));
   }
   // flips in times and in low bits of forces leave commands; most other changes do not

@@ -64,7 +64,7 @@ class Ingress : public ::testing::Test {
   bool rejects(Reason reason) {
     return eventually([&] {
       ingress_.poll();
-      return ingress_.block().rejected.try_pop(rejection_) && rejection_.verdict.reason == reason;
+      return ingress_.block().rejected.try_pop(rejection_) && rejection_.admission.reason == reason;
     });
   }
   /// The ingress has died of it and another is subscribed.
@@ -105,7 +105,7 @@ TEST_F(Ingress, AnswersBadCommandsAndSeesAnotherDaemon) {
   message.forces[0].point = 5000;
   packets_.publish("TEST_FORCE", io::encode(message));
   ASSERT_TRUE(rejects(Reason::kUnknownPoint));
-  EXPECT_TRUE(io::is_sane(rejection_.verdict));
+  EXPECT_TRUE(io::is_sane(rejection_.admission));
   packets_.publish("OTHER_FORCE", io::encode(make_force()));
   freeflex_msgs::status_t status{};
   status.session = 4711;

@@ -29,9 +29,9 @@ class InletTest : public ::testing::Test {
   }
   /// The next rejection's reason; kAccepted when there is none.
   Reason next_rejection() {
-    return block_->rejected.try_pop(rejection_) ? rejection_.verdict.reason : Reason::kAccepted;
+    return block_->rejected.try_pop(rejection_) ? rejection_.admission.reason : Reason::kAccepted;
   }
-  std::string text() const { return rejection_.verdict.text.data(); }
+  std::string text() const { return rejection_.admission.text.data(); }
   bool has_inbound() { return block_->inbound.try_pop(entry_); }
   std::int64_t count(Reason reason) const {
     return block_->rejections[static_cast<std::size_t>(reason)].load();

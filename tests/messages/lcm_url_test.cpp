@@ -1,5 +1,5 @@
 // What a bus URL may say.
-#include "service/lcm_url.hpp"
+#include "service/io/wire/lcm_url.hpp"
 
 #include <gtest/gtest.h>
 

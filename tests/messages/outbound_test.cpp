@@ -1,5 +1,5 @@
 // Outgoing messages hold what they should, complete, in pages that stay below the limit.
-#include "service/io/outbound.hpp"
+#include "service/io/wire/outbound.hpp"
 
 #include <gtest/gtest.h>
 
@@ -8,7 +8,7 @@
 #include <numbers>
 
 #include "messages/channels.hpp"
-#include "service/io/codec.hpp"
+#include "service/io/wire/codec.hpp"
 #include "tests/messages/commands.hpp"
 
 namespace freeflex::testing {

@@ -126,13 +126,14 @@ TEST_P(ForceIsRejected, WithItsReasonInWords) {
   ASSERT_EQ(decode(make_force()).reason, Reason::kAccepted) << "before it is spoilt";
   force_t message = make_force();
   GetParam().spoil(message);
-  const io::Verdict verdict = decode(message);
-  EXPECT_EQ(verdict.reason, GetParam().reason);
-  EXPECT_NE(std::string(verdict.text.data()).find(GetParam().text), std::string::npos) << verdict.text.data();
-  EXPECT_EQ(verdict.sequence, 42);
+  const io::Admission admission = decode(message);
+  EXPECT_EQ(admission.reason, GetParam().reason);
+  EXPECT_NE(std::string(admission.text.data()).find(GetParam().text), std::string::npos)
+      << admission.text.data();
+  EXPECT_EQ(admission.sequence, 42);
   const bool has_good_sender = GetParam().reason != Reason::kBadSender;
-  EXPECT_STREQ(verdict.sender.data(), has_good_sender ? "pusher-1.a_B" : "");
-  EXPECT_TRUE(io::is_sane(verdict)) << "every answer may go out";
+  EXPECT_STREQ(admission.sender.data(), has_good_sender ? "pusher-1.a_B" : "");
+  EXPECT_TRUE(io::is_sane(admission)) << "every answer may go out";
 }
 
 TEST_P(ForceIsRejected, AlsoWhenItComesOutOfALog) {
@@ -149,11 +150,12 @@ INSTANTIATE_TEST_SUITE_P(Each, ForceIsRejected, ::testing::ValuesIn(kBadForces),
 
 TEST(Force, OfAnotherTypeIsNamedByItsFingerprint) {
   ForceCommand command;
-  const io::Verdict verdict = io::decode_force(io::encode(make_control()), kSession, make_names(), command);
-  EXPECT_EQ(verdict.reason, Reason::kWrongType);
-  EXPECT_NE(std::string(verdict.text.data()).find("another type or version of the protocol"),
+  const io::Admission admission =
+      io::decode_force(io::encode(make_control()), kSession, make_names(), command);
+  EXPECT_EQ(admission.reason, Reason::kWrongType);
+  EXPECT_NE(std::string(admission.text.data()).find("another type or version of the protocol"),
             std::string::npos);
-  EXPECT_STREQ(verdict.sender.data(), "");
+  EXPECT_STREQ(admission.sender.data(), "");
 }
 
 TEST(Force, BoundaryValuesAreTaken) {
@@ -165,8 +167,8 @@ TEST(Force, BoundaryValuesAreTaken) {
   // |(60, 80, 0)| = 100 exactly; |(48, 60, 64)| = 100 with three squares to round
   set_forces(message, {{0, {60.0, 80.0, 0.0}}, {1, {48.0, -60.0, 64.0}}, {2, {0.0, -100.0, 0.0}}});
   set_wrench(message, {1, {0.0, 0.0, 0.0}, {0.0, 30.0, 40.0}});
-  const io::Verdict verdict = decode(message);
-  EXPECT_EQ(verdict.reason, Reason::kAccepted) << verdict.text.data();
+  const io::Admission admission = decode(message);
+  EXPECT_EQ(admission.reason, Reason::kAccepted) << admission.text.data();
 }
 
 TEST(Force, WithoutContentsNeedsNoEnd) {
@@ -217,11 +219,11 @@ TEST(Control, OutOfRangeIsRejectedWithTheRange) {
     control_t message = make_control();
     message.command = command;
     message.count = count;
-    const io::Verdict verdict = decode(message);
-    EXPECT_EQ(verdict.reason, Reason::kBadControl) << command << " " << count;
-    EXPECT_NE(std::string(verdict.text.data()).find("must be"), std::string::npos);
-    EXPECT_STREQ(verdict.sender.data(), "desk");
-    EXPECT_FALSE(io::is_sane(io::ControlCommand{verdict.sender, 3, command, count}));
+    const io::Admission admission = decode(message);
+    EXPECT_EQ(admission.reason, Reason::kBadControl) << command << " " << count;
+    EXPECT_NE(std::string(admission.text.data()).find("must be"), std::string::npos);
+    EXPECT_STREQ(admission.sender.data(), "desk");
+    EXPECT_FALSE(io::is_sane(io::ControlCommand{admission.sender, 3, command, count}));
   }
 }
 
@@ -267,21 +269,21 @@ TEST(Reasons, ACommandThatNeedsAPartLeftOutIsToldWhich) {
   force_t message = make_force();
   message.wrenches.clear();
   message.num_wrenches = 0;
-  const auto verdict = [&](std::vector<freeflex_msgs::point_force_t> forces) {
+  const auto admission = [&](std::vector<freeflex_msgs::point_force_t> forces) {
     set_forces(message, std::move(forces));
     ForceCommand command;
     return io::from_message(message, names, command);
   };
-  EXPECT_EQ(verdict({{0, {3.0, 0.0, 0.0}}}).reason, Reason::kAccepted) << "through the centre of mass";
-  EXPECT_EQ(verdict({{0, {0.0, 2.0, 0.0}}, {1, {0.0, 2.0, 0.0}}}).reason, Reason::kAccepted) << "no moment";
-  const io::Verdict turning = verdict({{0, {0.0, 2.0, 0.0}}});
+  EXPECT_EQ(admission({{0, {3.0, 0.0, 0.0}}}).reason, Reason::kAccepted) << "through the centre of mass";
+  EXPECT_EQ(admission({{0, {0.0, 2.0, 0.0}}, {1, {0.0, 2.0, 0.0}}}).reason, Reason::kAccepted) << "no moment";
+  const io::Admission turning = admission({{0, {0.0, 2.0, 0.0}}});
   EXPECT_EQ(turning.reason, Reason::kLeftOut);
   EXPECT_NE(
       std::string(turning.text.data()).find("a moment about the centre of mass, and rotation is left out"),
       std::string::npos)
       << turning.text.data();
   names.scope.lacks_out_of_plane = true;
-  const io::Verdict leaving = verdict({{0, {3.0, 0.0, 1.0}}, {1, {0.0, 0.0, 1.0}}});
+  const io::Admission leaving = admission({{0, {3.0, 0.0, 1.0}}, {1, {0.0, 0.0, 1.0}}});
   EXPECT_EQ(leaving.reason, Reason::kLeftOut);
   EXPECT_NE(std::string(leaving.text.data()).find("not in the plane (normal 0, 0, 1 in body axes)"),
             std::string::npos)

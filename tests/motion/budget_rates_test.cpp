@@ -1,7 +1,7 @@
 // The error budget at rates that do not resolve what vibrates: parts of a tick, and what the word says beyond
 // them.
-#include "core/model/budget.hpp"
-#include "core/model/compile.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/compile.hpp"
 #include "tests/motion/watched.hpp"
 
 namespace freeflex::testing {
@@ -109,9 +109,8 @@ TEST(Budget, LargeStructuresHaveFewerParts) {
 TEST(Budget, NoEstimateOfATurningBodyIsGoodWhereNoPartResolvesWhatVibrates) {
   for (const double spin : {0.0, 3.0}) {
     const Scene scene = stiff_truss(1e11, spin, 1.0);
-    const service::Verdict verdict = verdict_of(scene_at(scene, Fidelity::kSpinLoaded, 50.0), 48);
-    EXPECT_EQ(verdict.word, spin > 0.0 ? service::Verdict::Word::kWatch : service::Verdict::Word::kGood)
-        << verdict.cause;
+    const Verdict verdict = verdict_of(scene_at(scene, Fidelity::kSpinLoaded, 50.0), 48);
+    EXPECT_EQ(verdict.word, spin > 0.0 ? Verdict::Word::kWatch : Verdict::Word::kGood) << verdict.cause;
     if (spin > 0.0) {
       EXPECT_EQ(verdict.cause.find("integration: the rung beside the state does not resolve what vibrates"),
                 0U)

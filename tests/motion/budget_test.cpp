@@ -1,9 +1,9 @@
 // The live error budget: what it may not touch, when it starts again, and which part sees which error.
-#include "core/model/budget.hpp"
+#include "core/plan/budget.hpp"
 
-#include "core/model/leave_out.hpp"
+#include "core/plan/leave_out.hpp"
 #include "core/step/budget.hpp"
-#include "service/validity.hpp"
+#include "core/validity/validity.hpp"
 #include "tests/motion/watched.hpp"
 
 namespace freeflex::testing {
@@ -117,7 +117,7 @@ TEST(Budget, OfABestShadowThatLeavesTheNumbersIsLost) {
 // no rung knows the second order of beams, so that all rungs agree there and may all be wrong; dashpots they
 // know
 TEST(Budget, WordOnLinksThatNoRungKnowsGoesByTheDisplacementToo) {
-  using Word = service::Verdict::Word;
+  using Word = Verdict::Word;
   Scene springs = watched_truss(Fidelity::kExactBars, 10.0);
   springs.loads[0].forces[0].force = {0.0, 0.0, 10000.0};
   Scene damped = springs, beam = springs;
@@ -133,7 +133,7 @@ TEST(Budget, WordOnLinksThatNoRungKnowsGoesByTheDisplacementToo) {
   beam.links.push_back(stay);
   EXPECT_EQ(verdict_of(springs, 150).word, Word::kGood);
   EXPECT_EQ(verdict_of(damped, 150).word, Word::kGood);
-  const service::Verdict verdict = verdict_of(beam, 150);
+  const Verdict verdict = verdict_of(beam, 150);
   EXPECT_EQ(verdict.word, Word::kOutside);
   EXPECT_NE(verdict.cause.find("second order of springs, bars and dashpots alone"), std::string::npos)
       << verdict.cause;

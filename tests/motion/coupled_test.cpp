@@ -51,11 +51,11 @@ TEST(Dashpots, ThatCoupleModesAreAdvancedExactly) {
   for (const double damping : {0.01, 1.0, 30.0, 300.0, 3e4}) {  // the last ones beyond critical
     Scene scene = damped_octahedron(damping);
     const Plan plan = plan_of(scene);
-    EXPECT_EQ(plan.coupling.path, PlanCoupling::Path::kExact);
+    EXPECT_EQ(plan.mixing.path, PlanMixing::Path::kExact);
     const double error = error_of(scene, 10.0);
     std::printf(
         "dashpots of %g N s/m and their multiples, %d of %d modes coupled, 10,000 ticks: error %.1e\n",
-        damping, static_cast<int>(plan.coupling.modes.size()), plan.num_elastic, error);
+        damping, static_cast<int>(plan.mixing.modes.size()), plan.num_elastic, error);
     // each of 10,000 ticks rounds once
     EXPECT_LT(error, 1e-12);
   }
@@ -66,7 +66,7 @@ TEST(Dashpots, ThatShareTheModesCostNothing) {
   publish_everything(scene);
   stretch(scene, 1e-6, 3);
   for (Link& link : scene.links) link.viscous = 2e-3;
-  EXPECT_EQ(plan_of(scene).coupling.path, PlanCoupling::Path::kNone);
+  EXPECT_EQ(plan_of(scene).mixing.path, PlanMixing::Path::kNone);
   EXPECT_LT(error_of(scene, 2.0), 1e-13);
   // the same as Rayleigh's stiffness part
   Scene rayleigh = octahedron(1e4);
@@ -123,7 +123,7 @@ TEST(Dashpots, OnManyModesAreSplitWithSecondOrder) {
   add_dashpot(scene, 0, 7, 20.0);
   add_dashpot(scene, 3, 31, 50.0);
   const Plan plan = plan_of(scene);
-  ASSERT_EQ(plan.coupling.path, PlanCoupling::Path::kSplit);
+  ASSERT_EQ(plan.mixing.path, PlanMixing::Path::kSplit);
   std::vector<double> errors;
   for (const double rate : {4000.0, 8000.0, 16000.0, 32000.0}) {
     scene.rate = rate;

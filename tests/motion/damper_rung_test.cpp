@@ -1,7 +1,7 @@
 // Dashpots and viscous springs at true direction (THEORY X94): the rungs from exact bars up are the full
 // system of them.
-#include "core/model/budget.hpp"
-#include "core/model/compile.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/compile.hpp"
 #include "core/step/readout.hpp"
 #include "tests/motion/watched.hpp"
 

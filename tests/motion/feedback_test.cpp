@@ -203,7 +203,7 @@ TEST(Feedback, OnManyModesGivesTheBodyItsMomentumWithSecondOrder) {
     scene.rate = rate;
     add_feedback(scene, 2, 2, Eigen::Matrix3d::Zero(), -gain * Eigen::Matrix3d::Identity());
     Simulation simulation(scene);
-    EXPECT_EQ(simulation.plan.coupling.path, PlanCoupling::Path::kSplit);
+    EXPECT_EQ(simulation.plan.mixing.path, PlanMixing::Path::kSplit);
     simulation.run(std::llround(0.05 * rate));
     const Eigen::Vector3d exact = linear_body(scene, 0.05L).v;
     const Vec3& v = simulation.state.v_WB;
@@ -231,7 +231,7 @@ TEST(Feedback, OnEveryPointIsSplitWithSecondOrder) {
         add_feedback(scene, i, i, -50.0 * Eigen::Matrix3d::Identity(),
                      Eigen::Vector3d(-10.0 - i, -1.0, 0.0).asDiagonal());
       Simulation simulation(scene);
-      EXPECT_EQ(simulation.plan.coupling.num_kicks, 3 * num_points);
+      EXPECT_EQ(simulation.plan.mixing.num_kicks, 3 * num_points);
       simulation.run(std::llround(0.02 * rate));
       const Eigen::VectorXd exact = linear_body(scene, 0.02L).V;
       errors.push_back((simulation.displacements_B().reshaped() - exact).norm() / exact.norm());

@@ -3,7 +3,7 @@
 
 #include <cstdio>
 
-#include "core/model/link_factor.hpp"
+#include "core/structure/link_factor.hpp"
 #include "tests/motion/linear_system.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"

@@ -6,8 +6,8 @@
 #include <cstdio>
 #include <random>
 
-#include "core/model/link_factor.hpp"
-#include "core/model/quasi_static.hpp"
+#include "core/plan/quasi_static.hpp"
+#include "core/structure/link_factor.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"
 

@@ -1,7 +1,7 @@
 // The full rung: exact bars with the tick divided until its fastest motion is resolved (THEORY X100).
-#include "core/model/budget.hpp"
-#include "core/model/compile.hpp"
-#include "core/model/rungs.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/compile.hpp"
+#include "core/plan/rungs.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/support/omissions.hpp"
 

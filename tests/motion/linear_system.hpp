@@ -9,7 +9,7 @@
 #include <unsupported/Eigen/MatrixFunctions>
 #include <vector>
 
-#include "core/model/scene.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex::testing {
 

@@ -6,9 +6,9 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/model/quasi_static.hpp"
+#include "core/plan/quasi_static.hpp"
 #include "core/step/readout.hpp"
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 #include "tests/support/simulation.hpp"
 
 namespace freeflex::testing {

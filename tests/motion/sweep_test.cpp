@@ -1,8 +1,8 @@
 // Error of the separated rung over spin and force, and what the error budget says of it.
 #include <map>
 
-#include "core/model/budget.hpp"
-#include "service/validity.hpp"
+#include "core/plan/budget.hpp"
+#include "core/validity/validity.hpp"
 #include "tests/motion/rung_cases.hpp"
 
 namespace freeflex::testing {
@@ -17,7 +17,7 @@ constexpr double kSpinExponent = 2.0, kForceExponentSpinning = -1.0, kForceExpon
 struct Point {
   double spin, force;  // [rad/s], [N]
   double elastic, estimate;
-  service::Verdict verdict;
+  Verdict verdict;
 };
 
 Point point_at(double spin, double force) {
@@ -31,7 +31,7 @@ Point point_at(double spin, double force) {
   EXPECT_FALSE(has_error(faults));
   Simulation simulation(std::move(*plan));
   Budget budget = make_budget(simulation.plan);
-  service::Validity validity(simulation.plan);
+  Validity validity(simulation.plan);
   double V = 0.0;
   for (int k = 0; k < 2000; ++k) {
     prepare_budget(simulation.plan, simulation.state, budget);
@@ -41,8 +41,8 @@ Point point_at(double spin, double force) {
   }
   const BudgetReading reading = read_budget(simulation.plan, simulation.state, budget);
   return {spin, force, errors_of(simulation, truth).elastic, reading.total.elastic,
-          service::judge_budget(simulation.plan, reading, validity.size(), validity.displacement_ratio(V),
-                                validity.spin_ratio(spin, V))};
+          judge_budget(simulation.plan, reading, validity.size(), validity.displacement_ratio(V),
+                       validity.spin_ratio(spin, V))};
 }
 
 /// Slope of log(error) over log(x) by least squares, over the errors between 1e-5 and 0.1; points used.
@@ -69,8 +69,8 @@ TEST(Sweep, ErrorGrowsAsItsSourcesDoAndTheWordIsOutsideWhereItMeansNothing) {
                   point.verdict.cause.c_str());
       // within the factor 1.25 of the estimate and what rounding of the last figure makes
       EXPECT_LT(point.elastic, 1.01 * point.estimate) << spin << " rad/s, " << force << " N";
-      if (point.elastic > service::kMostElastic) {
-        EXPECT_EQ(point.verdict.word, service::Verdict::Word::kOutside);
+      if (point.elastic > kMostElastic) {
+        EXPECT_EQ(point.verdict.word, Verdict::Word::kOutside);
       }
       all[{spin, force}] = point;
     }
@@ -104,18 +104,18 @@ TEST(Sweep, WordsByTheRatiosAloneFollowTheErrors) {
       for (const Fidelity rung :
            {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled, Fidelity::kExactBars}) {
         const Simulation simulation = run_rung(scene, rung, 1e-3, 0.5);
-        service::Validity validity(simulation.plan);
+        Validity validity(simulation.plan);
         const double V = validity.max_displacement(simulation.state);
-        const service::Verdict verdict = service::judge_ratios(
-            simulation.plan, validity.displacement_ratio(V), validity.spin_ratio(spin, V));
+        const Verdict verdict =
+            judge_ratios(simulation.plan, validity.displacement_ratio(V), validity.spin_ratio(spin, V));
         const double error = errors_of(simulation, truth).elastic;
         std::printf("spin %4.2f rad/s, %5.0f N, %-11s elastic error %.1e, %s %s\n", spin, force,
                     name_of(rung), error, kWords[static_cast<std::size_t>(verdict.word)],
                     verdict.cause.c_str());
-        if (error > service::kMostElastic) {
-          EXPECT_EQ(verdict.word, service::Verdict::Word::kOutside);
+        if (error > kMostElastic) {
+          EXPECT_EQ(verdict.word, Verdict::Word::kOutside);
         }
-        if (verdict.word == service::Verdict::Word::kGood) {
+        if (verdict.word == Verdict::Word::kGood) {
           EXPECT_LT(error, 0.03) << "the largest measured is 0.013";
         }
       }

@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/step/budget.hpp"
-#include "service/validity.hpp"
+#include "core/validity/validity.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/support/omissions.hpp"
 
@@ -42,13 +42,13 @@ inline Scene watched_truss(Fidelity rung, double horizon, double spin = 0.5) {
   return scene;
 }
 
-inline service::Verdict verdict_of(const Scene& scene, int ticks) {
+inline Verdict verdict_of(const Scene& scene, int ticks) {
   Watched watched(scene);
   const BudgetReading reading = watched.run(ticks);
-  const service::Validity validity(watched.plan);
+  const Validity validity(watched.plan);
   const double ratio = validity.displacement_ratio(validity.max_displacement(watched.state));
   std::printf("displacement ratio %.1e, estimate %.1e\n", ratio, reading.total.elastic);
-  return service::judge_budget(watched.plan, reading, validity.size(), ratio, 0.0);
+  return judge_budget(watched.plan, reading, validity.size(), ratio, 0.0);
 }
 
 }  // namespace freeflex::testing

@@ -1,5 +1,5 @@
 #!/usr/bin/env bash
-# check_core_is_pure.sh SOURCE_DIR STEP.a CORE.a REFERENCE.a
+# check_core_is_pure.sh SOURCE_DIR STEP.a REFERENCE.a OTHER.a...
 # Fails when a core library includes or calls what belongs to the service: bus, log, clock, thread, file. core/step must
 # also be without Eigen, the mathematical library and Boost; only core/reference may use SUNDIALS.
 # Exit 0 pure, 1 not, 2 wrong arguments.
@@ -7,11 +7,12 @@ set -euo pipefail
 case "${1:-}" in
   -h|--help) sed -n '2,5s/^# //p' "$0"; exit 0 ;;
 esac
-if [ $# -ne 4 ] || [ ! -d "$1/core" ] || [ ! -r "$2" ] || [ ! -r "$3" ] || [ ! -r "$4" ]; then
-  echo "usage: check_core_is_pure.sh SOURCE_DIR STEP.a CORE.a REFERENCE.a" >&2
+if [ $# -lt 4 ] || [ ! -d "$1/core" ] || [ ! -r "$2" ] || [ ! -r "$3" ] || [ ! -r "$4" ]; then
+  echo "usage: check_core_is_pure.sh SOURCE_DIR STEP.a REFERENCE.a OTHER.a..." >&2
   exit 2
 fi
-source_dir="$1" step="$2" core="$3" reference="$4"
+source_dir="$1" step="$2" reference="$3"
+shift 3
 status=0
 
 # forbid_includes FOLDER PATTERN
@@ -38,14 +39,21 @@ service_headers='lcm/|spdlog/|fmt/|chrono>|ctime>|time\.h>|sys/|unistd|pthread|t
 service_symbols='lcm_|spdlog|fmt::|clock_gettime|gettimeofday|time$|nanosleep|clock_nanosleep|std::chrono|pthread_create|pthread_mutex_lock|std::thread|std::mutex|open$|open64$|fopen|fopen64|std::basic_[io]*fstream|std::basic_filebuf|std::cout|std::cerr|std::filesystem|printf|puts$|fputs|fwrite|socket$|fy_'
 
 forbid_includes core "$service_headers"
-for archive in "$step" "$core" "$reference"; do forbid_symbols "$archive" "$service_symbols"; done
+for archive in "$step" "$reference" "$@"; do forbid_symbols "$archive" "$service_symbols"; done
 
-forbid_includes core/step 'Eigen/|boost/|cmath>|math\.h>|complex>|numeric>|random>|core/model|core/reference|cvode/|arkode/|sundials/'
+forbid_includes core/step 'Eigen/|boost/|cmath>|math\.h>|complex>|numeric>|random>|core/(scene|structure|plan|paper|validity|reference)|cvode/|arkode/|sundials/'
 # sqrt is rounded exactly everywhere; the call is only what the compiler keeps for a negative argument
 forbid_symbols "$step" 'sin|cos|tan|exp|log|pow|cbrt|hypot|fma|sincos|asin|acos|atan|floor|ceil|round|remainder|fmod|std::(sin|cos|exp|pow|log)|Eigen::'
 
-forbid_includes core/model 'core/reference|cvode/|arkode/|sundials/|nvector/'
-forbid_symbols "$core" 'CVode|ARK|ERKStep|N_V|SUN'
+# arrows go downwards only
+above='reference'
+for folder in validity paper plan structure scene; do
+  forbid_includes core/$folder "core/($above)/|cvode/|arkode/|sundials/|nvector/"
+  above+="|$folder"
+done
+forbid_includes core/scene 'core/step/'
+forbid_includes core/structure 'core/step/'
+for archive in "$@"; do forbid_symbols "$archive" 'CVode|ARK|ERKStep|N_V|SUN'; done
 
 [ $status = 0 ] && echo "core is pure"
 exit $status

@@ -1,7 +1,7 @@
 // The trusses that ship as scene files are the trusses that the figures refer to.
 #include <gtest/gtest.h>
 
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex {

@@ -1,6 +1,6 @@
 #include "tests/scene/bad_scene.hpp"
 
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 #include "tests/scene/temporary_folder.hpp"
 
 namespace freeflex::testing {

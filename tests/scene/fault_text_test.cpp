@@ -3,7 +3,7 @@
 
 #include <nlohmann/json.hpp>
 
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 #include "tests/scene/temporary_folder.hpp"
 
 namespace freeflex::testing {

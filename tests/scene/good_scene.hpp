@@ -5,7 +5,7 @@
 
 #include <string>
 
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 #include "tests/scene/temporary_folder.hpp"
 
 namespace freeflex::testing {

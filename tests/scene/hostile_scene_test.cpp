@@ -4,7 +4,7 @@
 #include <cmath>
 #include <random>
 
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 #include "tests/scene/temporary_folder.hpp"
 
 namespace freeflex::testing {

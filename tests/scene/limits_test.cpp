@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <sys/stat.h>
 
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 #include "tests/scene/temporary_folder.hpp"
 
 namespace freeflex::testing {

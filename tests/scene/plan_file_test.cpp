@@ -7,7 +7,7 @@
 #include <csignal>
 #include <cstring>
 
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 #include "tests/scene/temporary_folder.hpp"
 
 namespace freeflex::testing {

@@ -6,7 +6,7 @@
 #include <numeric>
 #include <set>
 
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 
 namespace freeflex::testing {
 namespace {

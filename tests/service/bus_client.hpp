@@ -16,7 +16,7 @@
 #include "freeflex_msgs/control_t.hpp"
 #include "freeflex_msgs/state_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
-#include "service/io/codec.hpp"
+#include "service/io/wire/codec.hpp"
 #include "tests/support/lcm_packets.hpp"
 
 namespace freeflex::testing {

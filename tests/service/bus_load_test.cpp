@@ -10,8 +10,8 @@
 #include <thread>
 
 #include "messages/channels.hpp"
-#include "service/io/log.hpp"
-#include "service/io/reason.hpp"
+#include "service/io/wire/log.hpp"
+#include "service/io/wire/reason.hpp"
 #include "tests/service/bus_client.hpp"
 #include "tests/service/rig.hpp"
 #include "tests/support/private_network.hpp"

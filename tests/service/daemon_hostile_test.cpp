@@ -10,7 +10,7 @@
 #include <random>
 
 #include "messages/channels.hpp"
-#include "service/io/reason.hpp"
+#include "service/io/wire/reason.hpp"
 #include "tests/service/daemon_fixture.hpp"
 #include "tests/service/rig.hpp"
 

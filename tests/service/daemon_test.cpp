@@ -7,7 +7,7 @@
 #include <set>
 
 #include "messages/channels.hpp"
-#include "service/io/reason.hpp"
+#include "service/io/wire/reason.hpp"
 #include "tests/service/daemon_fixture.hpp"
 #include "tests/service/rig.hpp"
 

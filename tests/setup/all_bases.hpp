@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "core/model/basis.hpp"
-#include "tests/model/make_scene.hpp"
+#include "core/paper/basis.hpp"
+#include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {
 

@@ -6,9 +6,9 @@
 #include <limits>
 #include <vector>
 
-#include "core/model/graded_svd.hpp"
-#include "tests/model/all_bases.hpp"
-#include "tests/model/shape_scenes.hpp"
+#include "core/structure/graded_svd.hpp"
+#include "tests/setup/all_bases.hpp"
+#include "tests/setup/shape_scenes.hpp"
 #include "tests/support/simulation.hpp"
 
 namespace freeflex::testing {

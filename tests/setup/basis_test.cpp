@@ -1,5 +1,5 @@
 // Unit elastic displacements by every recipe (Alekseev 1970, sections 3, 6 and 7).
-#include "core/model/basis.hpp"
+#include "core/paper/basis.hpp"
 
 #include <gtest/gtest.h>
 
@@ -9,9 +9,9 @@
 #include <map>
 #include <numeric>
 
-#include "core/model/mass_properties.hpp"
-#include "tests/model/all_bases.hpp"
-#include "tests/model/shape_scenes.hpp"
+#include "core/structure/mass_properties.hpp"
+#include "tests/setup/all_bases.hpp"
+#include "tests/setup/shape_scenes.hpp"
 
 namespace freeflex::testing {
 namespace {

@@ -2,8 +2,8 @@
 #include <Eigen/LU>
 #include <cmath>
 
-#include "core/model/link_factor.hpp"
-#include "tests/model/make_scene.hpp"
+#include "core/structure/link_factor.hpp"
+#include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {

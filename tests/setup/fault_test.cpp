@@ -5,7 +5,7 @@
 #include <functional>
 #include <limits>
 
-#include "tests/model/make_scene.hpp"
+#include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {

@@ -6,7 +6,7 @@
 #include <iostream>
 #include <numeric>
 
-#include "tests/model/make_scene.hpp"
+#include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {

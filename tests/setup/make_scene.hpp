@@ -6,7 +6,7 @@
 #include <random>
 #include <string>
 
-#include "core/model/compile.hpp"
+#include "core/plan/compile.hpp"
 
 namespace freeflex::testing {
 

@@ -1,16 +1,16 @@
 // Maxwell and influence coefficients (Alekseev 1970, sections 5 and 6).
-#include "core/model/maxwell.hpp"
+#include "core/paper/maxwell.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/SVD>
 #include <cstdio>
 #include <limits>
 
-#include "core/model/mass_properties.hpp"
-#include "tests/model/all_bases.hpp"
-#include "tests/model/shape_scenes.hpp"
+#include "core/structure/decompositions.hpp"
+#include "core/structure/mass_properties.hpp"
+#include "tests/setup/all_bases.hpp"
+#include "tests/setup/shape_scenes.hpp"
 
 namespace freeflex::testing {
 namespace {

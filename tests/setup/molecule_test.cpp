@@ -5,8 +5,8 @@
 #include <cmath>
 #include <cstdio>
 
-#include "core/model/link_factor.hpp"
-#include "tests/model/make_scene.hpp"
+#include "core/structure/link_factor.hpp"
+#include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {
 namespace {

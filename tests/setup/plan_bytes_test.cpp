@@ -1,8 +1,8 @@
 // Plans as bytes: exact round trip, and no damaged or hostile file gets further than an error text.
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
-#include "tests/model/make_scene.hpp"
-#include "tests/model/plan_damage.hpp"
+#include "tests/setup/make_scene.hpp"
+#include "tests/setup/plan_damage.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {

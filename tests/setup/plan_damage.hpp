@@ -9,7 +9,7 @@
 #include <string>
 #include <vector>
 
-#include "core/model/compile.hpp"
+#include "core/plan/compile.hpp"
 
 namespace freeflex::testing {
 

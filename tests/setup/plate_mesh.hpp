@@ -4,8 +4,8 @@
 #include <Eigen/Geometry>
 #include <functional>
 
-#include "core/model/link_factor.hpp"
-#include "tests/model/make_scene.hpp"
+#include "core/structure/link_factor.hpp"
+#include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {
 

@@ -1,14 +1,13 @@
 // Plates at rest: patch tests, rigid motion, numbering, thin triangles.
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
 
-#include "tests/model/plate_mesh.hpp"
+#include "core/structure/decompositions.hpp"
+#include "tests/setup/plate_mesh.hpp"
 
 namespace freeflex::testing {
 namespace {

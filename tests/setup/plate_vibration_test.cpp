@@ -2,13 +2,13 @@
 #include <gtest/gtest.h>
 
 #include <Eigen/Cholesky>
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <cstdio>
 #include <numeric>
 
-#include "tests/model/plate_mesh.hpp"
+#include "core/structure/decompositions.hpp"
+#include "tests/setup/plate_mesh.hpp"
 
 namespace freeflex::testing {
 namespace {

@@ -1,14 +1,14 @@
 // Frequencies that were published or have a closed form.
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <array>
 #include <cmath>
 #include <cstdio>
 
-#include "core/model/link_factor.hpp"
-#include "service/io/input.hpp"
-#include "tests/model/make_scene.hpp"
+#include "core/structure/decompositions.hpp"
+#include "core/structure/link_factor.hpp"
+#include "service/io/scene/input.hpp"
+#include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {
 namespace {

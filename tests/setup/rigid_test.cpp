@@ -3,7 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tests/model/make_scene.hpp"
+#include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {

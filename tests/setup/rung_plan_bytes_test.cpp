@@ -1,9 +1,9 @@
 // Plans of the coupled rungs, with the shadows of an error budget, as bytes.
-#include "core/model/compile.hpp"
+#include "core/plan/compile.hpp"
 #include "core/step/budget.hpp"
 #include "core/step/readout.hpp"
-#include "tests/model/make_scene.hpp"
-#include "tests/model/plan_damage.hpp"
+#include "tests/setup/make_scene.hpp"
+#include "tests/setup/plan_damage.hpp"
 #include "tests/support/omissions.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"

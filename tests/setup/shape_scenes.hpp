@@ -9,7 +9,7 @@
 #include <utility>
 #include <vector>
 
-#include "tests/model/make_scene.hpp"
+#include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {

@@ -1,13 +1,13 @@
 // Low frequencies of stiff structures against sixty-digit arithmetic.
 #include <gtest/gtest.h>
 
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <iomanip>
 #include <iostream>
 
-#include "tests/model/make_scene.hpp"
+#include "core/structure/decompositions.hpp"
+#include "tests/setup/make_scene.hpp"
 #include "tests/support/exact_frequencies.hpp"
 
 namespace freeflex::testing {

@@ -1,14 +1,14 @@
 // Properties that hold for every structure, over shapes of every class.
-#include "core/model/structure.hpp"
+#include "core/structure/structure.hpp"
 
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <functional>
 
-#include "core/model/link_factor.hpp"
-#include "core/model/mass_properties.hpp"
-#include "tests/model/make_scene.hpp"
+#include "core/structure/link_factor.hpp"
+#include "core/structure/mass_properties.hpp"
+#include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {

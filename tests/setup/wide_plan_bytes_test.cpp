@@ -1,6 +1,6 @@
 // Plans that leave parts out, and hold the plan that has them, as bytes.
 #include "core/step/scope.hpp"
-#include "tests/model/plan_damage.hpp"
+#include "tests/setup/plan_damage.hpp"
 #include "tests/support/omissions.hpp"
 #include "tests/support/structures.hpp"
 

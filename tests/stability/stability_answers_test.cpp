@@ -1,10 +1,9 @@
 // The constants of the stability table, computed anew.
-#include "tools/stability_answers.hpp"
-
 #include <gtest/gtest.h>
 
 #include "tests/support/exact_frequencies.hpp"
 #include "tests/support/wide_rotation.hpp"
+#include "tools/stability/answers.hpp"
 
 namespace freeflex::tools {
 namespace {

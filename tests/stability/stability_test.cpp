@@ -1,5 +1,5 @@
 // Stiff and extreme cases: each meets its figure, or is refused or flagged by name.
-#include "tools/stability.hpp"
+#include "tools/stability/stability.hpp"
 
 #include <gtest/gtest.h>
 

@@ -4,7 +4,8 @@
 #include <cstring>
 #include <random>
 
-#include "core/model/propagator.hpp"
+#include "core/plan/propagator.hpp"
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex::testing {
 namespace {

@@ -1,6 +1,6 @@
 // The coefficients of the exact propagator against the exponential of the state matrix, by scaling and
 // squaring.
-#include "core/model/propagator.hpp"
+#include "core/plan/propagator.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,7 +7,7 @@
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <vector>
 
-#include "core/model/scene.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex::testing {
 

@@ -3,7 +3,7 @@
 
 #include <vector>
 
-#include "core/model/leave_out.hpp"
+#include "core/plan/leave_out.hpp"
 #include "tests/support/simulation.hpp"
 
 namespace freeflex::testing {

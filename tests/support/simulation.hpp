@@ -5,10 +5,10 @@
 #include <span>
 #include <string_view>
 
-#include "core/model/compile.hpp"
-#include "core/model/structure.hpp"
+#include "core/plan/compile.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex::testing {
 

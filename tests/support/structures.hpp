@@ -3,7 +3,7 @@
 
 #include <cstdint>
 
-#include "core/model/scene.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex::testing {
 

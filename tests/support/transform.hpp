@@ -4,7 +4,7 @@
 #include <Eigen/Geometry>
 #include <span>
 
-#include "core/model/scene.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex::testing {
 

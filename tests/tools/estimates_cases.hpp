@@ -5,7 +5,7 @@
 
 #include <cstdio>
 
-#include "tools/estimates.hpp"
+#include "tools/report/estimates.hpp"
 
 namespace freeflex::testing {
 

@@ -19,7 +19,7 @@ TEST(Install, AControllerBuiltAgainstTheInstalledTreeDampsItsVibrationAndLeavesI
   for (const char* file :
        {"bin/freeflex", "bin/freeflexd", "share/freeflex/lcm/state_t.lcm", "share/freeflex/scenes/boom.yaml",
         "share/freeflex/examples/controller/controller.cpp", "include/freeflex/core/step/step.hpp",
-        "include/freeflex/core/model/compile.hpp", "include/freeflex/service/io/input.hpp",
+        "include/freeflex/core/plan/compile.hpp", "include/freeflex/service/io/scene/input.hpp",
         "include/freeflex/freeflex_msgs/state_t.hpp"}) {
     EXPECT_TRUE(std::filesystem::exists(folder / ("prefix/" + std::string(file)))) << file;
   }
@@ -58,7 +58,7 @@ TEST(Install, AProgramBuiltAgainstTheInstalledTreeSteps) {
              "REQUIRED)\nadd_executable(steps steps.cpp)\n"
              "target_link_libraries(steps PRIVATE freeflex::io freeflex::core freeflex::step)\n");
   write_text(folder / "steps.cpp",
-             "#include <cstdio>\n#include \"core/step/step.hpp\"\n#include \"service/io/input.hpp\"\n"
+             "#include <cstdio>\n#include \"core/step/step.hpp\"\n#include \"service/io/scene/input.hpp\"\n"
              "int main(int, char** argv) {\n  const auto result = freeflex::io::load_plan(argv[1]);\n  if "
              "(!result.plan) return 1;\n"
              "  freeflex::State state = freeflex::make_state(*result.plan);\n"

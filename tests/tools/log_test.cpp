@@ -1,5 +1,5 @@
 // Log files: what is written is read back, damage is never taken for the end.
-#include "service/io/log.hpp"
+#include "service/io/wire/log.hpp"
 
 #include <gtest/gtest.h>
 

@@ -7,9 +7,9 @@
 #include <string>
 
 #include "messages/channels.hpp"
-#include "service/io/codec.hpp"
-#include "service/io/log.hpp"
-#include "service/io/outbound.hpp"
+#include "service/io/wire/codec.hpp"
+#include "service/io/wire/log.hpp"
+#include "service/io/wire/outbound.hpp"
 #include "tests/tools/shell.hpp"
 
 namespace freeflex::testing {

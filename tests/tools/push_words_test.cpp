@@ -1,12 +1,12 @@
 // A rejection reads in the words of whoever typed the command, whichever rule it broke.
-#include "tools/push_words.hpp"
+#include "tools/bus/push_words.hpp"
 
 #include <gtest/gtest.h>
 
 #include <memory>
 
 #include "freeflex_msgs/control_t.hpp"
-#include "service/io/codec.hpp"
+#include "service/io/wire/codec.hpp"
 #include "service/publisher.hpp"
 #include "tests/tools/shell.hpp"
 

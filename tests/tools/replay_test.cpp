@@ -5,10 +5,10 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
-#include "service/io/codec.hpp"
-#include "service/io/log.hpp"
+#include "service/io/wire/codec.hpp"
+#include "service/io/wire/log.hpp"
 #include "tests/tools/shell.hpp"
-#include "tools/wire_layout.hpp"
+#include "tools/bus/wire_layout.hpp"
 
 namespace freeflex::testing {
 namespace {

@@ -1,5 +1,5 @@
 // freeflex report: the measures and comparisons, and the program from end to end. No time is judged.
-#include "tools/report.hpp"
+#include "tools/report/report.hpp"
 
 #include <gtest/gtest.h>
 
@@ -10,7 +10,7 @@
 #include <sstream>
 
 #include "tests/tools/shell.hpp"
-#include "tools/measure.hpp"
+#include "tools/report/measure.hpp"
 
 namespace freeflex::testing {
 namespace {

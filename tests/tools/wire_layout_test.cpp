@@ -1,11 +1,11 @@
 // The layout check in front of the generated decoders.
-#include "tools/wire_layout.hpp"
+#include "tools/bus/wire_layout.hpp"
 
 #include <gtest/gtest.h>
 
 #include <vector>
 
-#include "service/io/codec.hpp"
+#include "service/io/wire/codec.hpp"
 
 namespace freeflex::tools {
 namespace {

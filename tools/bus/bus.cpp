@@ -1,13 +1,13 @@
-#include "tools/bus.hpp"
+#include "tools/bus/bus.hpp"
 
 #include <algorithm>
 #include <array>
 #include <cstdlib>
 #include <utility>
 
-#include "service/lcm_url.hpp"
-#include "tools/console.hpp"
-#include "tools/usage.hpp"
+#include "service/io/wire/lcm_url.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {

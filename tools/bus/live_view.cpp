@@ -1,4 +1,4 @@
-#include "tools/live_view.hpp"
+#include "tools/bus/live_view.hpp"
 
 #include <sys/ioctl.h>
 #include <unistd.h>
@@ -13,10 +13,10 @@
 #include <vector>
 
 #include "messages/channels.hpp"
-#include "service/io/reason.hpp"
-#include "tools/console.hpp"
-#include "tools/message_json.hpp"
-#include "tools/wire_layout.hpp"
+#include "service/io/wire/reason.hpp"
+#include "tools/bus/message_json.hpp"
+#include "tools/bus/wire_layout.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -11,7 +11,7 @@
 #include "freeflex_msgs/points_t.hpp"
 #include "freeflex_msgs/state_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
-#include "tools/bus.hpp"
+#include "tools/bus/bus.hpp"
 
 namespace freeflex::tools {
 

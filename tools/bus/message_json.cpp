@@ -1,12 +1,12 @@
-#include "tools/message_json.hpp"
+#include "tools/bus/message_json.hpp"
 
 #include <cinttypes>
 #include <vector>
 
 #include "messages/channels.hpp"
-#include "service/io/reason.hpp"
-#include "tools/bus.hpp"
-#include "tools/wire_layout.hpp"
+#include "service/io/wire/reason.hpp"
+#include "tools/bus/bus.hpp"
+#include "tools/bus/wire_layout.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -6,7 +6,7 @@
 #include <string>
 #include <string_view>
 
-#include "tools/console.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 

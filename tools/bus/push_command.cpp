@@ -1,4 +1,4 @@
-#include "tools/push_command.hpp"
+#include "tools/bus/push_command.hpp"
 
 #include <algorithm>
 #include <array>
@@ -7,9 +7,9 @@
 #include <string_view>
 #include <utility>
 
-#include "service/io/scene_text.hpp"
-#include "tools/console.hpp"
-#include "tools/usage.hpp"
+#include "service/io/scene/text.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -9,7 +9,7 @@
 
 #include "freeflex_msgs/control_t.hpp"
 #include "freeflex_msgs/force_t.hpp"
-#include "tools/bus.hpp"
+#include "tools/bus/bus.hpp"
 
 namespace freeflex::tools {
 

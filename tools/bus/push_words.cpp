@@ -1,4 +1,4 @@
-#include "tools/push_words.hpp"
+#include "tools/bus/push_words.hpp"
 
 #include <array>
 #include <charconv>

@@ -1,4 +1,4 @@
-#include "tools/recording.hpp"
+#include "tools/bus/recording.hpp"
 
 #include <algorithm>
 #include <cinttypes>
@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "messages/channels.hpp"
-#include "tools/wire_layout.hpp"
+#include "tools/bus/wire_layout.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -159,10 +159,10 @@ std::string CommandFeed::take_commands(std::int64_t tick, std::vector<ForceComma
     if (!decode_message(event.bytes, message))
       return "applied sequence " + std::to_string(record.sequence) + " is damaged";
     if (kind == applied_t::FORCE) {
-      const io::Verdict verdict = io::from_message(message.command, names_, commands.emplace_back());
-      if (verdict.reason != io::Reason::kAccepted) {
+      const io::Admission admission = io::from_message(message.command, names_, commands.emplace_back());
+      if (admission.reason != io::Reason::kAccepted) {
         return "applied sequence " + std::to_string(record.sequence) +
-               " does not fit the plan: " + verdict.text.data();
+               " does not fit the plan: " + admission.text.data();
       }
     } else if (kind == applied_t::EXPIRED || kind == applied_t::LEASE_LOST) {
       ended.push_back(message);

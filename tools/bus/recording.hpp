@@ -8,8 +8,8 @@
 
 #include "core/step/command.hpp"
 #include "freeflex_msgs/applied_t.hpp"
-#include "service/io/codec.hpp"
-#include "service/io/log.hpp"
+#include "service/io/wire/codec.hpp"
+#include "service/io/wire/log.hpp"
 
 namespace freeflex::tools {
 

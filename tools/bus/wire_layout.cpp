@@ -1,4 +1,4 @@
-#include "tools/wire_layout.hpp"
+#include "tools/bus/wire_layout.hpp"
 
 #include <array>
 #include <cstdint>

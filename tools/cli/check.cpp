@@ -6,10 +6,10 @@
 #include <utility>
 #include <vector>
 
-#include "core/model/leave_out.hpp"
-#include "core/model/structure.hpp"
-#include "tools/commands.hpp"
-#include "tools/console.hpp"
+#include "core/plan/leave_out.hpp"
+#include "core/structure/structure.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 namespace {

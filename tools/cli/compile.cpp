@@ -1,5 +1,5 @@
 // freeflex compile: the result of the set-up as a file that every program takes in place of the scene.
-#include "core/model/compile.hpp"
+#include "core/plan/compile.hpp"
 
 #include <CLI/App.hpp>
 #include <cinttypes>
@@ -8,9 +8,9 @@
 #include <memory>
 #include <string>
 
-#include "tools/commands.hpp"
-#include "tools/console.hpp"
-#include "tools/usage.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -7,9 +7,9 @@
 #include <utility>
 #include <vector>
 
-#include "tools/commands.hpp"
-#include "tools/inspection.hpp"
-#include "tools/usage.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/cli/inspection.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {

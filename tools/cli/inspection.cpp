@@ -1,4 +1,4 @@
-#include "tools/inspection.hpp"
+#include "tools/cli/inspection.hpp"
 
 #include <algorithm>
 #include <cstdio>

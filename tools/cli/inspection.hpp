@@ -5,9 +5,9 @@
 #include <string>
 #include <vector>
 
-#include "core/model/basis.hpp"
-#include "core/model/maxwell.hpp"
-#include "tools/console.hpp"
+#include "core/paper/basis.hpp"
+#include "core/paper/maxwell.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 

@@ -7,13 +7,13 @@
 #include <string>
 #include <vector>
 
-#include "core/model/compile.hpp"
-#include "core/model/quasi_static.hpp"
+#include "core/plan/compile.hpp"
+#include "core/plan/quasi_static.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
-#include "tools/commands.hpp"
-#include "tools/console.hpp"
-#include "tools/usage.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {

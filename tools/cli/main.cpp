@@ -8,9 +8,9 @@
 #include <exception>
 #include <string>
 
-#include "tools/commands.hpp"
-#include "tools/console.hpp"
-#include "tools/usage.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -1,6 +1,5 @@
 // freeflex modes: mass properties, freedoms and frequencies of a scene or plan.
 #include <CLI/App.hpp>
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <cmath>
 #include <cstdio>
@@ -8,9 +7,10 @@
 #include <numbers>
 #include <string>
 
-#include "tools/commands.hpp"
-#include "tools/console.hpp"
-#include "tools/usage.hpp"
+#include "core/structure/decompositions.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -95,11 +95,11 @@ bool leaves_modes_out(const Plan& plan) {
 
 /// What keeps modes from being independent, in words; empty when nothing does.
 std::string coupling_text(const Plan& plan) {
-  const PlanCoupling& coupling = plan.coupling;
-  if (coupling.path == PlanCoupling::Path::kExact)
-    return counted(static_cast<std::int64_t>(coupling.modes.size()), "mode") + " of " +
+  const PlanMixing& mixing = plan.mixing;
+  if (mixing.path == PlanMixing::Path::kExact)
+    return counted(static_cast<std::int64_t>(mixing.modes.size()), "mode") + " of " +
            std::to_string(plan.num_elastic) + ", advanced together by their exponential";
-  if (coupling.path == PlanCoupling::Path::kSplit)
+  if (mixing.path == PlanMixing::Path::kSplit)
     return "more modes than one exponential is kept for, advanced by splitting: second order in the step";
   return {};
 }

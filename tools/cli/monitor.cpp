@@ -11,12 +11,12 @@
 #include <string>
 #include <vector>
 
-#include "tools/bus.hpp"
-#include "tools/commands.hpp"
-#include "tools/console.hpp"
-#include "tools/live_view.hpp"
-#include "tools/message_json.hpp"
-#include "tools/usage.hpp"
+#include "tools/bus/bus.hpp"
+#include "tools/bus/live_view.hpp"
+#include "tools/bus/message_json.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -7,12 +7,12 @@
 #include <string>
 #include <vector>
 
-#include "core/model/budget.hpp"
-#include "core/model/leave_out.hpp"
-#include "tools/commands.hpp"
-#include "tools/console.hpp"
-#include "tools/step_cost.hpp"
-#include "tools/usage.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/leave_out.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/report/step_cost.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -75,7 +75,7 @@ std::vector<std::pair<const char*, bool>> features(const Plan& plan) {
   return {{"loads", !plan.histories.empty()},
           {"follower_forces", std::any_of(plan.histories.begin(), plan.histories.end(), has_followers)},
           {"feedback", !plan.feedbacks.empty()},
-          {"dashpots", plan.coupling.num_damping > 0},
+          {"dashpots", plan.mixing.num_damping > 0},
           {"spin_load", plan.has_spin_load},
           {"attractor", plan.attractor_mu > 0.0},
           {"coupled_rungs", is_coupled(plan)}};

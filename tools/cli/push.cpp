@@ -10,15 +10,15 @@
 
 #include "core/step/command.hpp"
 #include "messages/channels.hpp"
-#include "service/io/codec.hpp"
-#include "service/io/reason.hpp"
-#include "tools/bus.hpp"
-#include "tools/commands.hpp"
-#include "tools/console.hpp"
-#include "tools/push_command.hpp"
-#include "tools/push_words.hpp"
-#include "tools/usage.hpp"
-#include "tools/wire_layout.hpp"
+#include "service/io/wire/codec.hpp"
+#include "service/io/wire/reason.hpp"
+#include "tools/bus/bus.hpp"
+#include "tools/bus/push_command.hpp"
+#include "tools/bus/push_words.hpp"
+#include "tools/bus/wire_layout.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -7,14 +7,14 @@
 #include <optional>
 #include <string>
 
-#include "core/model/compile.hpp"
+#include "core/plan/compile.hpp"
 #include "messages/channels.hpp"
-#include "service/io/outbound.hpp"
-#include "tools/commands.hpp"
-#include "tools/console.hpp"
-#include "tools/recording.hpp"
-#include "tools/usage.hpp"
-#include "tools/wire_layout.hpp"
+#include "service/io/wire/outbound.hpp"
+#include "tools/bus/recording.hpp"
+#include "tools/bus/wire_layout.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {

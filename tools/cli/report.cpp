@@ -1,5 +1,5 @@
 // freeflex report: error against run time of scenes, beside other methods.
-#include "tools/report.hpp"
+#include "tools/report/report.hpp"
 
 #include <unistd.h>
 
@@ -16,10 +16,10 @@
 #include <vector>
 
 #include "core/reference/cartesian.hpp"
-#include "service/io/input.hpp"
-#include "tools/commands.hpp"
-#include "tools/stability.hpp"
-#include "tools/usage.hpp"
+#include "service/io/scene/input.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/stability/stability.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -9,14 +9,14 @@
 #include <optional>
 #include <string>
 
-#include "core/model/compile.hpp"
+#include "core/plan/compile.hpp"
+#include "core/validity/validity.hpp"
 #include "messages/channels.hpp"
-#include "service/validity.hpp"
-#include "tools/commands.hpp"
-#include "tools/console.hpp"
-#include "tools/recording.hpp"
-#include "tools/run_output.hpp"
-#include "tools/usage.hpp"
+#include "tools/bus/recording.hpp"
+#include "tools/cli/commands.hpp"
+#include "tools/cli/run_output.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -49,7 +49,7 @@ class Extremes {
 
   void take(const State& state) {
     displacement_ = std::max(displacement_, validity_.max_displacement(state));
-    spin_ = std::max(spin_, service::norm(angular_velocity(plan_, state)));
+    spin_ = std::max(spin_, norm(angular_velocity(plan_, state)));
   }
   double size() const { return validity_.size(); }  // [m] max |r|
   /// False when the scene publishes no points: then nobody looks at displacements.
@@ -60,7 +60,7 @@ class Extremes {
 
  private:
   const Plan& plan_;
-  service::Validity validity_;
+  Validity validity_;
   double displacement_ = 0.0;  // [m]
   double spin_ = 0.0;          // [rad/s]
 };
@@ -76,16 +76,14 @@ std::string ratios_text(const Extremes& extremes) {
 }
 
 /// Says so when a run went beyond the method: by its budget where it has one.
-void warn_beyond_limits(const Plan& plan, const Extremes& extremes,
-                        const std::optional<service::Verdict>& by_budget) {
+void warn_beyond_limits(const Plan& plan, const Extremes& extremes, const std::optional<Verdict>& by_budget) {
   if (!extremes.is_known() && !by_budget) return;
   if (is_coupled(plan) || by_budget || plan.has_spin_load) {
-    const service::Verdict verdict =
-        by_budget ? *by_budget
-                  : service::judge_ratios(plan, extremes.displacement_ratio(), extremes.spin_ratio());
+    const Verdict verdict =
+        by_budget ? *by_budget : judge_ratios(plan, extremes.displacement_ratio(), extremes.spin_ratio());
     // what integration or truncation ask for stands in the cause
     const bool is_own = verdict.cause.starts_with("integration") || verdict.cause.starts_with("truncation");
-    if (verdict.word == service::Verdict::Word::kOutside)
+    if (verdict.word == Verdict::Word::kOutside)
       print_warning(verdict.cause + ": outside what this rung can answer (README, 'When not to trust it')" +
                     (is_coupled(plan) || is_own
                          ? ""
@@ -93,17 +91,17 @@ void warn_beyond_limits(const Plan& plan, const Extremes& extremes,
     return;
   }
   const char* reference = "outside what the method can answer (README, 'When not to trust it')";
-  if (extremes.displacement_ratio() > service::kMaxDisplacementRatio) {
+  if (extremes.displacement_ratio() > kMaxDisplacementRatio) {
     print_warning(
         format_text("displacement ratio %.2g is above %g: %s; smaller loads, or a stiffer structure",
-                    extremes.displacement_ratio(), service::kMaxDisplacementRatio, reference));
+                    extremes.displacement_ratio(), kMaxDisplacementRatio, reference));
   }
-  if (extremes.spin_ratio() > service::kMaxSpinRatio) {
+  if (extremes.spin_ratio() > kMaxSpinRatio) {
     print_warning(
         format_text("spin ratio %.2g is above %g: %s; the deformation lacks that of centrifugal forces; the "
                     "pose stays good "
                     "for longer; a slower spin, or fidelity: spin-loaded or coupled",
-                    extremes.spin_ratio(), service::kMaxSpinRatio, reference));
+                    extremes.spin_ratio(), kMaxSpinRatio, reference));
   }
 }
 
@@ -241,7 +239,7 @@ Json json_of(const ErrorSize& error, bool is_lost) {
 }
 
 /// The error budget at the end of a run.
-void print_budget(const BudgetReading& reading, const service::Verdict& verdict) {
+void print_budget(const BudgetReading& reading, const Verdict& verdict) {
   static constexpr std::array kWords{"good", "watch", "outside"};
   std::printf("errors over the last %.3g s: %s%s%s\n", reading.age,
               kWords[static_cast<std::size_t>(verdict.word)], verdict.cause.empty() ? "" : ", ",
@@ -262,10 +260,10 @@ void report(const Options& options, const std::string& file, const Result& resul
             const Plan& plan, const Extremes& extremes) {
   const bool is_complete = result.exit_code == kExitOk;
   const double seconds = static_cast<double>(result.ticks) * plan.period;
-  std::optional<service::Verdict> verdict;
+  std::optional<Verdict> verdict;
   if (result.budget)
-    verdict = service::judge_budget(plan, *result.budget, extremes.size(), extremes.displacement_ratio(),
-                                    extremes.spin_ratio());
+    verdict = judge_budget(plan, *result.budget, extremes.size(), extremes.displacement_ratio(),
+                           extremes.spin_ratio());
   if (options.json) {
     Json errors;
     if (result.budget)

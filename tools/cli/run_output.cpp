@@ -1,16 +1,16 @@
-#include "tools/run_output.hpp"
+#include "tools/cli/run_output.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <vector>
 
-#include "core/model/compile.hpp"
+#include "core/plan/compile.hpp"
 #include "core/step/readout.hpp"
 #include "messages/channels.hpp"
-#include "service/io/codec.hpp"
-#include "service/io/log.hpp"
-#include "service/io/outbound.hpp"
+#include "service/io/wire/codec.hpp"
+#include "service/io/wire/log.hpp"
+#include "service/io/wire/outbound.hpp"
 
 namespace freeflex::tools {
 namespace {

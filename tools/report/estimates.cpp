@@ -1,13 +1,13 @@
-#include "tools/estimates.hpp"
+#include "tools/report/estimates.hpp"
 
 #include <algorithm>
 #include <boost/math/distributions/beta.hpp>
 #include <cmath>
 #include <random>
 
-#include "core/model/budget.hpp"
-#include "core/model/compile.hpp"
-#include "core/model/leave_out.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/compile.hpp"
+#include "core/plan/leave_out.hpp"
 #include "core/reference/elastic_error.hpp"
 #include "core/reference/integrate.hpp"
 #include "core/step/readout.hpp"
@@ -176,7 +176,7 @@ void judge_estimate(const Scene& scene, const Structure& structure, const Measur
   Workspace workspace = make_workspace(*plan);
   Budget budget = make_budget(*plan);
   StepReport report;
-  service::Validity validity(*plan);
+  Validity validity(*plan);
   double V = 0.0, spin = 0.0;
   while (static_cast<double>(state.tick) * plan->period < kEnd - 0.5 * plan->period) {
     prepare_budget(*plan, state, budget);
@@ -187,14 +187,14 @@ void judge_estimate(const Scene& scene, const Structure& structure, const Measur
     }
     follow_step(*plan, state, false, budget);
     V = std::max(V, validity.max_displacement(state));
-    spin = std::max(spin, service::norm(angular_velocity(*plan, state)));
+    spin = std::max(spin, norm(angular_velocity(*plan, state)));
   }
   const BudgetReading reading = read_budget(*plan, state, budget);
   row.is_lost = reading.is_lost;
   row.estimate = reading.total;
   row.truth = true_error(measure, *plan, state, truth);
-  row.verdict = service::judge_budget(*plan, reading, validity.size(), validity.displacement_ratio(V),
-                                      validity.spin_ratio(spin, V));
+  row.verdict = judge_budget(*plan, reading, validity.size(), validity.displacement_ratio(V),
+                             validity.spin_ratio(spin, V));
 }
 
 EstimateRow study_one(std::uint64_t seed, int number) {

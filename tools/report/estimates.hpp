@@ -6,9 +6,9 @@
 #include <string>
 #include <vector>
 
-#include "core/model/scene.hpp"
+#include "core/scene/scene.hpp"
 #include "core/step/budget.hpp"
-#include "service/validity.hpp"
+#include "core/validity/validity.hpp"
 
 namespace freeflex::tools {
 
@@ -23,7 +23,7 @@ struct EstimateRow {
   std::string shape;
   double stiffness = 0.0, spin = 0.0, force = 0.0;  // [N/m], [rad/s], [N]
   ErrorSize truth, estimate;                        // of the separated rung, from the full system
-  service::Verdict verdict;
+  Verdict verdict;
   bool is_lost = false;  // the shadow left the numbers: no estimate, the verdict is outside
   // fidelity: auto, asked for `tolerance` of elastic error over the second
   double tolerance = 0.0;

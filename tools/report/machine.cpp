@@ -1,4 +1,4 @@
-#include "tools/machine.hpp"
+#include "tools/report/machine.hpp"
 
 #include <sys/utsname.h>
 

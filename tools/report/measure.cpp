@@ -1,4 +1,4 @@
-#include "tools/measure.hpp"
+#include "tools/report/measure.hpp"
 
 #include <Eigen/Dense>
 #include <algorithm>
@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "core/reference/elastic_error.hpp"
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -6,8 +6,8 @@
 #include <optional>
 #include <vector>
 
-#include "core/model/structure.hpp"
 #include "core/reference/cartesian.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex::tools {
 

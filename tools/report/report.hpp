@@ -5,10 +5,10 @@
 #include <string>
 #include <vector>
 
-#include "tools/console.hpp"
-#include "tools/estimates.hpp"
-#include "tools/machine.hpp"
-#include "tools/study.hpp"
+#include "tools/report/estimates.hpp"
+#include "tools/report/machine.hpp"
+#include "tools/report/study.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 

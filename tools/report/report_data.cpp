@@ -1,7 +1,7 @@
 // The report as JSON and as CSV.
 #include <cmath>
 
-#include "tools/report.hpp"
+#include "tools/report/report.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
-#include "tools/report.hpp"
+#include "tools/report/report.hpp"
 
 namespace freeflex::tools {
 namespace {

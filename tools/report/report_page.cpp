@@ -1,7 +1,7 @@
 // The report as one HTML page.
 #include <cmath>
 
-#include "tools/report.hpp"
+#include "tools/report/report.hpp"
 
 namespace freeflex::tools {
 namespace {

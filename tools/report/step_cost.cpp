@@ -1,12 +1,12 @@
-#include "tools/step_cost.hpp"
+#include "tools/report/step_cost.hpp"
 
 #include <algorithm>
 #include <chrono>
 #include <limits>
 #include <utility>
 
-#include "core/step/coupling.hpp"
 #include "core/step/kernels.hpp"
+#include "core/step/mixing.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 
@@ -40,7 +40,7 @@ Plan rigid_part(const Plan& plan) {
   rigid.budget = {};
   rigid.num_elastic = rigid.num_moving = rigid.num_padded = 0;
   rigid.propagator = {};
-  rigid.coupling = {};
+  rigid.mixing = {};
   rigid.feedbacks.clear();
   for (Array* array : {&rigid.omega, &rigid.decay, &rigid.rows, &rigid.eckart_rows, &rigid.link_rows,
                        &rigid.field_rows, &rigid.initial.q, &rigid.initial.q_dot})
@@ -91,18 +91,18 @@ double pattern_cost(const LoadPattern& pattern, const Constants& constants) {
 }
 
 double coupling_cost(const Plan& plan, const Constants& constants) {
-  const PlanCoupling& coupling = plan.coupling;
+  const PlanMixing& mixing = plan.mixing;
   const double num_modes = std::max(1.0, static_cast<double>(plan.num_padded));
   double cost = 0.0;
   for (const PlanHistory& history : plan.histories)
     cost += 4.0 * static_cast<double>(history.followers.size()) * (3.0 * constants.dot + constants.direct);
-  if (coupling.path == PlanCoupling::Path::kNone) return cost;
-  const auto coupled = static_cast<double>(coupling.modes.size());
-  if (coupling.path == PlanCoupling::Path::kExact)
+  if (mixing.path == PlanMixing::Path::kNone) return cost;
+  const auto coupled = static_cast<double>(mixing.modes.size());
+  if (mixing.path == PlanMixing::Path::kExact)
     cost += 4.0 * coupled * constants.row * (2.0 * coupled / num_modes);
   else
-    cost += 2.0 * coupling.num_kicks * (2.0 * constants.dot + constants.row);
-  cost += coupling.num_damping * (constants.dot + constants.row);
+    cost += 2.0 * mixing.num_kicks * (2.0 * constants.dot + constants.row);
+  cost += mixing.num_damping * (constants.dot + constants.row);
   cost += 3.0 * static_cast<double>(plan.feedbacks.size()) * (6.0 * constants.dot + constants.direct);
   return cost;
 }
@@ -158,7 +158,7 @@ StepCost predict_step(const Plan& plan) {
   if (plan.has_spin_load || plan.attractor_mu > 0.0) cost.fields = 6.0 * constants.row;
   // loads are evaluated at both ends where they are not carried over from the step before, and the step is
   // made twice where they follow it
-  if (has_dependent || plan.coupling.path != PlanCoupling::Path::kNone) {
+  if (has_dependent || plan.mixing.path != PlanMixing::Path::kNone) {
     cost.loads *= has_dependent ? 3.0 : 2.0;
     cost.fields *= has_dependent ? 3.0 : 2.0;
     if (has_dependent) cost.modes *= 2.0;

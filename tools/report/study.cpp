@@ -1,4 +1,4 @@
-#include "tools/study.hpp"
+#include "tools/report/study.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,8 +7,8 @@
 
 #include "core/reference/elastic_error.hpp"
 #include "core/reference/integrate.hpp"
-#include "tools/console.hpp"
-#include "tools/study_runs.hpp"
+#include "tools/report/study_runs.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -7,8 +7,8 @@
 #include <string>
 #include <utility>
 
-#include "tools/console.hpp"
-#include "tools/study_runs.hpp"
+#include "tools/report/study_runs.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -3,15 +3,15 @@
 #include <cmath>
 #include <string>
 
-#include "core/model/budget.hpp"
-#include "core/model/compile.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/compile.hpp"
 #include "core/reference/elastic_error.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 #include "core/step/vector.hpp"
-#include "tools/console.hpp"
-#include "tools/study_runs.hpp"
+#include "tools/report/study_runs.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 namespace {

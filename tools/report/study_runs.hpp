@@ -4,10 +4,10 @@
 #include <functional>
 #include <vector>
 
-#include "core/model/structure.hpp"
 #include "core/reference/rivals.hpp"
-#include "tools/measure.hpp"
-#include "tools/study.hpp"
+#include "core/structure/structure.hpp"
+#include "tools/report/measure.hpp"
+#include "tools/report/study.hpp"
 
 namespace freeflex::tools {
 

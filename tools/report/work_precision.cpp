@@ -3,7 +3,7 @@
 #include <array>
 #include <cmath>
 
-#include "tools/report.hpp"
+#include "tools/report/report.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -4,7 +4,7 @@
 #include <array>
 #include <span>
 
-#include "core/model/scene.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex::tools {
 

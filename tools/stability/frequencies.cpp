@@ -1,11 +1,11 @@
-#include <Eigen/Eigenvalues>
 #include <algorithm>
 #include <boost/multiprecision/cpp_bin_float.hpp>
 #include <cmath>
 
-#include "tools/stability_answers.hpp"
-#include "tools/stability_ride.hpp"
-#include "tools/stability_scenes.hpp"
+#include "core/structure/decompositions.hpp"
+#include "tools/stability/answers.hpp"
+#include "tools/stability/ride.hpp"
+#include "tools/stability/scenes.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -7,9 +7,9 @@
 #include <memory>
 
 #include "core/reference/elastic_error.hpp"
-#include "tools/stability_answers.hpp"
-#include "tools/stability_ride.hpp"
-#include "tools/stability_scenes.hpp"
+#include "tools/stability/answers.hpp"
+#include "tools/stability/ride.hpp"
+#include "tools/stability/scenes.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -6,8 +6,8 @@
 #include <numbers>
 
 #include "core/reference/closed_form.hpp"
-#include "tools/stability_ride.hpp"
-#include "tools/stability_scenes.hpp"
+#include "tools/stability/ride.hpp"
+#include "tools/stability/scenes.hpp"
 
 namespace freeflex::tools {
 namespace {

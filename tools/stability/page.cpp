@@ -1,8 +1,8 @@
 // The stability table as one HTML page.
 #include <cmath>
 
-#include "tools/report.hpp"
-#include "tools/stability.hpp"
+#include "tools/report/report.hpp"
+#include "tools/stability/stability.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -3,12 +3,12 @@
 #include <initializer_list>
 #include <memory>
 
-#include "core/model/budget.hpp"
+#include "core/plan/budget.hpp"
+#include "core/validity/validity.hpp"
 #include "service/clock.hpp"
-#include "service/io/codec.hpp"
-#include "service/validity.hpp"
-#include "tools/stability_ride.hpp"
-#include "tools/stability_scenes.hpp"
+#include "service/io/wire/codec.hpp"
+#include "tools/stability/ride.hpp"
+#include "tools/stability/scenes.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -35,12 +35,12 @@ Outcome verdict_of(const Scene& scene, const char* cause) {
   Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.said());
   if (!ride.run(100)) return no_answer("a state is not finite");
-  const service::Validity validity(ride.plan);
+  const Validity validity(ride.plan);
   const double displacement = validity.max_displacement(ride.state);
-  const service::Verdict verdict = service::judge_ratios(
-      ride.plan, validity.displacement_ratio(displacement),
-      validity.spin_ratio(service::norm(angular_velocity(ride.plan, ride.state)), displacement));
-  const bool is_outside = verdict.word == service::Verdict::Word::kOutside;
+  const Verdict verdict =
+      judge_ratios(ride.plan, validity.displacement_ratio(displacement),
+                   validity.spin_ratio(norm(angular_velocity(ride.plan, ride.state)), displacement));
+  const bool is_outside = verdict.word == Verdict::Word::kOutside;
   return named((is_outside ? "outside: " : "not outside: ") + verdict.cause, {"outside: ", cause});
 }
 

@@ -1,4 +1,4 @@
-#include "tools/stability_ride.hpp"
+#include "tools/stability/ride.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,7 +8,7 @@
 
 #include "core/reference/elastic_error.hpp"
 #include "core/reference/rivals.hpp"
-#include "tools/measure.hpp"
+#include "tools/report/measure.hpp"
 
 namespace freeflex::tools {
 namespace {

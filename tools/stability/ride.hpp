@@ -8,11 +8,11 @@
 #include <string>
 #include <vector>
 
-#include "core/model/compile.hpp"
+#include "core/plan/compile.hpp"
 #include "core/reference/cartesian.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
-#include "tools/stability.hpp"
+#include "tools/stability/stability.hpp"
 
 namespace freeflex::tools {
 

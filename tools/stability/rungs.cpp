@@ -1,14 +1,15 @@
 // Every rung of the fidelity ladder at steps across omega h = k pi of its stiffest mode, where kick schemes
 // resonate.
+#include "core/plan/rungs.hpp"
+
 #include <algorithm>
 #include <array>
 #include <cmath>
 #include <numbers>
 
-#include "core/model/rungs.hpp"
 #include "core/reference/elastic_error.hpp"
-#include "tools/stability_ride.hpp"
-#include "tools/stability_scenes.hpp"
+#include "tools/stability/ride.hpp"
+#include "tools/stability/scenes.hpp"
 
 namespace freeflex::tools {
 namespace {

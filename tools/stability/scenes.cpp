@@ -1,4 +1,4 @@
-#include "tools/stability_scenes.hpp"
+#include "tools/stability/scenes.hpp"
 
 #include <cmath>
 #include <string>

@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "tools/stability_ride.hpp"
-#include "tools/stability_scenes.hpp"
+#include "tools/stability/ride.hpp"
+#include "tools/stability/scenes.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -1,10 +1,10 @@
-#include "tools/stability.hpp"
+#include "tools/stability/stability.hpp"
 
 #include <algorithm>
 #include <cstdio>
 
-#include "tools/measure.hpp"
-#include "tools/stability_ride.hpp"
+#include "tools/report/measure.hpp"
+#include "tools/stability/ride.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "tools/console.hpp"
-#include "tools/machine.hpp"
+#include "tools/report/machine.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 

@@ -1,4 +1,4 @@
-#include "tools/console.hpp"
+#include "tools/terminal/console.hpp"
 
 #include <unistd.h>
 
@@ -10,7 +10,7 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/model/budget.hpp"
+#include "core/plan/budget.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "core/step/plan.hpp"
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 
 namespace freeflex::tools {
 

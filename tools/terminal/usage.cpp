@@ -1,11 +1,11 @@
-#include "tools/usage.hpp"
+#include "tools/terminal/usage.hpp"
 
 #include <algorithm>
 #include <string_view>
 #include <vector>
 
-#include "service/io/scene_text.hpp"
-#include "tools/console.hpp"
+#include "service/io/scene/text.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 namespace {

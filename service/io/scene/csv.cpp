@@ -1,6 +1,6 @@
 #include <algorithm>
 
-#include "service/io/scene_tables.hpp"
+#include "service/io/scene/tables.hpp"
 
 namespace freeflex::io::reader {
 namespace {

@@ -3,8 +3,8 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "service/io/input.hpp"
-#include "service/io/scene_text.hpp"
+#include "service/io/scene/input.hpp"
+#include "service/io/scene/text.hpp"
 
 namespace freeflex::io {
 namespace {

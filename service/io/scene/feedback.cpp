@@ -1,7 +1,7 @@
 // Forces that go by the motion of a point.
 #include <algorithm>
 
-#include "service/io/scene_reader.hpp"
+#include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
 namespace {

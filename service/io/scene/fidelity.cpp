@@ -1,6 +1,6 @@
 // Which rung of the fidelity ladder a scene takes, and the budget of its errors.
-#include "core/model/budget.hpp"
-#include "service/io/scene_reader.hpp"
+#include "core/plan/budget.hpp"
+#include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
 namespace {

@@ -1,4 +1,4 @@
-#include "service/io/scene_fields.hpp"
+#include "service/io/scene/fields.hpp"
 
 #include <algorithm>
 #include <numeric>

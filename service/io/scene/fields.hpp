@@ -6,9 +6,9 @@
 #include <unordered_map>
 #include <vector>
 
-#include "service/io/scene_report.hpp"
-#include "service/io/scene_text.hpp"
-#include "service/io/scene_yaml.hpp"
+#include "service/io/scene/report.hpp"
+#include "service/io/scene/text.hpp"
+#include "service/io/scene/yaml.hpp"
 
 namespace freeflex::io::reader {
 

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "core/model/compile.hpp"
-#include "core/model/scene.hpp"
+#include "core/plan/compile.hpp"
+#include "core/scene/scene.hpp"
 
 namespace freeflex::io {
 

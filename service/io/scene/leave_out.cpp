@@ -1,8 +1,9 @@
 // What a plan may do without.
+#include "core/plan/leave_out.hpp"
+
 #include <array>
 
-#include "core/model/leave_out.hpp"
-#include "service/io/scene_reader.hpp"
+#include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
 namespace {

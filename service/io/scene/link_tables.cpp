@@ -1,8 +1,8 @@
 // Links from CSV tables: the columns give the kind.
 #include <algorithm>
 
-#include "service/io/scene_links.hpp"
-#include "service/io/scene_reader.hpp"
+#include "service/io/scene/links.hpp"
+#include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
 namespace {

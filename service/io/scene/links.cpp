@@ -1,10 +1,10 @@
 // Links written in the scene itself: single, in chains, rigid bodies and matrices.
-#include "service/io/scene_links.hpp"
+#include "service/io/scene/links.hpp"
 
 #include <algorithm>
 #include <array>
 
-#include "service/io/scene_reader.hpp"
+#include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
 

@@ -5,8 +5,8 @@
 #include <string_view>
 #include <vector>
 
-#include "core/model/scene.hpp"
-#include "service/io/scene_text.hpp"
+#include "core/scene/scene.hpp"
+#include "service/io/scene/text.hpp"
 
 namespace freeflex::io::reader {
 

@@ -1,7 +1,7 @@
 // Built-in loads and their histories.
 #include <algorithm>
 
-#include "service/io/scene_reader.hpp"
+#include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
 

@@ -3,8 +3,8 @@
 #include <array>
 #include <cmath>
 
-#include "core/model/link_factor.hpp"
-#include "service/io/scene_tables.hpp"
+#include "core/structure/link_factor.hpp"
+#include "service/io/scene/tables.hpp"
 
 namespace freeflex::io::reader {
 namespace {

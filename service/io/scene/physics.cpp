@@ -3,8 +3,8 @@
 #include <set>
 #include <tuple>
 
-#include "core/model/structure.hpp"
-#include "service/io/scene_reader.hpp"
+#include "core/structure/structure.hpp"
+#include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
 namespace {

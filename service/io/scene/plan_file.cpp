@@ -8,9 +8,9 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/model/leave_out.hpp"
-#include "service/io/input.hpp"
-#include "service/io/scene_report.hpp"
+#include "core/plan/leave_out.hpp"
+#include "service/io/scene/input.hpp"
+#include "service/io/scene/report.hpp"
 
 namespace freeflex::io {
 namespace {

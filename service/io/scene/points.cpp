@@ -1,5 +1,5 @@
 // Point masses: inline and from tables.
-#include "service/io/scene_reader.hpp"
+#include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
 namespace {

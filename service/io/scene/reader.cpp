@@ -1,11 +1,11 @@
-#include "service/io/scene_reader.hpp"
+#include "service/io/scene/reader.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <numeric>
 
-#include "service/io/input.hpp"
+#include "service/io/scene/input.hpp"
 
 namespace freeflex::io {
 

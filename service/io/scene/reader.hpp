@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "service/io/scene_fields.hpp"
-#include "service/io/scene_tables.hpp"
+#include "service/io/scene/fields.hpp"
+#include "service/io/scene/tables.hpp"
 
 namespace freeflex::io::reader {
 

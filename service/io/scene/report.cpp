@@ -1,4 +1,4 @@
-#include "service/io/scene_report.hpp"
+#include "service/io/scene/report.hpp"
 
 #include <fcntl.h>
 #include <sys/stat.h>

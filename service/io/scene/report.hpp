@@ -9,7 +9,7 @@
 #include <string_view>
 #include <vector>
 
-#include "core/model/scene.hpp"
+#include "core/scene/scene.hpp"
 
 struct XXH3_state_s;
 

@@ -8,8 +8,8 @@
 #include <string_view>
 #include <vector>
 
-#include "service/io/scene_report.hpp"
-#include "service/io/scene_text.hpp"
+#include "service/io/scene/report.hpp"
+#include "service/io/scene/text.hpp"
 
 namespace freeflex::io::reader {
 

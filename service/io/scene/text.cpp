@@ -1,4 +1,4 @@
-#include "service/io/scene_text.hpp"
+#include "service/io/scene/text.hpp"
 
 #include <algorithm>
 #include <array>

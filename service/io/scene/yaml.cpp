@@ -1,4 +1,4 @@
-#include "service/io/scene_yaml.hpp"
+#include "service/io/scene/yaml.hpp"
 
 #include <libfyaml.h>
 
@@ -6,7 +6,7 @@
 #include <string_view>
 #include <unordered_map>
 
-#include "service/io/scene_text.hpp"
+#include "service/io/scene/text.hpp"
 
 namespace freeflex::io::reader {
 namespace {

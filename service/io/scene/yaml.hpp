@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "service/io/scene_report.hpp"
+#include "service/io/scene/report.hpp"
 
 namespace freeflex::io::reader {
 

@@ -1,4 +1,4 @@
-#include "service/io/codec.hpp"
+#include "service/io/wire/codec.hpp"
 
 #include <algorithm>
 #include <cstring>
@@ -7,7 +7,7 @@
 
 #include "freeflex_msgs/control_t.hpp"
 #include "messages/channels.hpp"
-#include "service/io/codec_wire.hpp"
+#include "service/io/wire/codec_wire.hpp"
 
 namespace freeflex::io {
 namespace {
@@ -27,23 +27,23 @@ std::array<char, 41> printable(std::string_view sender) {
 }
 
 /// Fills in who sent it, then applies the rules of session and sender.
-/// \pre verdict.reason comes from the layout and verdict.text says it
-void check_head(std::span<const std::byte> bytes, std::int64_t session, Verdict& verdict) {
-  if (verdict.reason == Reason::kWrongType) return;  // another layout: nothing can be read
+/// \pre admission.reason comes from the layout and admission.text says it
+void check_head(std::span<const std::byte> bytes, std::int64_t session, Admission& admission) {
+  if (admission.reason == Reason::kWrongType) return;  // another layout: nothing can be read
   if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) return;
   const std::optional<Head> head = read_head(bytes);
   if (!head) return;
   const bool is_sender_valid = is_valid_sender(head->sender);
-  if (is_sender_valid) copy_sender(head->sender, verdict.sender);
-  verdict.sequence = head->sequence;
-  if (verdict.reason == Reason::kMalformed) return;
+  if (is_sender_valid) copy_sender(head->sender, admission.sender);
+  admission.sequence = head->sequence;
+  if (admission.reason == Reason::kMalformed) return;
   if (head->session != session) {
-    verdict.reason = Reason::kWrongSession;
-    print(verdict.text, "session %lld, this daemon's is %lld (status_t.session)",
+    admission.reason = Reason::kWrongSession;
+    print(admission.text, "session %lld, this daemon's is %lld (status_t.session)",
           static_cast<long long>(head->session), static_cast<long long>(session));
   } else if (!is_sender_valid) {
-    verdict.reason = Reason::kBadSender;
-    print(verdict.text, "sender \"%s\" of %zu characters, must be 1 to %d of A-Z a-z 0-9 _ . -",
+    admission.reason = Reason::kBadSender;
+    print(admission.text, "sender \"%s\" of %zu characters, must be 1 to %d of A-Z a-z 0-9 _ . -",
           printable(head->sender).data(), head->sender.size(), kSenderSize - 1);
   }
 }
@@ -56,10 +56,10 @@ bool decode_exactly(std::span<const std::byte> bytes, Message& message) {
 }
 
 /// Out of memory is the only way here: decode is given lengths that fit.
-Verdict out_of_memory(Verdict verdict) {
-  verdict.reason = Reason::kQueueFull;
-  print(verdict.text, "no memory to decode the command");
-  return verdict;
+Admission out_of_memory(Admission admission) {
+  admission.reason = Reason::kQueueFull;
+  print(admission.text, "no memory to decode the command");
+  return admission;
 }
 
 }  // namespace
@@ -87,42 +87,42 @@ void fill_name_table(const Plan& plan, NameTable& table) {
   }
 }
 
-Verdict decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
-                     ForceCommand& command) noexcept {
-  Verdict verdict;
-  verdict.reason = check_force_layout(bytes, verdict.text);
-  check_head(bytes, session, verdict);
-  if (verdict.reason != Reason::kAccepted) return verdict;
+Admission decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
+                       ForceCommand& command) noexcept {
+  Admission admission;
+  admission.reason = check_force_layout(bytes, admission.text);
+  check_head(bytes, session, admission);
+  if (admission.reason != Reason::kAccepted) return admission;
   try {
     freeflex_msgs::force_t message;
     if (decode_exactly(bytes, message)) return from_message(message, table, command);
   } catch (const std::exception&) {
-    return out_of_memory(verdict);
+    return out_of_memory(admission);
   }
-  verdict.reason = Reason::kMalformed;
-  print(verdict.text, "%zu bytes do not decode as force_t", bytes.size());
-  return verdict;
+  admission.reason = Reason::kMalformed;
+  print(admission.text, "%zu bytes do not decode as force_t", bytes.size());
+  return admission;
 }
 
-Verdict decode_control(std::span<const std::byte> bytes, std::int64_t session,
-                       ControlCommand& command) noexcept {
-  Verdict verdict;
-  verdict.reason = check_control_layout(bytes, verdict.text);
-  check_head(bytes, session, verdict);
-  if (verdict.reason != Reason::kAccepted) return verdict;
+Admission decode_control(std::span<const std::byte> bytes, std::int64_t session,
+                         ControlCommand& command) noexcept {
+  Admission admission;
+  admission.reason = check_control_layout(bytes, admission.text);
+  check_head(bytes, session, admission);
+  if (admission.reason != Reason::kAccepted) return admission;
   try {
     freeflex_msgs::control_t message;
     if (!decode_exactly(bytes, message)) {
-      verdict.reason = Reason::kMalformed;
-      print(verdict.text, "%zu bytes do not decode as control_t", bytes.size());
-      return verdict;
+      admission.reason = Reason::kMalformed;
+      print(admission.text, "%zu bytes do not decode as control_t", bytes.size());
+      return admission;
     }
-    command = {verdict.sender, message.sequence, message.command, message.count};
-    verdict.reason = check_control(command, verdict.text);
+    command = {admission.sender, message.sequence, message.command, message.count};
+    admission.reason = check_control(command, admission.text);
   } catch (const std::exception&) {
-    return out_of_memory(verdict);
+    return out_of_memory(admission);
   }
-  return verdict;
+  return admission;
 }
 
 freeflex_msgs::force_t to_message(const ForceCommand& command, std::int64_t session, std::int64_t utime) {
@@ -153,19 +153,19 @@ freeflex_msgs::force_t to_message(const ForceCommand& command, std::int64_t sess
   return message;
 }
 
-Verdict from_message(const freeflex_msgs::force_t& message, const NameTable& table,
-                     ForceCommand& command) noexcept {
-  Verdict verdict;
-  verdict.sequence = message.sequence;
+Admission from_message(const freeflex_msgs::force_t& message, const NameTable& table,
+                       ForceCommand& command) noexcept {
+  Admission admission;
+  admission.sequence = message.sequence;
   if (!is_valid_sender(message.sender)) {
-    verdict.reason = Reason::kBadSender;
-    print(verdict.text, "sender \"%s\" of %zu characters, must be 1 to %d of A-Z a-z 0-9 _ . -",
+    admission.reason = Reason::kBadSender;
+    print(admission.text, "sender \"%s\" of %zu characters, must be 1 to %d of A-Z a-z 0-9 _ . -",
           printable(message.sender).data(), message.sender.size(), kSenderSize - 1);
-    return verdict;
+    return admission;
   }
-  copy_sender(message.sender, verdict.sender);
+  copy_sender(message.sender, admission.sender);
   command = ForceCommand{};
-  command.sender = verdict.sender;
+  command.sender = admission.sender;
   command.sequence = message.sequence;
   command.slot = message.slot;
   command.axes = message.axes;
@@ -187,8 +187,8 @@ Verdict from_message(const freeflex_msgs::force_t& message, const NameTable& tab
     std::copy_n(message.wrenches[i].force, 3, command.wrenches[i].force.begin());
     std::copy_n(message.wrenches[i].torque, 3, command.wrenches[i].torque.begin());
   }
-  verdict.reason = check_command(command, table, verdict.text);
-  return verdict;
+  admission.reason = check_command(command, table, admission.text);
+  return admission;
 }
 
 }  // namespace freeflex::io

@@ -15,7 +15,7 @@
 #include "core/step/step.hpp"
 #include "freeflex_msgs/applied_t.hpp"
 #include "freeflex_msgs/force_t.hpp"
-#include "service/io/reason.hpp"
+#include "service/io/wire/reason.hpp"
 
 namespace freeflex::io {
 
@@ -58,7 +58,7 @@ struct ControlCommand {
 
 /// Outcome of decoding: on a rejection, sender and sequence are filled as far as they could be read, and
 /// text says what was found and what is allowed (NUL-terminated).
-struct Verdict {
+struct Admission {
   Reason reason = Reason::kAccepted;
   std::array<char, kSenderSize> sender{};
   std::int64_t sequence = 0;
@@ -85,22 +85,22 @@ Reason check_control(const ControlCommand& command, std::span<char> text) noexce
 bool is_sane(const ForceCommand& command, const NameTable& table) noexcept;
 bool is_sane(const ControlCommand& command) noexcept;
 /// A rejection that may be answered: a reason of the list, a valid sender or none, printable text.
-bool is_sane(const Verdict& verdict) noexcept;
+bool is_sane(const Admission& admission) noexcept;
 
 /// Checks everything about a command that does not depend on the tick: all reasons but 5, 17 to 20, 22 to 24.
 /// kUnreachableTorque about the line of a collinear group for body axes only: in world axes that part is
 /// dropped at each tick. Session and sender are checked before the contents, so a rejection from 5 on is of a
-/// command whose sender and sequence stand in the verdict.
-Verdict decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
-                     ForceCommand& command) noexcept;
-Verdict decode_control(std::span<const std::byte> bytes, std::int64_t session,
-                       ControlCommand& command) noexcept;
+/// command whose sender and sequence stand in the admission.
+Admission decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
+                       ForceCommand& command) noexcept;
+Admission decode_control(std::span<const std::byte> bytes, std::int64_t session,
+                         ControlCommand& command) noexcept;
 
 /// Core command <-> message, bit for bit in every double.
 freeflex_msgs::force_t to_message(const ForceCommand& command, std::int64_t session, std::int64_t utime);
-/// From a decoded, trusted-length message (a log); Verdict as decode_force.
-Verdict from_message(const freeflex_msgs::force_t& message, const NameTable& table,
-                     ForceCommand& command) noexcept;
+/// From a decoded, trusted-length message (a log); Admission as decode_force.
+Admission from_message(const freeflex_msgs::force_t& message, const NameTable& table,
+                       ForceCommand& command) noexcept;
 
 /// Generated encode into bytes.
 template <class Message>

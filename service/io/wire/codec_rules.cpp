@@ -6,8 +6,8 @@
 
 #include "core/step/scope.hpp"
 #include "freeflex_msgs/control_t.hpp"
-#include "service/io/codec.hpp"
-#include "service/io/codec_wire.hpp"
+#include "service/io/wire/codec.hpp"
+#include "service/io/wire/codec_wire.hpp"
 
 namespace freeflex::io {
 namespace {
@@ -253,13 +253,13 @@ bool is_sane(const ControlCommand& command) noexcept {
   return is_valid_sender(command.sender) && check_control(command, {}) == Reason::kAccepted;
 }
 
-bool is_sane(const Verdict& verdict) noexcept {
-  const auto reason = static_cast<std::int32_t>(verdict.reason);
+bool is_sane(const Admission& admission) noexcept {
+  const auto reason = static_cast<std::int32_t>(admission.reason);
   if (reason <= 0 || reason >= kNumReasons) return false;
-  if (verdict.sender[0] != '\0' && !is_valid_sender(verdict.sender)) return false;
-  const auto end = std::find(verdict.text.begin(), verdict.text.end(), '\0');
-  return end != verdict.text.end() &&
-         std::all_of(verdict.text.begin(), end, [](char c) { return c >= ' ' && c <= '~'; });
+  if (admission.sender[0] != '\0' && !is_valid_sender(admission.sender)) return false;
+  const auto end = std::find(admission.text.begin(), admission.text.end(), '\0');
+  return end != admission.text.end() &&
+         std::all_of(admission.text.begin(), end, [](char c) { return c >= ' ' && c <= '~'; });
 }
 
 }  // namespace freeflex::io

@@ -1,4 +1,4 @@
-#include "service/io/codec_wire.hpp"
+#include "service/io/wire/codec_wire.hpp"
 
 #include <cstdarg>
 #include <cstdio>
@@ -9,7 +9,7 @@
 #include "freeflex_msgs/force_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "messages/channels.hpp"
-#include "service/io/codec.hpp"
+#include "service/io/wire/codec.hpp"
 
 namespace freeflex::io {
 namespace {

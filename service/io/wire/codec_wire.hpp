@@ -7,7 +7,7 @@
 #include <span>
 #include <string_view>
 
-#include "service/io/reason.hpp"
+#include "service/io/wire/reason.hpp"
 
 namespace freeflex::io {
 

@@ -1,4 +1,4 @@
-#include "service/lcm_url.hpp"
+#include "service/io/wire/lcm_url.hpp"
 
 #include <arpa/inet.h>
 #include <sys/socket.h>

@@ -1,4 +1,4 @@
-#include "service/io/log.hpp"
+#include "service/io/wire/log.hpp"
 
 #include <sys/stat.h>
 

@@ -1,11 +1,11 @@
-#include "service/io/outbound.hpp"
+#include "service/io/wire/outbound.hpp"
 
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
 
 #include "messages/channels.hpp"
-#include "service/io/codec.hpp"
+#include "service/io/wire/codec.hpp"
 
 namespace freeflex::io {
 namespace {

@@ -4,7 +4,7 @@
 #include <numbers>
 
 #include "messages/channels.hpp"
-#include "service/io/outbound.hpp"
+#include "service/io/wire/outbound.hpp"
 
 namespace freeflex::io {
 namespace {

@@ -1,4 +1,4 @@
-#include "service/io/reason.hpp"
+#include "service/io/wire/reason.hpp"
 
 #include <array>
 

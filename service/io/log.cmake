@@ -1,1 +1,0 @@
-target_sources(freeflex_io PRIVATE log.cpp)
