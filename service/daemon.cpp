@@ -12,8 +12,9 @@
 #include <thread>
 #include <utility>
 
-#include "core/plan/budget.hpp"
-#include "core/plan/leave_out.hpp"
+#include "core/plan/automatic.hpp"
+#include "core/plan/compile.hpp"
+#include "core/plan/rates.hpp"
 #include "service/bus.hpp"
 #include "service/ingress.hpp"
 #include "service/io/scene/input.hpp"

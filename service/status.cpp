@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/plan/leave_out.hpp"
 #include "core/step/scope.hpp"
 
 namespace freeflex::service {

@@ -1,36 +1,28 @@
-// Shadows of a plan for its error budget, and the choice of a rung by the error it makes (THEORY X96-X99).
+// Shadows of a plan for its error budget   (THEORY X96-X98).
 #pragma once
 
-#include <optional>
-
-#include "core/step/budget.hpp"
-#include "core/structure/structure.hpp"
+#include "core/plan/rates.hpp"
+#include "core/plan/spec.hpp"
 
 namespace freeflex {
+
+/// Adds one shadow to a plan of a scene, with every mode and point of it and nothing to publish. An error at
+/// the place of what asks for it, when the rung cannot carry the scene. \param structure  of the scene, with
+/// all modes  \param parts  resolving_parts() of it
+bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind kind, Fidelity rung,
+                std::int32_t parts, Plan& plan, Faults& faults);
+
+/// What a rung is compared with: exact bars, or itself in parts of half the size where that is not better.
+Fidelity best_rung_beside(Fidelity rung);
 
 /// Fills plan.budget with the shadows that scene.error_budget asks for. Errors, at its place, when the
 /// coupled rungs cannot carry the scene. \param structure  of the scene, with all modes
 void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
-/// Steps a tick of the shadows, and their plans, for the plan's period   (X96).
-void set_shadow_rates(Plan& plan);
+/// What a plan's errors are counted over before the comparison starts again [s].
+void set_horizon(double horizon, Plan& plan);
 
-/// A horizon [s] in ticks, at least 1.
-std::int64_t horizon_in_ticks(double horizon, double period);
-
-/// Samples at which errors are judged over a horizon.
-inline constexpr int kRungSamples = 16;
-
-/// The cheapest rung within the tolerances of scene.automatic, the last of `tried` (X99). Without one that
-/// is: an error at the place of the tolerance, and nullopt. Cost: up to six runs over the horizon, each with
-/// the best rung beside it.
-std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structure,
-                                    std::vector<PlanRung>& tried, Faults& faults);
-
-/// What to say when a plan whose rung `fidelity: auto` chose runs at another rate [Hz]; empty: nothing.
-std::string find_untried_rate(const Plan& plan, double rate);
-
-/// "rigid", "separated", "spin-loaded", "coupled", "exact-bars", "full".
-const char* name_of(Fidelity rung);
+/// [rad/s] of every mode.
+std::span<const double> frequencies_of(const Structure& structure);
 
 }  // namespace freeflex

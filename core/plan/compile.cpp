@@ -1,38 +1,25 @@
 #include "core/plan/compile.hpp"
 
-#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
+#include <optional>
 
-#include "core/plan/budget.hpp"
+#include "core/plan/arrays.hpp"
+#include "core/plan/groups.hpp"
 #include "core/plan/histories.hpp"
 #include "core/plan/mixing.hpp"
 #include "core/plan/propagator.hpp"
+#include "core/plan/rates.hpp"
 #include "core/plan/rungs.hpp"
+#include "core/plan/start.hpp"
 #include "core/scene/extremes.hpp"
 #include "core/scene/faults.hpp"
-#include "core/structure/decompositions.hpp"
+#include "core/scene/link_kinds.hpp"
+#include "core/structure/reduce.hpp"
 
 namespace freeflex {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
-// [-] of the given displacements: a rigid part above this is said, below it is rounding of what a person
-// typed
-constexpr double kRigidPart = 1e-9;
-
-Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-Mat3 to_array(const Eigen::Matrix3d& m) {
-  Mat3 rows{};
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) rows[3 * static_cast<std::size_t>(i) + static_cast<std::size_t>(j)] = m(i, j);
-  return rows;
-}
-
-int pad(Eigen::Index count) { return (static_cast<int>(count) + kLanes - 1) / kLanes * kLanes; }
 
 // values over modes and, if there are more, over constraint shapes
 Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
@@ -78,7 +65,7 @@ void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.attractor_W = to_array(scene.attractor.position);
 }
 
-// X53, X66: decay = zeta omega + alpha / 2 + beta omega^2 / 2
+// decay_l = zeta_l omega_l + alpha / 2 + beta omega_l^2 / 2   (X53, X66), of every mode of a structure
 Eigen::VectorXd decays(const Damping& damping, const Structure& structure) {
   const Eigen::VectorXd& omega = structure.omega;
   Eigen::VectorXd ratio = Eigen::VectorXd::Constant(omega.size(), damping.modal_ratio);
@@ -87,12 +74,12 @@ Eigen::VectorXd decays(const Damping& damping, const Structure& structure) {
   return ratio.array() * omega.array() + 0.5 * damping.alpha + 0.5 * damping.beta * omega.array().square();
 }
 
-void compile_modes(const Scene& scene, const Structure& structure, Plan& plan) {
+void compile_modes(const Scene& scene, const Structure& structure, const Eigen::VectorXd& decay, Plan& plan) {
   plan.num_elastic = static_cast<std::int32_t>(structure.omega.size());
   plan.num_moving = pad(plan.num_elastic);
-  plan.num_padded = plan.num_moving + pad(structure.constraint_shapes.cols());
+  plan.num_padded = plan.num_moving + pad(static_cast<std::int32_t>(structure.constraint_shapes.cols()));
   plan.omega = padded(plan, structure.omega);
-  plan.decay = padded(plan, decays(scene.damping, structure));
+  plan.decay = padded(plan, decay);
   plan.frequency_accuracy = structure.frequency_accuracy;
   plan.conditioning = structure.conditioning;
   for (const Mechanism& mechanism : structure.mechanisms)
@@ -114,8 +101,7 @@ void compile_modes(const Scene& scene, const Structure& structure, Plan& plan) {
 // X70, X72: sum m r_a b_b, symmetric by (2.6)
 void compile_field(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
                    Plan& plan) {
-  plan.fidelity = scene.fidelity;
-  plan.has_spin_load = scene.fidelity == Fidelity::kSpinLoaded && plan.turns;
+  plan.has_spin_load = traits_of(plan.fidelity).takes_spin_load && plan.turns;
   if (!plan.has_spin_load && plan.attractor_mu == 0.0) return;
   const Eigen::Matrix3Xd& r = structure.mass_properties.r;
   static constexpr std::array<std::array<int, 2>, 6> kPairs{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
@@ -140,16 +126,15 @@ std::vector<bool> points_with_rows(const Scene& scene) {
   for (const Load& load : scene.loads)
     for (const PointLoad& each : load.forces) use(each.point);
   for (const Feedback& feedback : scene.feedbacks) use(feedback.point);
-  // on coupled rungs every point moves the body, and a budget looks at each
-  if (scene.fidelity >= Fidelity::kCoupled || scene.error_budget.horizon > 0.0)
-    used.assign(used.size(), true);
   return used;
 }
 
 void compile_points(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
-                    Plan& plan) {
+                    bool has_every_row, Plan& plan) {
+  std::vector<bool> is_pushable(scene.points.size(), false);
+  for (const int point : scene.pushable) is_pushable[static_cast<std::size_t>(point)] = true;
   std::vector<bool> used = points_with_rows(scene);
-  if (scene.leave_out.keeps[static_cast<std::size_t>(Part::kPointRows)]) used.assign(used.size(), true);
+  if (has_every_row) used.assign(used.size(), true);
   std::int32_t num_blocks = 0;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const auto column = static_cast<Eigen::Index>(i);
@@ -157,8 +142,7 @@ void compile_points(const Scene& scene, const Structure& structure, const Eigen:
     point.name = scene.points[i].name;
     point.mass = scene.points[i].mass;
     point.r = to_array(Eigen::Vector3d(structure.mass_properties.r.col(column)));
-    point.pushable =
-        std::find(scene.pushable.begin(), scene.pushable.end(), static_cast<int>(i)) != scene.pushable.end();
+    point.pushable = is_pushable[i];
     if (used[i]) {
       point.row = num_blocks++;
       for (int axis = 0; axis < 3; ++axis) append_row(plan, shapes.row(3 * column + axis), plan.rows);
@@ -169,13 +153,11 @@ void compile_points(const Scene& scene, const Structure& structure, const Eigen:
 
 void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
   for (const Link& link : scene.links) {
-    static constexpr std::array<const char*, std::variant_size_v<decltype(Link::kind)>> kKinds{
-        "spring", "bar", "beam", "matrix", "bending", "torsion", "plate", "rigid", "dashpot"};
+    const LinkTraits kind = traits_of(link);
     PlanLink each;
     each.name = link.name;
-    each.kind = kKinds.at(link.kind.index());
-    if (!std::holds_alternative<MatrixLink>(link.kind))
-      each.points.assign(link.points.begin(), link.points.end());
+    each.kind = kind.name;
+    if (kind.lists_points) each.points.assign(link.points.begin(), link.points.end());
     plan.links.push_back(std::move(each));
   }
   std::int32_t next_row = 0;
@@ -203,157 +185,6 @@ void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
   }
 }
 
-// X12: mass-weighted rigid weights of a group; a line takes no torque about itself, one place takes none at
-// all
-PlanGroup compile_group(const Scene& scene, const Group& group, const MassProperties& body) {
-  const auto num_points = static_cast<Eigen::Index>(group.points.size());
-  PlanGroup plan;
-  plan.name = group.name;
-  plan.points.assign(group.points.begin(), group.points.end());
-  Eigen::VectorXd mass(num_points);
-  for (Eigen::Index k = 0; k < num_points; ++k)
-    mass[k] = scene.points[static_cast<std::size_t>(group.points[static_cast<std::size_t>(k)])].mass;
-  plan.mass = mass.sum();
-  Eigen::Matrix3Xd d = body.r(Eigen::all, group.points);
-  const Eigen::Vector3d centre = d * mass / plan.mass;
-  d.colwise() -= centre;
-  plan.centre = to_array(centre);
-
-  const Eigen::JacobiSVD<Eigen::MatrixXd> shape(d, Eigen::ComputeFullU);
-  const double length = std::sqrt(d.colwise().squaredNorm().maxCoeff());
-  // the same measure of a line as for the whole body; coordinates are from its centre
-  const double rounding = 64.0 * kEpsilon * std::max(1e-300, body.r.cwiseAbs().maxCoeff());
-  const Eigen::Vector3d line = shape.matrixU().col(0);
-  const Eigen::Matrix3Xd across = d - line * (line.transpose() * d);
-  const double width = std::sqrt(across.colwise().squaredNorm().maxCoeff());
-  plan.torque_rank = length <= rounding ? 0 : (num_points == 2 || width <= rounding ? 2 : 3);
-  if (plan.torque_rank == 2) plan.line = to_array(line);
-  if (plan.torque_rank == 0) return plan;
-
-  const Eigen::Matrix3Xd weighted = d * mass.cwiseSqrt().asDiagonal();
-  const Eigen::Matrix3d second_moment = weighted * weighted.transpose();
-  const Eigen::Matrix3d inertia = second_moment.trace() * Eigen::Matrix3d::Identity() - second_moment;
-  if (plan.torque_rank == 2) {
-    const Eigen::Matrix3d normal = Eigen::Matrix3d::Identity() - line * line.transpose();
-    plan.inverse_inertia = to_array(Eigen::Matrix3d(normal / second_moment.trace()));
-  } else {
-    plan.inverse_inertia = to_array(Eigen::Matrix3d(inertia.inverse()));
-  }
-  return plan;
-}
-
-// elastic coordinates from displacements given at points: q_l = sum m_i b_il . V_i / M   (THEORY X54)
-Eigen::VectorXd project(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V,
-                        const char* what, Faults& faults) {
-  Eigen::VectorXd weighted = V;
-  for (std::size_t i = 0; i < scene.points.size(); ++i)
-    weighted.segment<3>(3 * static_cast<Eigen::Index>(i)) *= scene.points[i].mass;
-  Eigen::VectorXd q = structure.shapes.transpose() * weighted / structure.mass_properties.mass;
-  const double given = std::sqrt(V.dot(weighted));
-  const Eigen::VectorXd rest = V - structure.shapes * q;
-  double rest2 = 0.0;
-  for (std::size_t i = 0; i < scene.points.size(); ++i)
-    rest2 += scene.points[i].mass * rest.segment<3>(3 * static_cast<Eigen::Index>(i)).squaredNorm();
-  if (std::sqrt(rest2) > kRigidPart * given)
-    add_warning(
-        faults, scene.initial.origin,
-        join_text("the initial ", what, " of the points hold ", 100.0 * std::sqrt(rest2) / given,
-                  " % of rigid motion (mass-weighted), which was taken out; give rigid motion by position, "
-                  "attitude and velocities"));
-  return q;
-}
-
-void compile_elastic_state(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
-  const Initial& initial = scene.initial;
-  Eigen::VectorXd V = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(scene.points.size()));
-  Eigen::VectorXd V_dot = V;
-  for (const auto& each : initial.points) {
-    V.segment<3>(3 * Eigen::Index{each.point}) += each.displacement;
-    V_dot.segment<3>(3 * Eigen::Index{each.point}) += each.velocity;
-  }
-  Eigen::VectorXd q = project(scene, structure, V, "displacements", faults);
-  Eigen::VectorXd q_dot = project(scene, structure, V_dot, "elastic velocities", faults);
-  for (const auto& each : initial.modes) {
-    q[each.mode - 1] += each.q;
-    q_dot[each.mode - 1] += each.q_dot;
-  }
-  plan.initial.q = padded(plan, q);
-  plan.initial.q_dot = padded(plan, q_dot);
-}
-
-// the separated equations take the spin as slow beside every vibration, and linear links do not stiffen by it
-void warn_of_fast_spin(const Structure& structure, const Eigen::Vector3d& spin, const Origin& origin,
-                       Faults& faults) {
-  constexpr double kSlow = 0.01;  // [-] (spin / omega_1)^2: centrifugal softening of one per cent
-  for (const double omega : structure.omega) {
-    if (omega == 0.0) continue;
-    const double ratio = spin.squaredNorm() / (omega * omega);
-    if (ratio > kSlow)
-      add_warning(
-          faults, origin,
-          join_text("the initial spin of ", spin.norm(), " rad/s is not slow beside the lowest frequency, ",
-                    omega, " rad/s: (spin / omega_1)^2 is ", ratio, ", and the equations hold far below 1; ",
-                    ratio > 1.0 ? "this motion is outside the method: the answer means nothing"
-                                : "the deformation will be wrong, the pose less so"));
-    return;
-  }
-}
-
-// X72 keeps the first terms of size over distance, and has no direction at the attractor itself
-void check_attractor(const Scene& scene, const Plan& plan, const MassProperties& body, Faults& faults) {
-  if (scene.attractor.mu == 0.0) return;
-  constexpr double kNear = 10.0;  // [-] distances over the size
-  const Eigen::Vector3d centre(plan.initial.p_WB[0], plan.initial.p_WB[1], plan.initial.p_WB[2]);
-  const double distance = (centre - scene.attractor.position).stableNorm(),
-               size = std::sqrt(body.r.colwise().squaredNorm().maxCoeff()),
-               rounding = 64.0 * kEpsilon *
-                          std::max({centre.stableNorm(), scene.attractor.position.stableNorm(), size});
-  const Origin& origin = scene.attractor.origin;
-  if (distance <= rounding)
-    add_error(
-        faults, origin,
-        "the attractor is on the centre of mass at the start, where its pull has no direction; move one "
-        "of them");
-  else if (!std::isfinite(scene.attractor.mu / (distance * distance)) || !std::isfinite(distance * distance))
-    add_error(
-        faults, origin,
-        join_text("the attractor of mu ", scene.attractor.mu, " m^3/s^2 is ", distance,
-                  " m from the centre of mass at the start: its pull is no finite number; use SI units"));
-  else if (distance < kNear * size)
-    add_warning(
-        faults, origin,
-        join_text("the attractor is ", distance, " m from the centre of mass at the start, ", distance / size,
-                  " times the size of the body: its pull and gradient hold far from the body (THEORY X72), ",
-                  distance < size ? "and mean nothing here"
-                                  : join_text("and are wrong by some ", 100.0 * size / distance, " % here")));
-}
-
-void compile_initial(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
-  const Initial& initial = scene.initial;
-  const MassProperties& body = structure.mass_properties;
-  const Eigen::Vector4d w_x_y_z = initial.attitude.stableNormalized();
-  const Eigen::Quaterniond attitude(w_x_y_z[0], w_x_y_z[1], w_x_y_z[2], w_x_y_z[3]);
-  plan.initial.p_WB = to_array(Eigen::Vector3d(initial.position + attitude * body.p_SB));
-  plan.initial.v_WB = to_array(initial.velocity);
-  plan.initial.q_WB = {w_x_y_z[0], w_x_y_z[1], w_x_y_z[2], w_x_y_z[3]};
-
-  Eigen::Vector3d spin = initial.angular_velocity;
-  Eigen::Vector3d idle = Eigen::Vector3d::Zero();
-  if (body.rigid_freedoms == 5) idle = body.line * body.line.dot(spin);
-  if (body.rigid_freedoms == 3) idle = spin;
-  if (idle.norm() > kRigidPart * spin.norm())
-    add_warning(faults, initial.origin,
-                join_text("the initial angular velocity has ", idle.norm(), " rad/s ",
-                          body.rigid_freedoms == 3 ? "but one point does not turn"
-                                                   : "about the line of the points, "
-                                                     "which is no motion",
-                          "; it was taken out"));
-  spin -= idle;
-  plan.initial.w_WB_B = to_array(spin);
-  if (scene.fidelity < Fidelity::kExactBars) warn_of_fast_spin(structure, spin, initial.origin, faults);
-  compile_elastic_state(scene, structure, plan, faults);
-}
-
 // a repeated name in a list publishes once
 std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
   std::vector<std::int32_t> kept;
@@ -373,63 +204,66 @@ void compile_publication(const Publication& publication, Plan& plan) {
 
 }  // namespace
 
-std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure, Faults& faults,
-                                 const CodeLeftOut& left_out) {
-  if (scene.fidelity == Fidelity::kRigid && structure.omega.size() > 0) {
-    const Reduced rigid = without_modes(scene, structure, faults);
-    return compile_plan(rigid.scene, rigid.structure, faults, left_out);
+PlanSpec whole_spec(const Scene& scene, const Structure& structure, Fidelity rung) {
+  const RungTraits& traits = traits_of(rung);
+  const auto num_modes = static_cast<std::size_t>(structure.omega.size());
+  PlanSpec spec;
+  spec.rung = rung;
+  spec.rate = scene.rate;
+  if (traits.has_modes) spec.modes.resize(num_modes);
+  std::iota(spec.modes.begin(), spec.modes.end(), 0);
+  spec.initial = initial_modes(scene, structure);
+  // on coupled rungs every point moves the body, and a budget looks at each
+  spec.has_every_row = traits.couples || scene.error_budget.horizon > 0.0 ||
+                       scene.leave_out.keeps[static_cast<std::size_t>(Part::kPointRows)];
+  // links carry load only where something deforms
+  spec.publishes_links = traits.has_modes || num_modes == 0;
+  if (traits.divides_tick) spec.part_phase = kFullPhase;
+  return spec;
+}
+
+std::optional<Plan> compile(const Scene& scene, const Structure& whole, const PlanSpec& spec,
+                            Faults& faults) {
+  Structure structure = reduce(whole, spec.modes);
+  keep_static_link_forces(whole, spec.static_modes, spec.static_loads, structure);
+  if (!spec.publishes_links) {
+    structure.link_forces.clear();
+    structure.constraint_shapes.resize(structure.shapes.rows(), 0);
   }
   Plan plan;
-  plan.damps = left_out.damps;
-  plan.falls = left_out.falls;
-  plan.turns = left_out.turns;
-  plan.scope = left_out.scope;
+  plan.fidelity = spec.rung;
+  plan.damps = spec.damps;
+  plan.falls = spec.falls;
+  plan.turns = spec.turns;
+  plan.scope = spec.scope;
   compile_body(scene, structure.mass_properties, plan);
-  compile_modes(scene, structure, plan);
+  compile_modes(scene, structure, decays(scene.damping, whole)(spec.modes), plan);
+  if (spec.numbers_modes)
+    for (const int mode : spec.modes) plan.mode_numbers.push_back(mode + 1);
   const Eigen::MatrixXd shapes = all_shapes(structure);
-  compile_points(scene, structure, shapes, plan);
+  compile_points(scene, structure, shapes, spec.has_every_row, plan);
   compile_field(scene, structure, shapes, plan);
   compile_links(scene, structure, plan);
   for (const Group& group : scene.groups)
     plan.groups.push_back(compile_group(scene, group, structure.mass_properties));
   plan.force_limit = scene.force_limit;
   plan.torque_limit = scene.torque_limit;
-  compile_initial(scene, structure, plan, faults);
-  check_attractor(scene, plan, structure.mass_properties, faults);
+  compile_start(scene, structure.mass_properties, plan);
+  plan.initial.q = padded(plan, spec.initial.q(spec.modes));
+  plan.initial.q_dot = padded(plan, spec.initial.q_dot(spec.modes));
   compile_publication(scene.publication, plan);
   compile_histories(scene, structure, plan, faults);
   compile_mixing(scene, structure, plan, faults);
-  if (is_coupled(plan)) {
-    warn_of_feedback(scene, plan, faults);
-    compile_coupled(scene, structure, plan, faults);
-  }
+  if (is_coupled(plan)) compile_coupled(scene, structure, spec, plan, faults);
   if (has_error(faults)) return std::nullopt;
-  set_rate(plan, scene.rate);
+  set_rate(plan, spec.rate);
   if (is_coupled(plan)) check_stages(scene, plan, faults);
-  check_growth(scene, plan, faults);
-  warn_of_ticks(scene, plan, faults);
   if (has_error(faults)) return std::nullopt;
   if (const std::string error = find_inconsistency(plan); !error.empty()) {
     add_overflow(scene, "the compiled plan is not usable: " + error, faults);
     return std::nullopt;
   }
   return plan;
-}
-
-void set_rate(Plan& plan, double rate) {
-  plan.period = 1.0 / rate;
-  plan.propagator.undamped.clear();
-  plan.propagator.lanes.assign(static_cast<std::size_t>(plan.num_moving) / kLanes, {});
-  for (int mode = 0; mode < plan.num_elastic; ++mode) {
-    const auto l = static_cast<std::size_t>(mode);
-    set_mode(plan.propagator, mode, plan.omega[l], plan.decay[l], plan.period, plan.mass);
-  }
-  set_mixing_period(plan);
-  set_coupled_period(plan);
-  if (!plan.damps) drop_damping(plan.propagator);
-  for (PlanHistory& history : plan.histories) set_history_ticks(history, plan.period);
-  for (Plan& wide : plan.wide) set_rate(wide, rate);
-  set_shadow_rates(plan);
 }
 
 }  // namespace freeflex

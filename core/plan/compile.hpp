@@ -8,25 +8,17 @@
 #include <string_view>
 #include <vector>
 
-#include "core/step/plan.hpp"
-#include "core/structure/structure.hpp"
+#include "core/plan/make_plan.hpp"
+#include "core/plan/spec.hpp"
 
 namespace freeflex {
 
-/// Code that a plan does without.
-struct CodeLeftOut {
-  bool damps = true, falls = true, turns = true;  // see Plan
-  CommandScope scope;
-};
-
-/// Everything the step, the bus and the tools need, from a scene and its structure, with every part in it but
-/// the code told. nullopt on an error.
-std::optional<Plan> compile_plan(const Scene& scene, const Structure& structure, Faults& faults,
-                                 const CodeLeftOut& left_out = {});
-
-/// Same plan at another rate [Hz]: recomputes the propagator and the ticks of histories.
-/// \pre rate finite, > 0
-void set_rate(Plan& plan, double rate);
+/// Everything the step, the bus and the tools need, as the spec has it: the same scene, structure and spec
+/// give the same plan, and nothing is decided here. Errors alone are said; what else is to be said of a
+/// scene, check_start() and check_motion() say once. nullopt on an error. Programs that run a scene call
+/// make_plan() of core/plan/make_plan.hpp, which decides the spec.
+std::optional<Plan> compile(const Scene& scene, const Structure& structure, const PlanSpec& spec,
+                            Faults& faults);
 
 /// What every plan file starts with, and no YAML scene does.
 inline constexpr std::string_view kPlanMark = "FFPLAN";

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <random>
 
-#include "core/plan/compile.hpp"
 #include "core/plan/mixing.hpp"
+#include "core/plan/rates.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
 

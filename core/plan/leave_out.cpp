@@ -1,32 +1,30 @@
 #include "core/plan/leave_out.hpp"
 
 #include <algorithm>
-#include <array>
 #include <numeric>
 #include <set>
+#include <string>
 
-#include "core/plan/budget.hpp"
-#include "core/plan/motion_scope.hpp"
+#include "core/plan/arrays.hpp"
 #include "core/plan/reach.hpp"
-#include "core/plan/reduce.hpp"
-#include "core/plan/small_modes.hpp"
 #include "core/scene/faults.hpp"
+#include "core/structure/reduce.hpp"
 
 namespace freeflex {
 namespace {
 
-std::size_t index(Part part) { return static_cast<std::size_t>(part); }
-
-Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-Mat3 to_array(const Eigen::Matrix3d& m) {
-  return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
+std::vector<PlanPart> every_part() {
+  std::vector<PlanPart> parts(kNumParts);
+  for (int k = 0; k < kNumParts; ++k) parts[static_cast<std::size_t>(k)].part = static_cast<Part>(k);
+  return parts;
 }
 
-InitialModes initial_modes(const Plan& plan) {
-  const Eigen::Map<const Eigen::VectorXd> q(plan.initial.q.data(), plan.num_elastic),
-      q_dot(plan.initial.q_dot.data(), plan.num_elastic);
-  return {q, q_dot};
+bool keeps(const Scene& scene, Part which) { return scene.leave_out.keeps[static_cast<std::size_t>(which)]; }
+
+// every mode moves some point some way: no need to look further, which takes long in large scenes
+bool reaches_all(const Scene& scene, const MotionScope& scope) {
+  const std::set<int> pushed(scene.pushable.begin(), scene.pushable.end());
+  return !scope.binds_plane && pushed.size() == scene.points.size();
 }
 
 // most of a mode's motion is along the normal
@@ -40,49 +38,26 @@ bool is_out_of_plane(const Structure& structure, int mode, const Eigen::Vector3d
   return along > 0.5 * whole;
 }
 
-// a scene with its modes aligned to what reaches them, and the choices made on it
-class Lean {
+// what a scene needs neither of modes nor of code
+class Unneeded {
  public:
-  Lean(const Scene& scene, const Structure& structure, Plan full)
-      : scene_(scene), structure_(structure), full_(std::move(full)), initial_(initial_modes(full_)) {
-    parts_.resize(kNumParts);
-    for (int k = 0; k < kNumParts; ++k) parts_[static_cast<std::size_t>(k)].part = static_cast<Part>(k);
-  }
+  Unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec, const Plan& whole)
+      : scene_(scene), whole_(whole), lean_{spec, structure, {}, every_part(), scene.leave_out.horizon} {}
 
-  std::optional<Plan> compile(Faults& faults) {
-    if (scene_.fidelity == Fidelity::kRigid || scene_.fidelity >= Fidelity::kCoupled) {
-      for (PlanPart& part : parts_)
-        part.why = scene_.fidelity == Fidelity::kRigid ? "the rigid rung is advanced whole"
-                                                       : "the coupled rungs need a complete set of modes";
-      full_.parts = parts_;
-      if (scene_.leave_out.tolerance > 0.0)
-        add_warning(faults, scene_.leave_out.origin,
-                    std::string("leave_out: tolerance has no effect on fidelity ") +
-                        name_of(scene_.fidelity) +
-                        ", which is advanced whole; leave it out, or take separated or spin-loaded");
-      return std::move(full_);
-    }
+  LeanSpec find() {
     const bool with_commands = scene_.leave_out.on_need == OnNeed::kKeep;
-    const MotionScope open = find_motion_scope(scene_, structure_, true);
-    scope_ = find_motion_scope(scene_, structure_, with_commands);
+    lean_.scope = find_motion_scope(scene_, lean_.structure, lean_.spec.rung, with_commands);
+    lean_.spec.modes.clear();
+    lean_.spec.numbers_modes = true;
     keep_as_told();
     judge_code();
     judge_modes();
-    std::optional<Plan> plan = compile_small(faults);
-    if (!plan) return std::nullopt;
-    if (scene_.leave_out.on_need == OnNeed::kReplan && is_bound()) {
-      std::optional<Plan> wide = compile_wide(open, faults);
-      if (!wide) return std::nullopt;
-      plan->wide.push_back(std::move(*wide));
-      plan->wide_modes = places(kept_, wide_kept_);
-    }
-    return plan;
+    return std::move(lean_);
   }
 
  private:
-  PlanPart& part(Part which) { return parts_[index(which)]; }
-  bool keeps(Part which) const { return scene_.leave_out.keeps[index(which)]; }
-  bool is_bound() const { return scope_.binds_rotation || scope_.binds_plane; }
+  PlanPart& part(Part which) { return lean_.parts[static_cast<std::size_t>(which)]; }
+  bool keeps(Part which) const { return freeflex::keeps(scene_, which); }
 
   void leave(Part which, int count, std::string why) {
     part(which).is_left_out = true;
@@ -92,24 +67,24 @@ class Lean {
 
   // a part that is told to stay is one that commands may use
   void keep_as_told() {
-    if (keeps(Part::kRotation) && !scope_.turns) {
-      scope_.turns = true;
-      scope_.binds_rotation = false;
-      scope_.why_turns = "told to stay";
+    if (keeps(Part::kRotation) && !lean_.scope.turns) {
+      lean_.scope.turns = true;
+      lean_.scope.binds_rotation = false;
+      lean_.scope.why_turns = "told to stay";
     }
-    was_planar_ = scope_.is_planar;
-    if (keeps(Part::kOutOfPlane) && scope_.is_planar) {
-      scope_.is_planar = !scope_.binds_plane;
-      scope_.binds_plane = false;
-      scope_.why_not_planar = "told to stay";
+    was_planar_ = lean_.scope.is_planar;
+    if (keeps(Part::kOutOfPlane) && lean_.scope.is_planar) {
+      lean_.scope.is_planar = !lean_.scope.binds_plane;
+      lean_.scope.binds_plane = false;
+      lean_.scope.why_not_planar = "told to stay";
     }
   }
 
   // damping, gravity, rotation, rows of points
   void judge_code() {
     const bool damps =
-        structure_.damping_rows.rows() > 0 ||
-        std::any_of(full_.decay.begin(), full_.decay.end(), [](double decay) { return decay > 0.0; });
+        lean_.structure.damping_rows.rows() > 0 ||
+        std::any_of(whole_.decay.begin(), whole_.decay.end(), [](double decay) { return decay > 0.0; });
     if (damps)
       part(Part::kDamping).why = "modes are damped";
     else if (keeps(Part::kDamping))
@@ -122,11 +97,11 @@ class Lean {
       part(Part::kGravity).why = "told to stay";
     else
       leave(Part::kGravity, 0, "the scene has no field");
-    if (scope_.turns)
-      part(Part::kRotation).why = scope_.why_turns;
+    if (lean_.scope.turns)
+      part(Part::kRotation).why = lean_.scope.why_turns;
     else
-      leave(Part::kRotation, 0, scope_.why_turns);
-    const auto without_rows = std::count_if(full_.points.begin(), full_.points.end(),
+      leave(Part::kRotation, 0, lean_.scope.why_turns);
+    const auto without_rows = std::count_if(whole_.points.begin(), whole_.points.end(),
                                             [](const PlanPoint& point) { return point.row < 0; });
     if (keeps(Part::kPointRows))
       part(Part::kPointRows).why = "told to stay";
@@ -134,52 +109,50 @@ class Lean {
       part(Part::kPointRows).why = "every point is read or loaded";
     else
       leave(Part::kPointRows, static_cast<int>(without_rows), "points that nobody reads or loads");
-    code_.damps = !part(Part::kDamping).is_left_out;
-    code_.falls = !part(Part::kGravity).is_left_out;
-    code_.turns = scope_.turns;
-    code_.scope = {scope_.binds_rotation, scope_.binds_plane, to_array(scope_.normal), to_array(scope_.R_WB)};
-  }
-
-  // every mode moves some point some way: no need to look further, which takes long in large scenes
-  bool reaches_all(const MotionScope& scope) const {
-    const std::set<int> pushed(scene_.pushable.begin(), scene_.pushable.end());
-    return !scope.binds_plane && pushed.size() == scene_.points.size();
+    PlanSpec& spec = lean_.spec;
+    spec.damps = !part(Part::kDamping).is_left_out;
+    spec.falls = !part(Part::kGravity).is_left_out;
+    spec.turns = lean_.scope.turns;
+    spec.scope = {lean_.scope.binds_rotation, lean_.scope.binds_plane, to_array(lean_.scope.normal),
+                  to_array(lean_.scope.R_WB)};
   }
 
   // which modes nothing reaches, and of those which move along the normal
   void judge_modes() {
-    if (full_.num_elastic == 0) {
+    if (whole_.num_elastic == 0) {
       for (const Part which : {Part::kOutOfPlane, Part::kUnreachedModes})
         part(which).why = "there are no modes";
       return;
     }
-    if (reaches_all(scope_)) {
-      kept_.resize(static_cast<std::size_t>(full_.num_elastic));
-      std::iota(kept_.begin(), kept_.end(), 0);
-      part(Part::kOutOfPlane).why = scope_.why_not_planar;
+    if (reaches_all(scene_, lean_.scope)) {
+      lean_.spec.modes.resize(static_cast<std::size_t>(whole_.num_elastic));
+      std::iota(lean_.spec.modes.begin(), lean_.spec.modes.end(), 0);
+      part(Part::kOutOfPlane).why = lean_.scope.why_not_planar;
       part(Part::kUnreachedModes).why = "commands may push every point any way";
       return;
     }
-    align_modes(scene_, reach_rows(scene_, structure_, scope_, initial_), structure_, initial_);
+    align_modes(scene_, reach_rows(scene_, lean_.structure, lean_.scope, lean_.spec.initial), lean_.structure,
+                lean_.spec.initial);
     const std::vector<int> reached =
-        reached_modes(reach_rows(scene_, structure_, scope_, initial_), structure_);
+        reached_modes(reach_rows(scene_, lean_.structure, lean_.scope, lean_.spec.initial), lean_.structure);
     int num_out = 0, num_unreached = 0;
-    for (int mode = 0; mode < full_.num_elastic; ++mode) {
+    for (int mode = 0; mode < whole_.num_elastic; ++mode) {
       const bool is_reached = std::binary_search(reached.begin(), reached.end(), mode);
-      const bool is_out = !is_reached && was_planar_ && is_out_of_plane(structure_, mode, scope_.normal);
+      const bool is_out =
+          !is_reached && was_planar_ && is_out_of_plane(lean_.structure, mode, lean_.scope.normal);
       const Part which = is_out ? Part::kOutOfPlane : Part::kUnreachedModes;
       if (is_reached || keeps(which))
-        kept_.push_back(mode);
+        lean_.spec.modes.push_back(mode);
       else
         ++(is_out ? num_out : num_unreached);
     }
     if (num_out > 0)
       leave(Part::kOutOfPlane, num_out,
             std::string("shape, loads and spin lie in one plane") +
-                (scope_.binds_plane ? "; commands that leave it are held back" : ""));
+                (lean_.scope.binds_plane ? "; commands that leave it are held back" : ""));
     else
-      part(Part::kOutOfPlane).why =
-          scope_.why_not_planar.empty() ? "no mode leaves the plane unreached" : scope_.why_not_planar;
+      part(Part::kOutOfPlane).why = lean_.scope.why_not_planar.empty() ? "no mode leaves the plane unreached"
+                                                                       : lean_.scope.why_not_planar;
     if (num_unreached > 0)
       leave(Part::kUnreachedModes, num_unreached,
             "no load, command, field, feedback or initial state reaches them");
@@ -188,128 +161,69 @@ class Lean {
           keeps(Part::kUnreachedModes) ? "told to stay" : "every mode can be reached";
   }
 
-  // the plan of some modes, numbered as the scene's
-  std::optional<Plan> compile_modes(const Reduced& reduced, const std::vector<int>& kept,
-                                    const CodeLeftOut& code, Faults& faults) const {
-    Faults repeated;  // of the scene, already said
-    std::optional<Plan> plan = compile_plan(reduced.scene, reduced.structure, repeated, code);
-    if (!plan) {
-      faults.insert(faults.end(), repeated.begin(), repeated.end());
-      return std::nullopt;
-    }
-    for (const int mode : kept) plan->mode_numbers.push_back(mode + 1);
-    return plan;
-  }
-
-  std::optional<Plan> compile_small(Faults& faults) {
-    const Reduced exact = reduce(scene_, structure_, initial_, kept_);
-    std::optional<Plan> plan = compile_modes(exact, kept_, code_, faults);
-    if (!plan) return std::nullopt;
-    Scene judged = exact.scene;
-    if (keeps(Part::kSmallModes)) judged.leave_out.tolerance = 0.0;
-    SmallModes small = find_small_modes(judged, exact.structure, scope_, *plan);
-    if (keeps(Part::kSmallModes)) small.part.why = "told to stay";
-    part(Part::kSmallModes) = small.part;
-    if (small.part.is_left_out) {
-      std::vector<int> all(exact.structure.omega.size()), gone, kept;
-      std::iota(all.begin(), all.end(), 0);
-      std::set_difference(all.begin(), all.end(), small.kept.begin(), small.kept.end(),
-                          std::back_inserter(gone));
-      for (const int mode : small.kept) kept.push_back(kept_[static_cast<std::size_t>(mode)]);
-      kept_ = std::move(kept);
-      Reduced few = reduce(scene_, structure_, initial_, kept_);
-      keep_static_link_forces(exact.structure, gone, load_directions(scene_, structure_, scope_),
-                              few.structure);
-      if (plan = compile_modes(few, kept_, code_, faults); !plan) return std::nullopt;
-    }
-    plan->parts = parts_;
-    plan->tolerance = scene_.leave_out.tolerance;
-    plan->horizon = small.horizon;
-    return plan;
-  }
-
-  // everything that commands can reach
-  std::optional<Plan> compile_wide(const MotionScope& open, Faults& faults) {
-    std::vector<int> reached(static_cast<std::size_t>(structure_.omega.size()));
-    std::iota(reached.begin(), reached.end(), 0);
-    if (!reaches_all(open))
-      reached = reached_modes(reach_rows(scene_, structure_, open, initial_), structure_);
-    std::set_union(reached.begin(), reached.end(), kept_.begin(), kept_.end(),
-                   std::back_inserter(wide_kept_));
-    CodeLeftOut code = code_;
-    code.turns = open.turns;
-    code.scope = {};
-    code.scope.R_WB = code_.scope.R_WB;
-    return compile_modes(reduce(scene_, structure_, initial_, wide_kept_), wide_kept_, code, faults);
-  }
-
-  static std::vector<std::int32_t> places(const std::vector<int>& few, const std::vector<int>& many) {
-    std::vector<std::int32_t> places;
-    for (const int mode : few)
-      places.push_back(
-          static_cast<std::int32_t>(std::lower_bound(many.begin(), many.end(), mode) - many.begin()));
-    return places;
-  }
-
   const Scene& scene_;
-  Structure structure_;
-  Plan full_;
-  InitialModes initial_;
-  MotionScope scope_;
+  const Plan& whole_;
+  LeanSpec lean_;
   bool was_planar_ = false;  // but for what is told to stay
-  CodeLeftOut code_;
-  std::vector<int> kept_, wide_kept_;
-  std::vector<PlanPart> parts_;
 };
-
-/// [s] from which a load acts.
-double begin_of(const History& history) {
-  if (const auto* pulse = std::get_if<PulseHistory>(&history)) return pulse->start;
-  const auto* table = std::get_if<TableHistory>(&history);
-  if (table == nullptr || table->values.empty() || table->values.front() != 0.0) return 0.0;
-  std::size_t k = 1;
-  while (k < table->values.size() && table->values[k] == 0.0) ++k;
-  return table->times[k - 1];
-}
-
-/// Says which loads begin after what was judged has ended.
-void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, Faults& faults) {
-  for (std::size_t k = 0; k < scene.loads.size(); ++k)
-    if (const double begin = begin_of(scene.loads[k].history); begin >= horizon)
-      add_warning(faults, scene.loads[k].origin,
-                  join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)), " begins at ", begin,
-                            " s, after the horizon of ", horizon, " s over which ", judge,
-                            " judges, and counts for nothing there; take a longer horizon"));
-}
 
 }  // namespace
 
-std::optional<Plan> compile_lean_plan(const Scene& given, const Structure& structure, Faults& faults) {
-  Scene scene = given;
-  std::vector<PlanRung> tried;
+bool may_leave_out(Fidelity rung) { return traits_of(rung).has_modes && !traits_of(rung).couples; }
+
+std::vector<PlanPart> account_of_whole(const Scene& scene, Fidelity rung, Faults& faults) {
+  std::vector<PlanPart> parts = every_part();
+  for (PlanPart& part : parts)
+    part.why = traits_of(rung).couples ? "the coupled rungs need a complete set of modes"
+                                       : "the rigid rung is advanced whole";
   if (scene.leave_out.tolerance > 0.0)
-    warn_of_late_loads(scene, "leave_out: tolerance", scene.leave_out.horizon, faults);
-  if (scene.automatic) {
-    warn_of_late_loads(scene, "fidelity: auto", scene.automatic->horizon, faults);
-    const std::optional<Fidelity> rung = choose_rung(scene, structure, tried, faults);
-    if (!rung) return std::nullopt;
-    scene.fidelity = *rung;
-  }
-  // with everything in it first: what is wrong with a scene is said of the scene
-  std::optional<Plan> full = compile_plan(scene, structure, faults);
-  if (!full) return std::nullopt;
-  std::optional<Plan> plan = Lean(scene, structure, std::move(*full)).compile(faults);
-  if (!plan) return std::nullopt;
-  plan->tried_rungs = std::move(tried);
-  compile_budget(scene, structure, *plan, faults);
-  if (has_error(faults)) return std::nullopt;
-  return plan;
+    add_warning(faults, scene.leave_out.origin,
+                std::string("leave_out: tolerance has no effect on fidelity ") + name_of(rung) +
+                    ", which is advanced whole; leave it out, or take separated or spin-loaded");
+  return parts;
 }
 
-const char* name_of(Part part) {
-  static constexpr std::array<const char*, kNumParts> kNames{
-      "damping", "gravity", "rotation", "out_of_plane", "unreached_modes", "small_modes", "point_rows"};
-  return kNames[index(part)];
+LeanSpec leave_out_unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec,
+                            const Plan& whole) {
+  return Unneeded(scene, structure, spec, whole).find();
+}
+
+bool leave_out_small_modes(const Scene& scene, const Plan& plan, LeanSpec& lean) {
+  const bool is_told_to_stay = keeps(scene, Part::kSmallModes);
+  SmallModes small = find_small_modes(scene, reduce(lean.structure, lean.spec.modes), lean.scope, plan,
+                                      is_told_to_stay ? 0.0 : scene.leave_out.tolerance);
+  if (is_told_to_stay) small.part.why = "told to stay";
+  lean.horizon = small.horizon;
+  lean.parts[static_cast<std::size_t>(Part::kSmallModes)] = small.part;
+  if (!small.part.is_left_out) return false;
+  std::vector<int> kept;
+  for (const int place : small.kept) kept.push_back(lean.spec.modes[static_cast<std::size_t>(place)]);
+  PlanSpec& spec = lean.spec;
+  std::set_difference(spec.modes.begin(), spec.modes.end(), kept.begin(), kept.end(),
+                      std::back_inserter(spec.static_modes));
+  spec.static_loads = load_directions(scene, lean.structure, lean.scope);
+  spec.modes = std::move(kept);
+  return true;
+}
+
+std::optional<PlanSpec> wide_spec(const Scene& scene, const LeanSpec& lean) {
+  const bool is_bound = lean.scope.binds_rotation || lean.scope.binds_plane;
+  if (scene.leave_out.on_need != OnNeed::kReplan || !is_bound) return std::nullopt;
+  const MotionScope open = find_motion_scope(scene, lean.structure, lean.spec.rung, true);
+  std::vector<int> reached(static_cast<std::size_t>(lean.structure.omega.size()));
+  std::iota(reached.begin(), reached.end(), 0);
+  if (!reaches_all(scene, open))
+    reached = reached_modes(reach_rows(scene, lean.structure, open, lean.spec.initial), lean.structure);
+  PlanSpec wide = lean.spec;
+  wide.modes.clear();
+  std::set_union(reached.begin(), reached.end(), lean.spec.modes.begin(), lean.spec.modes.end(),
+                 std::back_inserter(wide.modes));
+  wide.static_modes.clear();
+  wide.static_loads.resize(0, 0);
+  wide.turns = open.turns;
+  wide.scope = {};
+  wide.scope.R_WB = lean.spec.scope.R_WB;
+  return wide;
 }
 
 }  // namespace freeflex

@@ -1,20 +1,43 @@
-// The plan of a scene without what the scene does not need.
+// What a plan may do without: which modes and which code, and the account of it   (THEORY section 14).
 #pragma once
 
 #include <optional>
+#include <vector>
 
-#include "core/plan/compile.hpp"
+#include "core/plan/motion_scope.hpp"
+#include "core/plan/small_modes.hpp"
+#include "core/plan/spec.hpp"
 
 namespace freeflex {
 
-/// The plan that programs run: the rung that `fidelity: auto` chooses, less what the scene does not need,
-/// with an account of every part in Plan::parts   (THEORY section 14). What changes nothing beyond rounding
-/// goes unless scene.leave_out keeps it; modes of a small share go within its tolerance; what only commands
-/// could need goes as its on_need says. nullopt on an error. Cost: up to three times that of compile_plan,
-/// and the steps over the horizon.
-std::optional<Plan> compile_lean_plan(const Scene& scene, const Structure& structure, Faults& faults);
+/// A spec with an account of every part. What changes nothing beyond rounding is left out unless
+/// scene.leave_out keeps it; modes of a small share go within its tolerance; what only commands could need
+/// goes as its on_need says.
+struct LeanSpec {
+  PlanSpec spec;
+  Structure structure;  // that of the scene, modes of equal frequency turned so that few are reached   (X120)
+  MotionScope scope;
+  std::vector<PlanPart> parts;  // by Part
+  double horizon = 0.0;         // [s] over which small modes were judged
+};
 
-/// "damping", "gravity", "rotation", "out_of_plane", "unreached_modes", "small_modes", "point_rows".
-const char* name_of(Part part);
+/// The rungs that lack modes or code only where a scene needs neither; the others are advanced whole.
+bool may_leave_out(Fidelity rung);
+
+/// The account of a plan that is advanced whole. Warns of a tolerance that has no effect.
+std::vector<PlanPart> account_of_whole(const Scene& scene, Fidelity rung, Faults& faults);
+
+/// Without what nothing needs.
+/// \param whole  compiled from `spec`, with everything in it  \pre may_leave_out(spec.rung)
+LeanSpec leave_out_unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec,
+                            const Plan& whole);
+
+/// Without modes of a small share besides. False when there are none, and the spec is as it was.
+/// \param plan  compiled from lean.spec; it is stepped over the horizon
+bool leave_out_small_modes(const Scene& scene, const Plan& plan, LeanSpec& lean);
+
+/// Everything that commands can reach, where they are refused what `lean` has left out but for on_need:
+/// replan. nullopt when nothing is refused.
+std::optional<PlanSpec> wide_spec(const Scene& scene, const LeanSpec& lean);
 
 }  // namespace freeflex

@@ -112,7 +112,7 @@ void compile_feedbacks(const Scene& scene, const Structure& structure, Plan& pla
 }
 
 // modes that a dashpot or a feedback acts on or is moved by
-std::vector<std::int32_t> coupled_modes(const Plan& plan) {
+std::vector<std::int32_t> mixed_modes(const Plan& plan) {
   const Eigen::MatrixXd R = modal(plan.mixing.damping_rows, plan.mixing.num_damping, plan);
   Eigen::VectorXd share = Eigen::VectorXd::Zero(plan.num_elastic);
   // each kind against its own largest
@@ -303,19 +303,23 @@ void compile_mixing(const Scene& scene, const Structure& structure, Plan& plan, 
   plan.mixing.damping_rows = to_rows(R, plan);
   if (!scene.feedbacks.empty()) compile_feedbacks(scene, structure, plan, faults);
   if (R.rows() == 0 && plan.feedbacks.empty()) return;
-  std::vector<std::int32_t> modes = coupled_modes(plan);
-  if (modes.empty()) return;
-  if (modes.size() <= static_cast<std::size_t>(kMaxExactModes)) {
-    plan.mixing.path = PlanMixing::Path::kExact;
-    plan.mixing.modes = std::move(modes);
-    return;
-  }
-  plan.mixing.path = PlanMixing::Path::kSplit;
+  const std::size_t num_mixed = set_mixing_path(plan);
+  if (plan.mixing.path != PlanMixing::Path::kSplit) return;
   for (const Feedback& feedback : scene.feedbacks)
     if (!feedback.acceleration_gain.isZero(0.0))
       add_error(faults, feedback.origin,
-                join_text("acceleration feedback couples ", modes.size(), " modes, at most ", kMaxExactModes,
+                join_text("acceleration feedback couples ", num_mixed, " modes, at most ", kMaxExactModes,
                           " are advanced together; use a smaller model, or displacement and velocity gains"));
+}
+
+std::size_t set_mixing_path(Plan& plan) {
+  std::vector<std::int32_t> modes = mixed_modes(plan);
+  const std::size_t num_mixed = modes.size();
+  if (num_mixed == 0) return 0;
+  const bool is_exact = num_mixed <= static_cast<std::size_t>(kMaxExactModes);
+  plan.mixing.path = is_exact ? PlanMixing::Path::kExact : PlanMixing::Path::kSplit;
+  if (is_exact) plan.mixing.modes = std::move(modes);
+  return num_mixed;
 }
 
 void set_mixing_period(Plan& plan) {

@@ -15,6 +15,10 @@ inline constexpr int kMaxExactModes = 96;
 /// couples more than kMaxExactModes modes. \pre modes and points of the plan stand
 void compile_mixing(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
+/// How the modes that dashpots and feedback of a plan mix are advanced: together while they are few, else by
+/// splitting. \return their number
+std::size_t set_mixing_path(Plan& plan);
+
 /// What of plan.mixing depends on the period   (THEORY X75, X76).
 void set_mixing_period(Plan& plan);
 

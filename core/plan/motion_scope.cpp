@@ -155,9 +155,11 @@ Eigen::VectorXd load_forces(const Scene& scene, const Structure& structure, cons
   return forces;
 }
 
-MotionScope find_motion_scope(const Scene& scene, const Structure& structure, bool with_commands) {
+MotionScope find_motion_scope(const Scene& scene, const Structure& structure, Fidelity rung,
+                              bool with_commands) {
   const MassProperties& body = structure.mass_properties;
   MotionScope scope;
+  scope.takes_spin_load = traits_of(rung).takes_spin_load;
   const Eigen::Vector4d q = scene.initial.attitude.stableNormalized();
   scope.R_WB = Eigen::Quaterniond(q[0], q[1], q[2], q[3]).toRotationMatrix();
 

@@ -16,13 +16,16 @@ struct MotionScope {
   std::string why_not_planar;  // the same of the plane
   Eigen::Vector3d normal = Eigen::Vector3d::Zero();    // [-] of the plane, body axes
   Eigen::Matrix3d R_WB = Eigen::Matrix3d::Identity();  // initial attitude
+  bool takes_spin_load = false;                        // the rung loads the modes by the spin   (X70)
   // only what commands do not do makes it so: they must be held to it
   bool binds_rotation = false, binds_plane = false;
 };
 
+/// \param rung           that the plan will be on
 /// \param with_commands  true: commands may do whatever the scene lets them; false: they will be held to what
 /// the rest leaves open
-MotionScope find_motion_scope(const Scene& scene, const Structure& structure, bool with_commands);
+MotionScope find_motion_scope(const Scene& scene, const Structure& structure, Fidelity rung,
+                              bool with_commands);
 
 /// Force on every point [N] (3N) that a built-in load makes at amplitude 1, each force and torque of it first
 /// turned by `turn`: those of groups spread over their points   (THEORY X12).

@@ -4,6 +4,7 @@
 #include <limits>
 #include <set>
 
+#include "core/limits.hpp"
 #include "core/plan/compile.hpp"
 #include "core/plan/rungs.hpp"
 #include "core/scene/faults.hpp"
@@ -11,8 +12,6 @@
 namespace freeflex {
 namespace {
 
-// more than any message carries; keeps every index product far inside 32 bits
-constexpr std::int32_t kMaxElastic = 3704;
 constexpr std::int32_t kMaxPadded = 1 << 15;  // and the constraints of rigid links
 constexpr std::size_t kMaxItems = 1U << 20U;
 
@@ -44,6 +43,8 @@ class PlanCheck {
   explicit PlanCheck(const Plan& plan) : plan_(plan) {}
 
   std::string find() {
+    // what a plan must have goes by its rung
+    if (!is_rung(plan_.fidelity)) return "the rung is of no known kind";
     check_body();
     check_modes();
     // what follows is indexed by modes and points, so these must stand first
@@ -121,7 +122,8 @@ void PlanCheck::check_body() {
 }
 
 void PlanCheck::check_modes() {
-  require(plan_.num_elastic >= 0 && plan_.num_elastic <= kMaxElastic, "the number of modes is out of range");
+  require(plan_.num_elastic >= 0 && plan_.num_elastic <= kMaxPlanElastic,
+          "the number of modes is out of range");
   require(plan_.num_moving == (plan_.num_elastic + kLanes - 1) / kLanes * kLanes &&
               plan_.num_padded >= plan_.num_moving && plan_.num_padded <= kMaxPadded &&
               plan_.num_padded % kLanes == 0,
@@ -369,7 +371,7 @@ void PlanCheck::check_wide() {
     return require(false, "wide plan: " + why);
   const auto fits = [&](bool holds) { require(holds, "the wide plan is of another structure"); };
   fits(wide.wide.empty() && !wide.scope.lacks_rotation && !wide.scope.lacks_out_of_plane);
-  fits(plan_.fidelity < Fidelity::kCoupled && wide.fidelity == plan_.fidelity);
+  fits(!is_coupled(plan_) && wide.fidelity == plan_.fidelity);
   require(plan_.budget.shadows.empty(), "an error budget and a wide plan");
   fits(wide.period == plan_.period && wide.points.size() == plan_.points.size() &&
        wide.groups.size() == plan_.groups.size() && wide.link_outputs.size() == plan_.link_outputs.size() &&

@@ -78,10 +78,25 @@ class Directions {
   std::vector<Eigen::VectorXd> columns_;
 };
 
+void add_commands(const Scene& scene, const MotionScope& scope, Directions& directions) {
+  const std::vector<Eigen::Vector3d> axes = command_axes(scope);
+  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
+  for (const int point : scene.pushable)
+    for (const Eigen::Vector3d& axis : axes) directions.add_point(point, axis);
+  for (const Group& group : scene.groups) {
+    for (const Eigen::Vector3d& axis : axes) directions.add_group(group, axis, none);
+    if (scope.binds_plane) {
+      directions.add_group(group, none, scope.normal);
+    } else {
+      for (const Eigen::Vector3d& axis : axes) directions.add_group(group, none, axis);
+    }
+  }
+}
+
 // X70, X72: m_i S r_i for the six S of a field, or the one of a spin about the normal
 void add_fields(const Scene& scene, const Structure& structure, const MotionScope& scope,
                 Directions& directions) {
-  const bool spins = scene.fidelity == Fidelity::kSpinLoaded && scope.turns;
+  const bool spins = scope.takes_spin_load && scope.turns;
   if (!spins && scene.attractor.mu == 0.0) return;
   std::vector<Eigen::Matrix3d> fields;
   if (scope.is_planar) {
@@ -123,20 +138,15 @@ bool may_turn(const Scene& scene, const Structure& structure, const FrequencyClu
 
 }  // namespace
 
+Eigen::MatrixXd command_directions(const Scene& scene, const Structure& structure, const MotionScope& scope) {
+  Directions directions(scene, structure);
+  add_commands(scene, scope, directions);
+  return directions.take();
+}
+
 Eigen::MatrixXd load_directions(const Scene& scene, const Structure& structure, const MotionScope& scope) {
   Directions directions(scene, structure);
-  const std::vector<Eigen::Vector3d> axes = command_axes(scope);
-  const Eigen::Vector3d none = Eigen::Vector3d::Zero();
-  for (const int point : scene.pushable)
-    for (const Eigen::Vector3d& axis : axes) directions.add_point(point, axis);
-  for (const Group& group : scene.groups) {
-    for (const Eigen::Vector3d& axis : axes) directions.add_group(group, axis, none);
-    if (scope.binds_plane) {
-      directions.add_group(group, none, scope.normal);
-    } else {
-      for (const Eigen::Vector3d& axis : axes) directions.add_group(group, none, axis);
-    }
-  }
+  add_commands(scene, scope, directions);
   for (const Load& load : scene.loads) {
     if (load.axes == Axes::kLocal) {
       for (const PointLoad& each : load.forces)

@@ -5,14 +5,10 @@
 #include <vector>
 
 #include "core/plan/motion_scope.hpp"
+#include "core/plan/spec.hpp"
 #include "core/structure/structure.hpp"
 
 namespace freeflex {
-
-/// Elastic coordinates at the start [m], [m/s] (n each).
-struct InitialModes {
-  Eigen::VectorXd q, q_dot;
-};
 
 /// A mode that takes less than this share of a load is not set in motion by it: rounding of the shapes [-].
 inline constexpr double kUnreached = 1e-11;
@@ -23,7 +19,11 @@ inline constexpr double kUnreached = 1e-11;
 Eigen::MatrixXd reach_rows(const Scene& scene, const Structure& structure, const MotionScope& scope,
                            const InitialModes& initial);
 
-/// Forces [N] (3N x loads) that commands and built-in loads can exert, the latter at amplitude 1.
+/// Forces [N] (3N x forces) of one newton and one newton metre that commands can exert: on each pushable
+/// point along each axis, then on each group forces and torques.
+Eigen::MatrixXd command_directions(const Scene& scene, const Structure& structure, const MotionScope& scope);
+
+/// Forces [N] (3N x loads) that commands, built-in loads at amplitude 1, feedback and fields can exert.
 Eigen::MatrixXd load_directions(const Scene& scene, const Structure& structure, const MotionScope& scope);
 
 /// Turns modes of equal frequency among themselves so that as few as possible are reached   (X120). Equal:

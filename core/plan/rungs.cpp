@@ -3,10 +3,10 @@
 #include <algorithm>
 #include <cmath>
 
-#include "core/plan/budget.hpp"
 #include "core/plan/mixing.hpp"
 #include "core/plan/propagator.hpp"
 #include "core/scene/faults.hpp"
+#include "core/scene/link_kinds.hpp"
 #include "core/structure/decompositions.hpp"
 
 namespace freeflex {
@@ -55,38 +55,29 @@ double damper_rate(const Plan& plan) {
   return rate;
 }
 
+// X94: T = k (l - L) along the bar as it stands, and c l' of a dashpot or of damping within the link
+PlanBar true_bar(const Scene& scene, int index) {
+  const Link& link = scene.links[static_cast<std::size_t>(index)];
+  const Eigen::Vector3d rest = span_of(scene, link);
+  PlanBar bar;
+  bar.link = index;
+  bar.first = link.points[0];
+  bar.second = link.points[1];
+  bar.length = rest.stableNorm();
+  bar.stiffness = axial_stiffness(scene, link);
+  bar.damping = axial_damping(link) + (scene.damping.beta + link.viscous) * bar.stiffness;
+  const Eigen::Vector3d direction = rest / bar.length;
+  bar.direction = {direction.x(), direction.y(), direction.z()};
+  return bar;
+}
+
 }  // namespace
 
-Reduced without_modes(const Scene& scene, const Structure& structure, Faults& faults) {
-  if (!scene.initial.points.empty() || !scene.initial.modes.empty())
-    add_warning(
-        faults, scene.initial.origin,
-        "the initial elastic state is left out: fidelity is rigid; take separated or a rung above it");
-  InitialModes at_rest;
-  at_rest.q = at_rest.q_dot = Eigen::VectorXd::Zero(structure.omega.size());
-  Reduced rigid = reduce(scene, structure, at_rest, {});
-  if (!scene.publication.links.empty())
-    add_warning(
-        faults, {},
-        "no forces of links are published: fidelity is rigid, and links carry load only where something "
-        "deforms; take separated or a rung above it");
-  rigid.scene.publication.links.clear();
-  rigid.structure.link_forces.clear();
-  return rigid;
-}
-
-void warn_of_feedback(const Scene& scene, const Plan& plan, Faults& faults) {
-  if (plan.mixing.path != PlanMixing::Path::kExact || plan.feedbacks.empty()) return;
-  Plan linear = plan;
-  linear.period = 1.0 / scene.rate;
-  set_mixing_period(linear);
-  check_growth(scene, linear, faults);
-}
-
-void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
+void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, Plan& plan,
+                     Faults& faults) {
   if (structure.num_constraints > 0)
     for (const Link& link : scene.links)
-      if (std::holds_alternative<Rigid>(link.kind)) {
+      if (traits_of(link).effect == LinkEffect::kForbids) {
         add_error(
             faults, link.origin,
             "a rigid link does not go with the coupled rungs, whose equations need every elastic mode; use a "
@@ -105,28 +96,10 @@ void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan,
   // dashpots and feedback act stage by stage
   plan.mixing.path = PlanMixing::Path::kNone;
   plan.mixing.modes.clear();
-  if (plan.fidelity == Fidelity::kFull) plan.coupled.part_phase = kFullPhase;
-  if (plan.fidelity < Fidelity::kExactBars) return;
-  for (std::size_t k = 0; k < scene.links.size(); ++k) {
-    const Link& link = scene.links[k];
-    const auto* spring = std::get_if<Spring>(&link.kind);
-    const auto* given = std::get_if<Bar>(&link.kind);
-    const auto* dashpot = std::get_if<Dashpot>(&link.kind);
-    if (spring == nullptr && given == nullptr && dashpot == nullptr) continue;
-    const Eigen::Vector3d rest = scene.points[static_cast<std::size_t>(link.points[1])].position -
-                                 scene.points[static_cast<std::size_t>(link.points[0])].position;
-    PlanBar bar;
-    bar.link = static_cast<std::int32_t>(k);
-    bar.first = link.points[0];
-    bar.second = link.points[1];
-    bar.length = rest.stableNorm();
-    if (spring != nullptr) bar.stiffness = spring->stiffness;
-    if (given != nullptr) bar.stiffness = given->EA / bar.length;
-    bar.damping = dashpot != nullptr ? dashpot->damping : (scene.damping.beta + link.viscous) * bar.stiffness;
-    const Eigen::Vector3d direction = rest / bar.length;
-    bar.direction = {direction.x(), direction.y(), direction.z()};
-    plan.coupled.bars.push_back(bar);
-  }
+  plan.coupled.part_phase = spec.part_phase;
+  if (!traits_of(spec.rung).has_true_geometry) return;
+  for (std::size_t k = 0; k < scene.links.size(); ++k)
+    if (traits_of(scene.links[k]).is_axial) plan.coupled.bars.push_back(true_bar(scene, static_cast<int>(k)));
 }
 
 void set_coupled_period(Plan& plan) {
@@ -171,14 +144,14 @@ void check_stages(const Scene& scene, const Plan& plan, Faults& faults) {
                         "; raise the rate to ", rate / kMaxStagePhase,
                         " Hz or more, take smaller gains, or take fidelity: full, or spin-loaded or below"));
   }
-  if (plan.fidelity == Fidelity::kExactBars && decay * part > kMaxBarPhase)
+  if (traits_of(plan.fidelity).has_true_geometry && decay * part > kMaxBarPhase)
     add_error(
         faults, {},
         join_text(at, "dampers let the fastest mode decay by ", decay, " 1/s, ", decay * part,
                   " a tick, and true damper forces hold to ", kMaxBarPhase, "; raise the rate to ",
                   decay / kMaxBarPhase,
                   " Hz or more, damp less, or take fidelity: full, which divides the tick, or coupled"));
-  if (plan.fidelity == Fidelity::kExactBars && omega * part > kMaxBarPhase)
+  if (traits_of(plan.fidelity).has_true_geometry && omega * part > kMaxBarPhase)
     add_error(
         faults, {},
         join_text(at, "the stiffest mode, ", omega, " rad/s, turns by ", omega * part,

@@ -1,22 +1,15 @@
 // What a rung of the fidelity ladder needs of a plan beside the separated equations (THEORY section 12).
 #pragma once
 
-#include "core/plan/reduce.hpp"
+#include "core/plan/spec.hpp"
 #include "core/step/plan.hpp"
 
 namespace freeflex {
 
-/// The scene and its structure on the rigid rung: no mode. Warns of elastic state and link forces, which go
-/// with them.
-Reduced without_modes(const Scene& scene, const Structure& structure, Faults& faults);
-
-/// Warns of feedback that drives a motion   (THEORY X75), by the modes that it couples, before
-/// compile_coupled takes them apart.
-void warn_of_feedback(const Scene& scene, const Plan& plan, Faults& faults);
-
 /// Fills plan.coupled but for what depends on the period. Errors: rigid links, acceleration feedback.
 /// \pre modes, points and mixing of the plan stand; its rung is coupled or above
-void compile_coupled(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
+void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, Plan& plan,
+                     Faults& faults);
 
 /// What find_inconsistency says of the rung.
 std::string find_rung_inconsistency(const Plan& plan);

@@ -80,15 +80,13 @@ std::string find_budget_inconsistency(const Plan& plan) {
 
 std::string find_rung_inconsistency(const Plan& plan) {
   if (std::string error = find_budget_inconsistency(plan); !error.empty()) return error;
-  if (plan.fidelity < Fidelity::kRigid || plan.fidelity > Fidelity::kFull)
-    return "the rung is of no known kind";
   if (std::string error = find_in_histories(plan); !error.empty()) return error;
   const PlanCoupled& coupled = plan.coupled;
   if (!is_coupled(plan))
     return coupled.functions.empty() && coupled.bars.empty() && coupled.num_parts == 1
                ? ""
                : "there is more than the rung needs";
-  const bool is_divided = plan.fidelity == Fidelity::kFull;
+  const bool is_divided = traits_of(plan.fidelity).divides_tick;
   if (!std::isfinite(coupled.part_phase) ||
       (is_divided ? coupled.part_phase <= 0.0 : coupled.part_phase != 0.0))
     return "the phase of a part of a step is out of range";

@@ -110,12 +110,7 @@ struct Pushes {
 
 Pushes find_pushes(const Scene& scene, const Structure& structure, const MotionScope& scope,
                    const Plan& plan) {
-  Scene only = scene;
-  only.loads.clear();
-  only.feedbacks.clear();
-  only.attractor = {};
-  only.fidelity = Fidelity::kSeparated;
-  const Eigen::MatrixXd directions = load_directions(only, structure, scope);
+  const Eigen::MatrixXd directions = command_directions(scene, structure, scope);
   Eigen::VectorXd flexibility(structure.omega.size());
   for (Eigen::Index l = 0; l < flexibility.size(); ++l) {
     const double omega = structure.omega[l];
@@ -159,11 +154,12 @@ double largest_of(const Eigen::VectorXd& values) { return values.size() > 0 ? va
 
 class Choice {
  public:
-  Choice(const Scene& scene, const Structure& structure, const MotionScope& scope, const Plan& plan)
+  Choice(const Scene& scene, const Structure& structure, const MotionScope& scope, const Plan& plan,
+         double tolerance)
       : sizes_(asked_sizes(structure, plan)),
         swings_(follow_built_in(structure, plan, scene.leave_out.horizon)),
         pushes_(find_pushes(scene, structure, scope, plan)),
-        tolerance_(scene.leave_out.tolerance) {
+        tolerance_(tolerance) {
     order_modes(structure);
   }
 
@@ -260,18 +256,18 @@ std::string find_obstacle(const Scene& scene, const MotionScope& scope, const Pl
 }  // namespace
 
 SmallModes find_small_modes(const Scene& scene, const Structure& structure, const MotionScope& scope,
-                            const Plan& plan) {
+                            const Plan& plan, double tolerance) {
   SmallModes small;
   small.part.part = Part::kSmallModes;
   small.kept.resize(index(structure.omega.size()));
   std::iota(small.kept.begin(), small.kept.end(), 0);
   small.horizon = scene.leave_out.horizon;
-  if (scene.leave_out.tolerance == 0.0) {
+  if (tolerance == 0.0) {
     small.part.why = "no tolerance is given";
     return small;
   }
   if (small.part.why = find_obstacle(scene, scope, plan); !small.part.why.empty()) return small;
-  const Choice choice(scene, structure, scope, plan);
+  const Choice choice(scene, structure, scope, plan, tolerance);
   small.horizon = choice.swings().horizon;
   if (!choice.has_asked()) {
     small.part.why = "no point is read or pushed: there is nothing to judge by";
@@ -283,8 +279,7 @@ SmallModes find_small_modes(const Scene& scene, const Structure& structure, cons
   }
   const std::vector<int> left_out = choice.left_out();
   if (left_out.empty()) {
-    small.part.why =
-        join_text("every mode has more than ", scene.leave_out.tolerance, " of what is asked for");
+    small.part.why = join_text("every mode has more than ", tolerance, " of what is asked for");
     return small;
   }
   std::vector<int> kept;
@@ -293,7 +288,7 @@ SmallModes find_small_modes(const Scene& scene, const Structure& structure, cons
   small.kept = std::move(kept);
   small.part.is_left_out = true;
   small.part.count = static_cast<std::int32_t>(left_out.size());
-  small.part.why = join_text("together at most ", scene.leave_out.tolerance,
+  small.part.why = join_text("together at most ", tolerance,
                              " of the displacements of the points that are read or pushed");
   choice.account(structure, left_out, small.part);
   return small;

@@ -16,9 +16,9 @@ struct SmallModes {
   double horizon = 0.0;  // [s] over which built-in loads were followed
 };
 
-/// Leaves out as many modes as scene.leave_out.tolerance allows   (THEORY X123, X124).
+/// Leaves out as many modes as a tolerance allows   (THEORY X123, X124). 0: none.
 /// \param plan  of the scene and structure, with all their modes; it is stepped over the horizon
 SmallModes find_small_modes(const Scene& scene, const Structure& structure, const MotionScope& scope,
-                            const Plan& plan);
+                            const Plan& plan, double tolerance);
 
 }  // namespace freeflex

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/reference/cartesian.hpp"
+#include "core/scene/link_kinds.hpp"
 #include "core/structure/decompositions.hpp"
 
 namespace freeflex {
@@ -42,10 +43,7 @@ Inertia inverse_inertia(const Eigen::VectorXd& mass, const Matrix3Xd& d) {
 
 std::string find_refusal(const Scene& scene) {
   for (const Link& link : scene.links) {
-    const bool is_axial = std::holds_alternative<Spring>(link.kind) ||
-                          std::holds_alternative<Bar>(link.kind) ||
-                          std::holds_alternative<Dashpot>(link.kind);
-    if (!is_axial) {
+    if (!traits_of(link).is_axial) {
       return "link '" + link.name +
              "': the Cartesian reference holds springs, bars and dashpots only; a beam or a matrix " +
              "is linear in the displacements and has no true length";

@@ -1,10 +1,10 @@
 // Physics of single links.
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <limits>
 #include <set>
 
 #include "core/scene/checker.hpp"
+#include "core/scene/link_kinds.hpp"
 
 namespace freeflex {
 namespace {
@@ -15,33 +15,13 @@ constexpr double kParallel = 1e-6;
 // sine of the angle of three points below which a dihedral angle or a plate is not determined [-]
 constexpr double kDegenerate = 1e-9;
 
-struct Arity {
-  const char* kind;
-  std::size_t least, most;
-};
-
-Arity arity_of(const Link& link) {
-  constexpr std::size_t kAny = std::numeric_limits<std::size_t>::max();
-  static constexpr std::array<Arity, std::variant_size_v<decltype(Link::kind)>> kArities{
-      {{"spring", 2, 2},
-       {"bar", 2, 2},
-       {"beam", 2, 2},
-       {"matrix link", 2, kAny},
-       {"bending spring", 3, 3},
-       {"torsion spring", 4, 4},
-       {"plate", 3, 3},
-       {"rigid link", 2, kAny},
-       {"dashpot", 2, 2}}};
-  return kArities.at(link.kind.index());
-}
-
 }  // namespace
 
 void Checker::check_link_points(const Link& link, const std::string& who) {
-  const Arity arity = arity_of(link);
-  if (link.points.size() < arity.least || link.points.size() > arity.most)
-    error(link.origin, join_text(who, " names ", link.points.size(), " points; a ", arity.kind, " joins ",
-                                 arity.most == arity.least ? "" : "at least ", arity.least));
+  const LinkTraits kind = traits_of(link);
+  if (link.points.size() < kind.least || link.points.size() > kind.most)
+    error(link.origin, join_text(who, " names ", link.points.size(), " points; a ", kind.noun, " joins ",
+                                 kind.most == kind.least ? "" : "at least ", kind.least));
   bool known = true;
   std::set<int> seen;
   for (const int index : link.points) {
@@ -59,8 +39,8 @@ void Checker::check_link_points(const Link& link, const std::string& who) {
   }
   // a matrix takes any places and a rigid body any but one; every other link has a direction from each point
   // to the next
-  if (!known || std::holds_alternative<MatrixLink>(link.kind)) return;
-  if (std::holds_alternative<Rigid>(link.kind) && link.points.size() > 2) {
+  if (!known || !kind.follows_points) return;
+  if (is_body(link)) {
     const Eigen::Vector3d first = point(link.points[0]).position;
     if (std::all_of(link.points.begin(), link.points.end(),
                     [&](int index) { return (point(index).position - first).isZero(0.0); }))
@@ -80,12 +60,6 @@ void Checker::check_link_points(const Link& link, const std::string& who) {
 }
 
 void Checker::check_beam(const Link& link, const Beam& beam, const std::string& who) {
-  positive(link.origin, who + ": EA", beam.EA, "N");
-  positive(link.origin, who + ": GJ", beam.GJ, "N m^2");
-  positive(link.origin, who + ": EI_y", beam.EI_y, "N m^2");
-  positive(link.origin, who + ": EI_z", beam.EI_z, "N m^2");
-  not_negative(link.origin, who + ": GA_y", beam.GA_y, "N");
-  not_negative(link.origin, who + ": GA_z", beam.GA_z, "N");
   finite(link.origin, who + ": y_axis", beam.y_axis);
   if (link.points.size() != 2 || !is_point(link.points[0]) || !is_point(link.points[1]) ||
       beam.y_axis.isZero(0.0))
@@ -99,8 +73,6 @@ void Checker::check_beam(const Link& link, const Beam& beam, const std::string& 
 }
 
 void Checker::check_plate(const Link& link, const Plate& plate, const std::string& who) {
-  positive(link.origin, who + ": E", plate.E, "Pa");
-  positive(link.origin, who + ": thickness", plate.thickness, "m");
   if (!(plate.nu > -1.0 && plate.nu < 0.5))
     error(link.origin, join_text(who, ": nu is ", plate.nu, ", must be > -1 and < 0.5"));
   if (link.points.size() != 3 || !is_point(link.points[0]) || !is_point(link.points[1]) ||
@@ -136,13 +108,11 @@ void Checker::check_matrix_link(const Link& link, const MatrixLink& matrix, cons
 void Checker::check_dissipation(const Link& link, const std::string& who) {
   not_negative(link.origin, who + ": viscous", link.viscous, "s");
   not_negative(link.origin, who + ": loss_factor", link.loss_factor, "");
-  const bool is_rigid = std::holds_alternative<Rigid>(link.kind);
-  if ((link.viscous != 0.0 || link.loss_factor != 0.0) &&
-      (is_rigid || std::holds_alternative<Dashpot>(link.kind)))
-    error(link.origin,
-          who + (is_rigid ? " is rigid" : " is a dashpot") + ": it has no viscous or loss_factor of its own");
-  if (link.viscous != 0.0 &&
-      (std::holds_alternative<Beam>(link.kind) || std::holds_alternative<Plate>(link.kind)))
+  const LinkTraits kind = traits_of(link);
+  if ((link.viscous != 0.0 || link.loss_factor != 0.0) && kind.effect != LinkEffect::kStrains)
+    error(link.origin, who + (kind.effect == LinkEffect::kForbids ? " is rigid" : " is a dashpot") +
+                           ": it has no viscous or loss_factor of its own");
+  if (link.viscous != 0.0 && kind.turns_joints)
     error(link.origin, who +
                            ": viscous is for links without rotations: those of beams and plates carry no "
                            "mass, and a moment that "
@@ -154,22 +124,23 @@ void Checker::check_link(const Link& link, int index) {
   const std::string who = "link " + quoted(link.name, index);
   check_link_points(link, who);
   check_dissipation(link, who);
-  if (const auto* spring = std::get_if<Spring>(&link.kind))
-    positive(link.origin, who + ": stiffness", spring->stiffness, "N/m");
-  else if (const auto* bar = std::get_if<Bar>(&link.kind))
-    positive(link.origin, who + ": EA", bar->EA, "N");
-  else if (const auto* bending = std::get_if<BendingSpring>(&link.kind))
-    positive(link.origin, who + ": stiffness", bending->stiffness, "N m/rad");
-  else if (const auto* torsion = std::get_if<TorsionSpring>(&link.kind))
-    positive(link.origin, who + ": stiffness", torsion->stiffness, "N m/rad"), check_torsion(link, who);
-  else if (const auto* plate = std::get_if<Plate>(&link.kind))
-    check_plate(link, *plate, who);
-  else if (const auto* dashpot = std::get_if<Dashpot>(&link.kind))
-    positive(link.origin, who + ": damping", dashpot->damping, "N s/m");
-  else if (const auto* beam = std::get_if<Beam>(&link.kind))
-    check_beam(link, *beam, who);
-  else if (const auto* matrix = std::get_if<MatrixLink>(&link.kind))
-    check_matrix_link(link, *matrix, who);
+  for (const LinkValue& each : values_of(link)) {
+    const std::string what = join_text(who, ": ", each.what);
+    each.may_be_zero ? not_negative(link.origin, what, each.value, each.unit)
+                     : positive(link.origin, what, each.value, each.unit);
+  }
+  std::visit(LinkCases{
+                 [](const Spring&) {},
+                 [](const Bar&) {},
+                 [&](const Beam& beam) { check_beam(link, beam, who); },
+                 [&](const MatrixLink& matrix) { check_matrix_link(link, matrix, who); },
+                 [](const BendingSpring&) {},
+                 [&](const TorsionSpring&) { check_torsion(link, who); },
+                 [&](const Plate& plate) { check_plate(link, plate, who); },
+                 [](const Rigid&) {},
+                 [](const Dashpot&) {},
+             },
+             link.kind);
 }
 
 }  // namespace freeflex

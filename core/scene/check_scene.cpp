@@ -2,14 +2,12 @@
 
 #include <set>
 
+#include "core/limits.hpp"
 #include "core/scene/checker.hpp"
+#include "core/scene/link_kinds.hpp"
 
 namespace freeflex {
 namespace {
-
-// elastic coordinates that one state message can carry below 60 kB, two doubles each. Those that rigid links
-// take are not deducted: set-up is dense in all 3 N
-constexpr int kMaxElastic = 3700;
 
 // points of a link whose forces one message below 60 kB can carry
 constexpr std::size_t kMaxForcePoints = 2000;
@@ -24,8 +22,7 @@ void Checker::check_points() {
     positive(each.origin, who + ": mass", each.mass, "kg");
     finite(each.origin, who + ": position", each.position);
   }
-  constexpr std::size_t kMaxPoints = (kMaxElastic + 6) / 3;
-  if (scene.points.size() > kMaxPoints)
+  if (scene.points.size() > std::size_t{kMaxPoints})
     error(scene.points[kMaxPoints].origin,
           join_text("this is point ", kMaxPoints + 1, " of ", scene.points.size(), "; at most ", kMaxPoints,
                     " are taken, rigid or not: 3 N - 6 is at most ", kMaxElastic,
@@ -157,9 +154,7 @@ void Checker::check_publication() {
       continue;
     }
     const Link& link = scene.links[static_cast<std::size_t>(index)];
-    const bool is_long =
-        std::holds_alternative<MatrixLink>(link.kind) || std::holds_alternative<Rigid>(link.kind);
-    if (is_long && link.points.size() > kMaxForcePoints)
+    if (has_point_forces(link) && link.points.size() > kMaxForcePoints)
       error(link.origin,
             join_text("link ", quoted(link.name, index), " has ", link.points.size(), " points; at most ",
                       kMaxForcePoints, " forces of one link fit a message: do not publish its forces"));

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/scene/faults.hpp"
+#include "core/scene/link_kinds.hpp"
 
 namespace freeflex {
 namespace {
@@ -80,26 +81,9 @@ class Search {
 void Search::take_link(const Link& link) {
   take_large("viscous", link.viscous, "s");
   take_large("loss_factor", link.loss_factor, "");
-  if (const auto* spring = std::get_if<Spring>(&link.kind)) take("stiffness", spring->stiffness, "N/m");
-  if (const auto* bar = std::get_if<Bar>(&link.kind)) take("EA", bar->EA, "N");
-  if (const auto* bending = std::get_if<BendingSpring>(&link.kind))
-    take("stiffness", bending->stiffness, "N m/rad");
-  if (const auto* torsion = std::get_if<TorsionSpring>(&link.kind))
-    take("stiffness", torsion->stiffness, "N m/rad");
-  if (const auto* dashpot = std::get_if<Dashpot>(&link.kind))
-    take_large("damping", dashpot->damping, "N s/m");
-  if (const auto* beam = std::get_if<Beam>(&link.kind)) {
-    take("EA", beam->EA, "N");
-    take("GJ", beam->GJ, "N m^2");
-    take("EI_y", beam->EI_y, "N m^2");
-    take("EI_z", beam->EI_z, "N m^2");
-    take("GA_y", beam->GA_y, "N");
-    take("GA_z", beam->GA_z, "N");
-  }
-  if (const auto* plate = std::get_if<Plate>(&link.kind)) {
-    take("E", plate->E, "Pa");
-    take("thickness", plate->thickness, "m");
-  }
+  for (const LinkValue& each : values_of(link))
+    each.harms_if_small ? take(each.what, each.value, each.unit)
+                        : take_large(each.what, each.value, each.unit);
   if (const auto* matrix = std::get_if<MatrixLink>(&link.kind))
     take_large("an entry",
                Eigen::Map<const Eigen::VectorXd>(matrix->matrix.valuePtr(), matrix->matrix.nonZeros()),

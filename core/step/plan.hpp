@@ -11,9 +11,6 @@
 
 namespace freeflex {
 
-/// Modes are padded to a multiple of this with zeros; reductions run in this many fixed lanes.
-inline constexpr int kLanes = 8;
-
 using Vec3 = std::array<double, 3>;
 using Mat3 = std::array<double, 9>;  // row-major
 using Quat = std::array<double, 4>;  // w x y z, unit
@@ -310,6 +307,6 @@ struct PlanShadow {
 };
 
 /// True on the rungs where elastic motion acts back on the body.
-inline bool is_coupled(const Plan& plan) noexcept { return plan.fidelity >= Fidelity::kCoupled; }
+inline bool is_coupled(const Plan& plan) noexcept { return traits_of(plan.fidelity).couples; }
 
 }  // namespace freeflex

@@ -15,10 +15,6 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-bool has_rotations(const Link& link) {
-  return std::holds_alternative<Beam>(link.kind) || std::holds_alternative<Plate>(link.kind);
-}
-
 Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns, bool unit) {
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), num_columns);
   for (std::size_t i = 0; i < rows.size(); ++i)
@@ -31,14 +27,21 @@ Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns
 DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms& freedoms, double& accuracy,
                              Faults& faults) {
   const Link& link = scene.links[static_cast<std::size_t>(link_index)];
-  if (std::holds_alternative<Beam>(link.kind)) return beam_rows(scene, link_index, freedoms);
-  if (std::holds_alternative<MatrixLink>(link.kind))
-    return matrix_rows(scene, link, link_index, accuracy, faults);
-  if (std::holds_alternative<BendingSpring>(link.kind)) return bending_rows(scene, link);
-  if (std::holds_alternative<TorsionSpring>(link.kind)) return torsion_rows(scene, link);
-  if (std::holds_alternative<Plate>(link.kind)) return plate_rows(scene, link, freedoms);
-  if (std::holds_alternative<Rigid>(link.kind) || std::holds_alternative<Dashpot>(link.kind)) return {};
-  return {axial_row(scene, link, axial_stiffness(scene, link))};
+  using Rows = DeformationRows;
+  const auto axial = [&] { return Rows{axial_row(scene, link, axial_stiffness(scene, link))}; };
+  return std::visit(
+      LinkCases{
+          [&](const Spring&) { return axial(); },
+          [&](const Bar&) { return axial(); },
+          [&](const Beam&) { return beam_rows(scene, link_index, freedoms); },
+          [&](const MatrixLink&) { return matrix_rows(scene, link, link_index, accuracy, faults); },
+          [&](const BendingSpring&) { return bending_rows(scene, link); },
+          [&](const TorsionSpring&) { return torsion_rows(scene, link); },
+          [&](const Plate&) { return plate_rows(scene, link, freedoms); },
+          [](const Rigid&) { return Rows{}; },
+          [](const Dashpot&) { return Rows{}; },
+      },
+      link.kind);
 }
 
 // X64: beams and plates that end at a rigid body turn with it, theta = J^-1 sum d_k x V_k over its points
@@ -132,7 +135,7 @@ void set_constraints(const Scene& scene, double rounding, LinkFactor& factor, Fa
   DeformationRows all;
   std::vector<int> link_of;
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
-    if (!std::holds_alternative<Rigid>(scene.links[i].kind)) continue;
+    if (traits_of(scene.links[i]).effect != LinkEffect::kForbids) continue;
     const DeformationRows rows = rigid_rows(scene, scene.links[i]);
     all.insert(all.end(), rows.begin(), rows.end());
     link_of.insert(link_of.end(), rows.size(), static_cast<int>(i));
@@ -202,8 +205,8 @@ Eigen::MatrixXd damping_rows(const Scene& scene, const LinkFactor& factor) {
   DeformationRows rows;
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     const Link& link = scene.links[i];
-    if (const auto* dashpot = std::get_if<Dashpot>(&link.kind))
-      rows.push_back(axial_row(scene, link, dashpot->damping));
+    if (traits_of(link).effect == LinkEffect::kDamps)
+      rows.push_back(axial_row(scene, link, axial_damping(link)));
     if (link.viscous == 0.0) continue;
     const RowRange range = factor.natural_of[i];
     for (int k = range.first; k < range.first + range.count; ++k) {
@@ -218,7 +221,7 @@ Eigen::MatrixXd damping_rows(const Scene& scene, const LinkFactor& factor) {
 
 Freedoms::Freedoms(const Scene& scene) : num_displacements_(3 * static_cast<int>(scene.points.size())) {
   for (const Link& link : scene.links)
-    if (has_rotations(link)) joints_.insert(joints_.end(), link.points.begin(), link.points.end());
+    if (traits_of(link).turns_joints) joints_.insert(joints_.end(), link.points.begin(), link.points.end());
   std::sort(joints_.begin(), joints_.end());
   joints_.erase(std::unique(joints_.begin(), joints_.end()), joints_.end());
   int next = num_displacements_ + 3 * static_cast<int>(joints_.size());
@@ -250,14 +253,14 @@ double direction_rounding(const Scene& scene) {
     largest = std::max(largest, point.position.cwiseAbs().maxCoeff());
   double shortest = std::numeric_limits<double>::infinity();
   for (const Link& link : scene.links) {
-    if (std::holds_alternative<MatrixLink>(link.kind)) continue;
+    if (!traits_of(link).follows_points) continue;
     const auto length = [&](std::size_t from, std::size_t to) {
       return (scene.points[static_cast<std::size_t>(link.points[to])].position -
               scene.points[static_cast<std::size_t>(link.points[from])].position)
           .stableNorm();
     };
     // a rigid body has the directions of its size; points of it may be in one place
-    if (std::holds_alternative<Rigid>(link.kind) && link.points.size() > 2) {
+    if (is_body(link)) {
       double size = 0.0;
       for (std::size_t k = 1; k < link.points.size(); ++k) size = std::max(size, length(0, k));
       shortest = std::min(shortest, size);
@@ -279,7 +282,7 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
     factor.natural_of.push_back({static_cast<int>(factor.natural.size()), static_cast<int>(rows.size())});
     for (DeformationRow& row : rows) {
       bodies.substitute(row);
-      (has_rotations(scene.links[i]) ? with_rotations : direct).push_back(row);
+      (traits_of(scene.links[i]).turns_joints ? with_rotations : direct).push_back(row);
       factor.natural.push_back(std::move(row));
     }
   }

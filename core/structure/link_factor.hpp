@@ -5,6 +5,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/scene/link_kinds.hpp"
 #include "core/structure/structure.hpp"
 
 namespace freeflex {
@@ -46,12 +47,6 @@ class Freedoms {
   std::vector<int> joints_;                   // points, ascending
   std::vector<std::array<int, 6>> released_;  // (num_links) freedom or -1; empty when nothing is released
 };
-
-/// Rest vector from a link's first point to its second [m].
-Eigen::Vector3d span_of(const Scene& scene, const Link& link);
-
-/// Axial stiffness of a spring, k, or bar, EA / L   (THEORY X44) [N/m].  \pre the link is one of these
-double axial_stiffness(const Scene& scene, const Link& link);
 
 /// Axial deformation between a link's two points   (THEORY X44).
 DeformationRow axial_row(const Scene& scene, const Link& link, double stiffness);
@@ -100,7 +95,7 @@ Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points);
 /// a line)   (THEORY X64).
 DeformationRows rigid_rows(const Scene& scene, const Link& link);
 
-/// True for a rigid link of three or more points that are not on a line: what is joined to it turns with it
+/// True for a rigid body whose points are not on a line: what is joined to it turns with it
 /// (THEORY X64).
 bool is_rigid_body(const Scene& scene, const Link& link);
 

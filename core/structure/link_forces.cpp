@@ -42,12 +42,23 @@ Eigen::MatrixXd point_forces(const LinkFactor& factor, const Link& link, RowRang
 // published forces of an elastic link per displacement V   (THEORY X48, X49, X62)
 Eigen::MatrixXd elastic_forces(const Scene& scene, const LinkFactor& factor, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
-  Eigen::MatrixXd natural = natural_forces(factor, index);
-  if (std::holds_alternative<Beam>(link.kind)) return end_forces(span_of(scene, link).stableNorm()) * natural;
-  if (std::holds_alternative<Plate>(link.kind)) return plate_resultants(scene, link) * natural;
-  if (std::holds_alternative<MatrixLink>(link.kind))
-    return point_forces(factor, link, factor.natural_of[static_cast<std::size_t>(index)], natural);
-  return natural;
+  const Eigen::MatrixXd natural = natural_forces(factor, index);
+  using Matrix = Eigen::MatrixXd;
+  return std::visit(
+      LinkCases{
+          [&](const Spring&) { return natural; },
+          [&](const Bar&) { return natural; },
+          [&](const Beam&) -> Matrix { return end_forces(span_of(scene, link).stableNorm()) * natural; },
+          [&](const MatrixLink&) {
+            return point_forces(factor, link, factor.natural_of[static_cast<std::size_t>(index)], natural);
+          },
+          [&](const BendingSpring&) { return natural; },
+          [&](const TorsionSpring&) { return natural; },
+          [&](const Plate&) -> Matrix { return plate_resultants(scene, link) * natural; },
+          [&](const Rigid&) { return natural; },
+          [&](const Dashpot&) { return natural; },
+      },
+      link.kind);
 }
 
 // X67: multipliers of the constraints, lambda = (C M^-1 C')^-1 C M^-1 (F - K V - D Vdot); their shapes are
@@ -97,12 +108,13 @@ void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& st
     const Link& link = scene.links[static_cast<std::size_t>(index)];
     LinkForceRows force;
     force.link = index;
-    if (const auto* dashpot = std::get_if<Dashpot>(&link.kind)) {
+    const LinkEffect effect = traits_of(link).effect;
+    if (effect == LinkEffect::kDamps) {
       force.rows = Eigen::MatrixXd::Zero(1, b.cols());
       force.rate_rows = force.rows;
       for (const auto& [freedom, coefficient] : axial_row(scene, link, 1.0).coefficients)
-        force.rate_rows += dashpot->damping * coefficient * b.row(freedom);
-    } else if (std::holds_alternative<Rigid>(link.kind)) {
+        force.rate_rows += axial_damping(link) * coefficient * b.row(freedom);
+    } else if (effect == LinkEffect::kForbids) {
       std::vector<int> own;
       for (std::size_t row = 0; row < factor.constraint_link.size(); ++row)
         if (factor.constraint_link[row] == index) own.push_back(static_cast<int>(row));

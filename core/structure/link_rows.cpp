@@ -5,18 +5,8 @@
 #include "core/structure/link_factor.hpp"
 
 namespace freeflex {
-Eigen::Vector3d span_of(const Scene& scene, const Link& link) {
-  return scene.points[static_cast<std::size_t>(link.points[1])].position -
-         scene.points[static_cast<std::size_t>(link.points[0])].position;
-}
-
 void add_vector(DeformationRow& row, int first, double scale, const Eigen::Vector3d& direction) {
   for (int axis = 0; axis < 3; ++axis) row.coefficients.emplace_back(first + axis, scale * direction[axis]);
-}
-
-double axial_stiffness(const Scene& scene, const Link& link) {
-  if (const auto* spring = std::get_if<Spring>(&link.kind)) return spring->stiffness;
-  return std::get<Bar>(link.kind).EA / span_of(scene, link).stableNorm();
 }
 
 DeformationRow axial_row(const Scene& scene, const Link& link, double stiffness) {

@@ -46,8 +46,7 @@ Eigen::MatrixXd rotation_at(const Scene& scene, const LinkFactor& factor, const 
 }  // namespace
 
 bool is_rigid_body(const Scene& scene, const Link& link) {
-  return std::holds_alternative<Rigid>(link.kind) && link.points.size() > 2 &&
-         rigid_basis(scene, link.points).cols() == 6;
+  return is_body(link) && rigid_basis(scene, link.points).cols() == 6;
 }
 
 Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points) {

@@ -34,7 +34,7 @@ bool are_sound(const std::vector<PointMass>& points) {
 
 bool has_rigid_links(const Scene& scene) {
   return std::any_of(scene.links.begin(), scene.links.end(),
-                     [](const Link& link) { return std::holds_alternative<Rigid>(link.kind); });
+                     [](const Link& link) { return traits_of(link).effect == LinkEffect::kForbids; });
 }
 
 int num_elastic(const Scene& scene, const MassProperties& properties, Eigen::Index num_constraints) {
@@ -135,9 +135,7 @@ bool is_local(const Load& load) { return load.axes == Axes::kLocal; }
 
 // the rotations of joints are needed by what is read from them
 bool needs_rotations(const Scene& scene) {
-  const auto turns = [&](const Link& link) {
-    return std::holds_alternative<Beam>(link.kind) || std::holds_alternative<Plate>(link.kind);
-  };
+  const auto turns = [](const Link& link) { return traits_of(link).turns_joints; };
   return std::any_of(scene.loads.begin(), scene.loads.end(), is_local) ||
          std::any_of(scene.publication.links.begin(), scene.publication.links.end(),
                      [&](int link) { return turns(scene.links[static_cast<std::size_t>(link)]); }) ||

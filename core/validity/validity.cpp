@@ -28,28 +28,6 @@ Verdict::Word grade(double value, double good, double most) {
   return value <= most ? Verdict::Word::kWatch : Verdict::Word::kOutside;
 }
 
-/// Limits of the ratios on a rung, as shares of those of the separated one. What a rung holds itself has
-/// none.
-struct RungLimits {
-  double displacement, spin;
-};
-RungLimits limits_of(Fidelity rung) {
-  constexpr double kNone = 1e300;
-  switch (rung) {
-    case Fidelity::kRigid:
-    case Fidelity::kSeparated:
-      return {1.0, 1.0};
-    case Fidelity::kSpinLoaded:
-      return {1.0, 10.0};  // its error in the ratio is that of Coriolis forces, a tenth of the whole and less
-    case Fidelity::kCoupled:
-      return {10.0, kNone};
-    case Fidelity::kExactBars:
-    case Fidelity::kFull:
-      break;
-  }
-  return {100.0, kNone};  // the frame is lost when V reaches a tenth of the size
-}
-
 constexpr double kGoodShare = 0.1;  // of a limit
 
 /// Lowest frequency that is not zero [rad/s]; 0: none.
@@ -70,9 +48,9 @@ bool has_unseen_links(const Plan& plan) {
 }  // namespace
 
 Verdict judge_ratios(const Plan& plan, double displacement_ratio, double spin_ratio) {
-  const RungLimits limits = limits_of(plan.fidelity);
-  const double d = displacement_ratio / (limits.displacement * kMaxDisplacementRatio),
-               s = spin_ratio / (limits.spin * kMaxSpinRatio);
+  const RungTraits& rung = traits_of(plan.fidelity);
+  const double d = displacement_ratio / (rung.displacement_room * kMaxDisplacementRatio),
+               s = spin_ratio / (rung.spin_room * kMaxSpinRatio);
   Verdict verdict{worse(grade(d, kGoodShare, 1.0), grade(s, kGoodShare, 1.0)), {}};
   if (verdict.word != Verdict::Word::kGood)
     verdict.cause = d > s ? "deformation: displacement ratio " + number(displacement_ratio)
@@ -102,7 +80,7 @@ Verdict judge_distances(const Plan& plan, const BudgetReading& reading, double s
     verdict.cause = "integration: raise the rate";
   else if (truncation > model)
     verdict.cause = "truncation: modes left out; lower leave_out: tolerance";
-  else if (plan.fidelity == Fidelity::kRigid)
+  else if (!traits_of(plan.fidelity).has_modes)
     verdict.cause = "model: the rung is rigid, and all that deforms is missing";
   else if (displacement_ratio / kMaxDisplacementRatio > spin_ratio / kMaxSpinRatio)
     verdict.cause = "model, by deformation: displacement ratio " + number(displacement_ratio);
@@ -124,7 +102,7 @@ Verdict judge_budget(const Plan& plan, const BudgetReading& reading, double size
                "may not see an elastic error of " +
                    number(reading.unresolved) + " by spin; raise the rate"};
   if (!has_unseen_links(plan)) return verdict;
-  const double limit = limits_of(Fidelity::kCoupled).displacement * kMaxDisplacementRatio;
+  const double limit = traits_of(Fidelity::kCoupled).displacement_room * kMaxDisplacementRatio;
   const Verdict::Word by_ratio = grade(displacement_ratio / limit, kGoodShare, 1.0);
   if (by_ratio <= verdict.word) return verdict;
   return {

@@ -2,8 +2,7 @@
 // the 20-point truss.
 #include <benchmark/benchmark.h>
 
-#include "core/plan/budget.hpp"
-#include "core/plan/leave_out.hpp"
+#include "core/plan/make_plan.hpp"
 #include "core/step/budget.hpp"
 #include "service/io/scene/input.hpp"
 
@@ -21,7 +20,7 @@ Scene truss(Fidelity rung) {
 Plan compiled(const Scene& scene) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
-  return *compile_lean_plan(scene, *structure, faults);
+  return *make_plan(scene, *structure, faults);
 }
 
 void tick(benchmark::State& bench) {

@@ -2,6 +2,7 @@
 // only their number matters to the arithmetic.
 #include <benchmark/benchmark.h>
 
+#include "core/plan/make_plan.hpp"
 #include "core/step/readout.hpp"
 #include "tests/step/hand_plan.hpp"
 

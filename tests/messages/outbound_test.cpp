@@ -7,6 +7,7 @@
 #include <cstring>
 #include <numbers>
 
+#include "core/plan/make_plan.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"
 #include "tests/messages/commands.hpp"

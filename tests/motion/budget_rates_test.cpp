@@ -1,7 +1,7 @@
 // The error budget at rates that do not resolve what vibrates: parts of a tick, and what the word says beyond
 // them.
-#include "core/plan/budget.hpp"
 #include "core/plan/compile.hpp"
+#include "core/plan/rates.hpp"
 #include "tests/motion/watched.hpp"
 
 namespace freeflex::testing {

@@ -1,8 +1,9 @@
 // The live error budget: what it may not touch, when it starts again, and which part sees which error.
-#include "core/plan/budget.hpp"
 
-#include "core/plan/leave_out.hpp"
 #include "core/step/budget.hpp"
+
+#include "core/plan/automatic.hpp"
+#include "core/plan/make_plan.hpp"
 #include "core/validity/validity.hpp"
 #include "tests/motion/watched.hpp"
 
@@ -144,7 +145,7 @@ TEST(Budget, WordOnLinksThatNoRungKnowsGoesByTheDisplacementToo) {
 std::vector<Fault> faults_of(const Scene& scene) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
-  if (structure) compile_lean_plan(scene, *structure, faults);
+  if (structure) make_plan(scene, *structure, faults);
   return {faults.begin(), faults.end()};
 }
 

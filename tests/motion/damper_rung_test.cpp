@@ -1,7 +1,6 @@
 // Dashpots and viscous springs at true direction (THEORY X94): the rungs from exact bars up are the full
 // system of them.
-#include "core/plan/budget.hpp"
-#include "core/plan/compile.hpp"
+#include "core/plan/make_plan.hpp"
 #include "core/step/readout.hpp"
 #include "tests/motion/watched.hpp"
 
@@ -134,7 +133,7 @@ TEST(DamperRung, DampersTooFastForStagesAreRefusedByName) {
     scene.fidelity = rung;
     Faults faults;
     const auto structure = build_structure(scene, faults);
-    const auto plan = compile_plan(scene, *structure, faults);
+    const auto plan = make_whole_plan(scene, *structure, faults);
     EXPECT_EQ(plan.has_value(), rung != Fidelity::kExactBars) << static_cast<int>(rung);
     if (rung == Fidelity::kFull && plan) {
       EXPECT_GT(plan->coupled.num_parts, 1);

@@ -4,6 +4,7 @@
 #include <complex>
 #include <cstdio>
 
+#include "core/plan/make_plan.hpp"
 #include "tests/motion/coupled_scenes.hpp"
 #include "tests/motion/linear_system.hpp"
 #include "tests/support/simulation.hpp"
@@ -26,7 +27,7 @@ void add_feedback(Scene& scene, int point, int sensor, const Eigen::Matrix3d& di
 /// Faults of a scene on its way to a plan.
 Faults faults_of(const Scene& scene) {
   Faults faults;
-  if (const auto structure = build_structure(scene, faults)) compile_plan(scene, *structure, faults);
+  if (const auto structure = build_structure(scene, faults)) make_whole_plan(scene, *structure, faults);
   return faults;
 }
 

@@ -1,6 +1,5 @@
 // The full rung: exact bars with the tick divided until its fastest motion is resolved (THEORY X100).
-#include "core/plan/budget.hpp"
-#include "core/plan/compile.hpp"
+#include "core/plan/make_plan.hpp"
 #include "core/plan/rungs.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/support/omissions.hpp"
@@ -28,7 +27,7 @@ std::string refusal(Scene scene, Fidelity rung, double rate) {
   scene.rate = rate;
   Faults faults;
   const auto structure = build_structure(scene, faults);
-  if (!structure || compile_plan(scene, *structure, faults)) return {};
+  if (!structure || make_whole_plan(scene, *structure, faults)) return {};
   for (const Fault& fault : faults)
     if (fault.severity == Fault::Severity::kError) return fault.message;
   return "?";

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/plan/make_plan.hpp"
 #include "core/plan/quasi_static.hpp"
 #include "core/step/readout.hpp"
 #include "service/io/scene/input.hpp"
@@ -72,7 +73,7 @@ TEST(Ring, SpinningAtOneRadianASecondIsSaidToBeOutsideTheMethod) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
   ASSERT_TRUE(structure);
-  ASSERT_TRUE(compile_plan(scene, *structure, faults));
+  ASSERT_TRUE(make_whole_plan(scene, *structure, faults));
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_NE(faults[0].message.find("(spin / omega_1)^2 is 69"), std::string::npos) << faults[0].message;
   EXPECT_NE(faults[0].message.find("this motion is outside the method"), std::string::npos)

@@ -2,6 +2,7 @@
 #include <map>
 
 #include "core/plan/budget.hpp"
+#include "core/plan/make_plan.hpp"
 #include "core/validity/validity.hpp"
 #include "tests/motion/rung_cases.hpp"
 
@@ -26,7 +27,7 @@ Point point_at(double spin, double force) {
   const Truth truth = truth_of(scene, 2.0);
   Faults faults;
   const auto structure = build_structure(scene, faults);
-  auto plan = compile_plan(scene, *structure, faults);
+  auto plan = make_whole_plan(scene, *structure, faults);
   compile_budget(scene, *structure, *plan, faults);
   EXPECT_FALSE(has_error(faults));
   Simulation simulation(std::move(*plan));

@@ -7,6 +7,7 @@
 #include <csignal>
 #include <cstring>
 
+#include "core/plan/compile.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/scene/temporary_folder.hpp"
 

@@ -5,6 +5,7 @@
 #include <functional>
 #include <limits>
 
+#include "core/plan/make_plan.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 
@@ -18,7 +19,7 @@ Faults faults_of(const Scene& scene) {
   const auto structure = build_structure(scene, faults);
   EXPECT_EQ(structure.has_value(), !has_error(faults));
   if (structure) {
-    const auto plan = compile_plan(scene, *structure, faults);
+    const auto plan = make_whole_plan(scene, *structure, faults);
     EXPECT_EQ(plan.has_value(), !has_error(faults));
   }
   return faults;

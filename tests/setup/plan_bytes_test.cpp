@@ -1,4 +1,5 @@
 // Plans as bytes: exact round trip, and no damaged or hostile file gets further than an error text.
+#include "core/plan/compile.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 #include "tests/setup/make_scene.hpp"

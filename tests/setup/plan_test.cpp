@@ -1,9 +1,11 @@
-// What compile_plan puts into a plan.
+// What compile() puts into a plan.
 #include <gtest/gtest.h>
 
 #include <Eigen/Geometry>
 #include <cmath>
 
+#include "core/plan/compile.hpp"
+#include "core/plan/rates.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 

@@ -6,6 +6,7 @@
 #include <limits>
 #include <set>
 
+#include "core/scene/link_kinds.hpp"
 #include "core/structure/decompositions.hpp"
 #include "tests/setup/plate_mesh.hpp"
 

@@ -3,6 +3,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "core/plan/compile.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 

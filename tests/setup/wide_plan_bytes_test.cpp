@@ -1,4 +1,6 @@
 // Plans that leave parts out, and hold the plan that has them, as bytes.
+#include "core/plan/compile.hpp"
+#include "core/plan/rates.hpp"
 #include "core/step/scope.hpp"
 #include "tests/setup/plan_damage.hpp"
 #include "tests/support/omissions.hpp"

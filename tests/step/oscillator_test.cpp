@@ -9,6 +9,7 @@
 #include <limits>
 #include <random>
 
+#include "core/plan/rates.hpp"
 #include "core/reference/closed_form.hpp"
 #include "tests/step/hand_plan.hpp"
 #include "tests/support/simulation.hpp"

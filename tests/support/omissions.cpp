@@ -4,12 +4,14 @@
 #include <cstdio>
 #include <cstdlib>
 
+#include "core/plan/make_plan.hpp"
+
 namespace freeflex::testing {
 
 Plan lean_plan_of(const Scene& scene) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
-  auto plan = structure ? compile_lean_plan(scene, *structure, faults) : std::nullopt;
+  auto plan = structure ? make_plan(scene, *structure, faults) : std::nullopt;
   if (!plan) {
     for (const Fault& fault : faults) std::fprintf(stderr, "%s\n", fault.message.c_str());
     std::abort();

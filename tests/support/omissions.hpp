@@ -3,7 +3,6 @@
 
 #include <vector>
 
-#include "core/plan/leave_out.hpp"
 #include "tests/support/simulation.hpp"
 
 namespace freeflex::testing {

@@ -5,6 +5,8 @@
 #include <cstdlib>
 #include <utility>
 
+#include "core/plan/make_plan.hpp"
+
 namespace freeflex::testing {
 namespace {
 
@@ -31,7 +33,7 @@ Plan plan_of(const Scene& scene) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
   if (!structure) give_up("no structure:", faults);
-  auto plan = compile_plan(scene, *structure, faults);
+  auto plan = make_whole_plan(scene, *structure, faults);
   if (!plan) give_up("no plan:", faults);
   return std::move(*plan);
 }

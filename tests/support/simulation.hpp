@@ -5,7 +5,6 @@
 #include <span>
 #include <string_view>
 
-#include "core/plan/compile.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
 #include "core/structure/structure.hpp"

@@ -6,7 +6,7 @@
 #include <utility>
 #include <vector>
 
-#include "core/plan/leave_out.hpp"
+#include "core/plan/make_plan.hpp"
 #include "core/structure/structure.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
@@ -35,7 +35,7 @@ Checked check_file(const std::string& path) {
   Checked checked{std::nullopt, std::move(read.faults), std::move(read.sources)};
   std::optional<Structure> structure;
   if (read.scene) structure = build_structure(*read.scene, checked.faults);
-  if (structure) checked.plan = compile_lean_plan(*read.scene, *structure, checked.faults);
+  if (structure) checked.plan = make_plan(*read.scene, *structure, checked.faults);
   return checked;
 }
 

@@ -6,6 +6,8 @@
 #include <numbers>
 #include <utility>
 
+#include "core/scene/link_kinds.hpp"
+
 namespace freeflex::tools {
 namespace {
 
@@ -99,7 +101,7 @@ std::optional<Inspection> inspect_scene(Scene scene, Structure structure, std::o
   const LinkFactor factor = factor_links(inspection.scene, false, said_before);
   inspection.shape = shape_class(inspection.scene.points, inspection.structure.mass_properties);
   for (const Link& link : inspection.scene.links)
-    if (std::holds_alternative<Rigid>(link.kind))
+    if (traits_of(link).effect == LinkEffect::kForbids)
       inspection.num_rigid_rows += static_cast<int>(rigid_rows(inspection.scene, link).size());
   inspection.basis = recipe ? find_basis(inspection.scene, inspection.structure, factor, *recipe, why_not)
                             : find_basis(inspection.scene, inspection.structure, factor);

@@ -7,7 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/plan/compile.hpp"
+#include "core/plan/make_plan.hpp"
 #include "core/plan/quasi_static.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
@@ -153,7 +153,7 @@ std::optional<Plan> load_whole_or_explain(const std::string& path) {
   std::optional<Structure> structure;
   if (read.scene) structure = build_structure(*read.scene, read.faults);
   std::optional<Plan> plan;
-  if (structure) plan = compile_plan(*read.scene, *structure, read.faults);
+  if (structure) plan = make_whole_plan(*read.scene, *structure, read.faults);
   print_faults(read.faults, read.sources);
   return plan;
 }

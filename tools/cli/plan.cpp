@@ -7,8 +7,7 @@
 #include <string>
 #include <vector>
 
-#include "core/plan/budget.hpp"
-#include "core/plan/leave_out.hpp"
+#include "core/plan/make_plan.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/report/step_cost.hpp"
 #include "tools/terminal/console.hpp"
@@ -61,11 +60,11 @@ Plans load(const Options& options) {
     keep_more(options.keep, read.scene->leave_out);
     structure = build_structure(*read.scene, read.faults);
   }
-  if (structure) plans.plan = compile_lean_plan(*read.scene, *structure, read.faults);
+  if (structure) plans.plan = make_plan(*read.scene, *structure, read.faults);
   print_faults(read.faults, read.sources);
   if (!plans.plan) return plans;
   Faults repeated;
-  plans.whole = compile_plan(*read.scene, *structure, repeated);
+  plans.whole = make_whole_plan(*read.scene, *structure, repeated);
   return plans;
 }
 

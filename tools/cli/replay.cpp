@@ -8,6 +8,7 @@
 #include <string>
 
 #include "core/plan/compile.hpp"
+#include "core/plan/rates.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/outbound.hpp"
 #include "tools/bus/recording.hpp"

@@ -5,9 +5,8 @@
 #include <cmath>
 #include <random>
 
-#include "core/plan/budget.hpp"
-#include "core/plan/compile.hpp"
-#include "core/plan/leave_out.hpp"
+#include "core/plan/automatic.hpp"
+#include "core/plan/make_plan.hpp"
 #include "core/reference/elastic_error.hpp"
 #include "core/reference/integrate.hpp"
 #include "core/step/readout.hpp"
@@ -128,7 +127,7 @@ double rung_error(Scene scene, Fidelity rung, const Structure& structure, const 
   scene.fidelity = rung;
   scene.automatic.reset();
   Faults faults;
-  const auto plan = compile_plan(scene, structure, faults);
+  const auto plan = make_whole_plan(scene, structure, faults);
   if (!plan) return INFINITY;
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
@@ -155,19 +154,23 @@ void judge_choice(const Scene& given, const Structure& structure, const Measure&
   const auto rung = choose_rung(scene, structure, tried, faults);
   row.chosen = rung ? name_of(*rung) : "none";
   row.cheapest = "none";
-  for (const Fidelity each : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded,
-                              Fidelity::kCoupled, Fidelity::kExactBars}) {
-    const double error = rung_error(scene, each, structure, measure, truth);
-    if (rung && each == *rung) row.chosen_error = error;
-    if (error <= row.tolerance && row.cheapest == "none") row.cheapest = name_of(each);
-    if (row.cheapest != "none" && (!rung || each >= *rung)) break;
+  bool is_past_choice = !rung;
+  for (const RungTraits& each : kRungs) {
+    if (!each.is_tried) continue;
+    const double error = rung_error(scene, each.rung, structure, measure, truth);
+    if (rung && each.rung == *rung) {
+      row.chosen_error = error;
+      is_past_choice = true;
+    }
+    if (error <= row.tolerance && row.cheapest == "none") row.cheapest = each.name;
+    if (row.cheapest != "none" && is_past_choice) break;
   }
 }
 
 void judge_estimate(const Scene& scene, const Structure& structure, const Measure& measure,
                     const Eigen::Matrix3Xd& truth, EstimateRow& row) {
   Faults faults;
-  auto plan = compile_lean_plan(scene, structure, faults);
+  auto plan = make_plan(scene, structure, faults);
   if (!plan) {
     row.error = faults.empty() ? "no plan" : faults.back().message;
     return;

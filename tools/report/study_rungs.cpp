@@ -3,8 +3,9 @@
 #include <cmath>
 #include <string>
 
-#include "core/plan/budget.hpp"
 #include "core/plan/compile.hpp"
+#include "core/plan/make_plan.hpp"
+#include "core/plan/rates.hpp"
 #include "core/reference/elastic_error.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
@@ -15,14 +16,6 @@
 
 namespace freeflex::tools {
 namespace {
-
-constexpr std::array kRungs{Fidelity::kRigid,   Fidelity::kSeparated, Fidelity::kSpinLoaded,
-                            Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull};
-constexpr std::array kSteps{0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.004, 0.0025, 0.002, 0.001, 0.0005};  // [s]
-constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};  // [s] for the exact motion
-// [s] of CPU that one run of the full rung may take; its step is divided, so its cost hardly depends on it
-constexpr double kMostFullCost = 4.0;
-constexpr std::array kFullSteps{0.01, 0.001};  // [s]
 
 /// A plan in motion; where the free motion has a step of its own, the same plan at that rate takes over.
 struct Rung {
@@ -193,7 +186,7 @@ Scene with_all_points(const Bench& bench, Fidelity fidelity) {
 std::optional<Rung> make_rung(const Bench& bench, Scene& scene, double step, std::string& why) {
   Faults faults;
   scene.rate = 1.0 / step;
-  std::optional<Plan> plan = compile_plan(scene, bench.structure, faults);
+  std::optional<Plan> plan = make_whole_plan(scene, bench.structure, faults);
   if (plan && !has_error(faults)) return Rung(std::move(*plan));
   why = first_error(faults);
   return std::nullopt;
@@ -317,16 +310,16 @@ std::optional<ExactRung> solve_exactly(const Bench& bench, Fidelity fidelity,
 std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::function<bool(double)>& told) {
   std::vector<ExactRung> exact;
   for (std::size_t r = 0; r < kRungs.size(); ++r) {
-    Scene scene = with_all_points(bench, kRungs[r]);
+    Scene scene = with_all_points(bench, kRungs[r].rung);
     std::string why;
-    std::optional<ExactRung> solved = solve_exactly(bench, kRungs[r], exact, scene, why);
+    std::optional<ExactRung> solved = solve_exactly(bench, kRungs[r].rung, exact, scene, why);
     if (!solved) {
-      study.left_out.push_back({std::string("rung ") + name_of(kRungs[r]), why});
+      study.left_out.push_back({std::string("rung ") + name_of(kRungs[r].rung), why});
       continue;
     }
     exact.push_back(std::move(*solved));
     add_longest(bench, scene, exact.back(), study);
-    const std::vector<double> steps = steps_of(bench, kRungs[r]);
+    const std::vector<double> steps = steps_of(bench, kRungs[r].rung);
     for (std::size_t s = 0; s < steps.size(); ++s) {
       if (!told((static_cast<double>(r) + static_cast<double>(s) / static_cast<double>(steps.size())) /
                 kRungs.size()))

@@ -3,7 +3,7 @@
 #include <initializer_list>
 #include <memory>
 
-#include "core/plan/budget.hpp"
+#include "core/plan/automatic.hpp"
 #include "core/validity/validity.hpp"
 #include "service/clock.hpp"
 #include "service/io/wire/codec.hpp"

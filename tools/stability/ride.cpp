@@ -6,6 +6,7 @@
 #include <limits>
 #include <utility>
 
+#include "core/plan/make_plan.hpp"
 #include "core/reference/elastic_error.hpp"
 #include "core/reference/rivals.hpp"
 #include "tools/report/measure.hpp"
@@ -76,7 +77,7 @@ Ride::Ride(const Scene& scene) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
   std::optional<Plan> compiled;
-  if (structure) compiled = compile_plan(scene, *structure, faults);
+  if (structure) compiled = make_whole_plan(scene, *structure, faults);
   for (const Fault& fault : faults) said_ += (said_.empty() ? "" : "\n") + fault.message;
   if (!compiled) return;
   has_plan_ = true;

@@ -8,7 +8,6 @@
 #include <string>
 #include <vector>
 
-#include "core/plan/compile.hpp"
 #include "core/reference/cartesian.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"

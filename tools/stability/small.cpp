@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 
+#include "core/scene/link_kinds.hpp"
 #include "tools/stability/ride.hpp"
 #include "tools/stability/scenes.hpp"
 
@@ -138,7 +139,7 @@ Outcome redundant_links(const StabilityOptions&) {
   const Eigen::Matrix3Xd V = ride.displacements_B();
   double stretch = 0.0;
   for (const Link& link : scene.links) {
-    if (!std::holds_alternative<Rigid>(link.kind)) continue;
+    if (traits_of(link).effect != LinkEffect::kForbids) continue;
     const auto a = link.points[0], b = link.points[1];
     const Eigen::Vector3d u = (scene.points[static_cast<std::size_t>(b)].position -
                                scene.points[static_cast<std::size_t>(a)].position)

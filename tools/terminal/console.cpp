@@ -10,7 +10,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/plan/budget.hpp"
+#include "core/plan/automatic.hpp"
+#include "core/plan/rates.hpp"
 
 namespace freeflex::tools {
 namespace {

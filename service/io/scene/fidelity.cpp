@@ -1,5 +1,4 @@
 // Which rung of the fidelity ladder a scene takes, and the budget of its errors.
-#include "core/plan/budget.hpp"
 #include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
@@ -9,8 +8,7 @@ constexpr Quantity kHorizon{"s", Bound::kPositive};
 
 std::vector<std::string_view> rung_names() {
   std::vector<std::string_view> names;
-  for (int k = 0; k <= static_cast<int>(Fidelity::kFull); ++k)
-    names.emplace_back(name_of(static_cast<Fidelity>(k)));
+  for (const RungTraits& rung : kRungs) names.emplace_back(rung.name);
   names.emplace_back("auto");
   return names;
 }
@@ -21,7 +19,7 @@ void SceneReader::read_fidelity(const Node* fidelity, const Node* tolerance) {
   std::optional<std::size_t> word;
   if (fidelity) word = read_word(report_, *fidelity, "scene: fidelity", rung_names());
   const bool is_auto = word && *word + 1 == rung_names().size();
-  if (word && !is_auto) scene_.fidelity = static_cast<Fidelity>(*word);
+  if (word && !is_auto) scene_.fidelity = kRungs[*word].rung;
   if (is_auto && !tolerance)
     report_.error(
         fidelity->origin,

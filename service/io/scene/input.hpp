@@ -5,7 +5,6 @@
 #include <string>
 #include <vector>
 
-#include "core/plan/compile.hpp"
 #include "core/scene/scene.hpp"
 
 namespace freeflex::io {

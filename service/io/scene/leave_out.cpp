@@ -1,5 +1,4 @@
 // What a plan may do without.
-#include "core/plan/leave_out.hpp"
 
 #include <array>
 

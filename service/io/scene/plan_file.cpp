@@ -8,7 +8,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/plan/leave_out.hpp"
+#include "core/plan/compile.hpp"
+#include "core/plan/make_plan.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/report.hpp"
 
@@ -103,7 +104,7 @@ PlanResult load_plan(const std::string& path) {
   result.sources = std::move(scene.sources);
   if (!scene.scene) return result;
   const std::optional<Structure> structure = build_structure(*scene.scene, result.faults);
-  if (structure) result.plan = compile_lean_plan(*scene.scene, *structure, result.faults);
+  if (structure) result.plan = make_plan(*scene.scene, *structure, result.faults);
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <numeric>
 
+#include "core/scene/link_kinds.hpp"
 #include "service/io/scene/input.hpp"
 
 namespace freeflex::io {
@@ -48,12 +49,6 @@ std::vector<int> every(std::size_t count) {
   std::vector<int> indices(count);
   std::iota(indices.begin(), indices.end(), 0);
   return indices;
-}
-
-// a force on each of its points: not published unless chosen by name
-bool has_long_forces(const Link& link) {
-  return std::holds_alternative<MatrixLink>(link.kind) ||
-         (std::holds_alternative<Rigid>(link.kind) && link.points.size() > 2);
 }
 
 }  // namespace
@@ -255,7 +250,8 @@ void SceneReader::read_publish(const Node* node) {
   publication.points = every(scene_.points.size());
   publication.groups = every(scene_.groups.size());
   for (std::size_t i = 0; i < scene_.links.size(); ++i)
-    if (!has_long_forces(scene_.links[i])) publication.links.push_back(static_cast<int>(i));
+    // forces on each point are not published unless chosen by name
+    if (!has_point_forces(scene_.links[i])) publication.links.push_back(static_cast<int>(i));
   if (!node) return;
   const Fields fields(report_, *node, "publish", {"state", "points", "loads", "groups", "status"});
   fields.read("state", kPublicationRate, publication.state_rate);

@@ -9,6 +9,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/limits.hpp"
 #include "core/scene/scene.hpp"
 
 struct XXH3_state_s;
@@ -20,9 +21,9 @@ inline constexpr std::size_t kMaxFileBytes = std::size_t{256} << 20;
 inline constexpr std::size_t kMaxFiles = 64;
 inline constexpr std::size_t kMaxYamlNodes = 1'000'000;
 inline constexpr std::size_t kMaxYamlDepth = 32;
-inline constexpr std::size_t kMaxPoints = 8192;
+inline constexpr std::size_t kMaxPoints = kMaxNamedPoints;
 inline constexpr std::size_t kMaxLinks = 262'144;
-inline constexpr std::size_t kMaxGroups = 1024;
+inline constexpr std::size_t kMaxGroups = freeflex::kMaxGroups;
 inline constexpr std::size_t kMaxLoads = 256;
 inline constexpr std::size_t kMaxFeedbacks = 256;
 inline constexpr std::size_t kMaxMatrixEntries = std::size_t{16} << 20;  // before mirroring

@@ -10,6 +10,7 @@
 #include <string_view>
 #include <vector>
 
+#include "core/limits.hpp"
 #include "core/step/command.hpp"
 #include "core/step/plan.hpp"
 #include "core/step/step.hpp"
@@ -28,8 +29,8 @@ Reason wire_check_control(std::span<const std::byte> bytes) noexcept;
 
 /// What a command may name, trivially copyable so that it can stand in shared memory.
 struct NameTable {
-  static constexpr int kMaxPoints = 8192;
-  static constexpr int kMaxGroups = 1024;
+  static constexpr int kMaxPoints = kMaxNamedPoints;
+  static constexpr int kMaxGroups = freeflex::kMaxGroups;
   std::int32_t num_points = 0;
   std::int32_t num_groups = 0;
   double force_limit = 0.0;   // [N] 0: none

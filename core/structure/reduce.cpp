@@ -1,4 +1,4 @@
-#include "core/plan/reduce.hpp"
+#include "core/structure/reduce.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -16,43 +16,25 @@ Eigen::MatrixXd columns(const Eigen::MatrixXd& rows, const std::vector<int>& kep
   return rows(Eigen::all, kept);
 }
 
-// number from 1 among the kept, 0 for one left out
-int new_number(const std::vector<int>& kept, int number) {
-  const auto found = std::lower_bound(kept.begin(), kept.end(), number - 1);
-  return found != kept.end() && *found == number - 1 ? static_cast<int>(found - kept.begin()) + 1 : 0;
-}
-
 }  // namespace
 
-Reduced reduce(const Scene& scene, const Structure& structure, const InitialModes& initial,
-               const std::vector<int>& kept) {
-  Reduced reduced{scene, structure};
-  Structure& few = reduced.structure;
-  few.omega = structure.omega(kept);
-  few.structural_ratio = structure.structural_ratio(kept);
-  few.shapes = columns(structure.shapes, kept);
-  few.damping_rows = columns(structure.damping_rows, kept);
-  few.local_rotations = columns(structure.local_rotations, kept);
+Structure reduce(const Structure& structure, const std::vector<int>& modes) {
+  Structure few = structure;
+  few.omega = structure.omega(modes);
+  few.structural_ratio = structure.structural_ratio(modes);
+  few.shapes = columns(structure.shapes, modes);
+  few.damping_rows = columns(structure.damping_rows, modes);
+  few.local_rotations = columns(structure.local_rotations, modes);
   for (LinkForceRows& force : few.link_forces) {
-    force.rows = columns(force.rows, kept);
-    force.rate_rows = columns(force.rate_rows, kept);
+    force.rows = columns(force.rows, modes);
+    force.rate_rows = columns(force.rate_rows, modes);
   }
+  // mechanisms are the first modes
   few.mechanisms.clear();
-  for (std::size_t k = 0; k < structure.mechanisms.size(); ++k)
-    if (new_number(kept, static_cast<int>(k) + 1) > 0) few.mechanisms.push_back(structure.mechanisms[k]);
-
-  Damping& damping = reduced.scene.damping;
-  damping.mode_ratios.clear();
-  for (const auto& [mode, ratio] : scene.damping.mode_ratios)
-    if (const int number = new_number(kept, mode); number > 0)
-      damping.mode_ratios.emplace_back(number, ratio);
-  reduced.scene.initial.points.clear();
-  reduced.scene.initial.modes.clear();
-  for (std::size_t k = 0; k < kept.size(); ++k) {
-    const double q = initial.q[kept[k]], q_dot = initial.q_dot[kept[k]];
-    if (q != 0.0 || q_dot != 0.0) reduced.scene.initial.modes.push_back({static_cast<int>(k) + 1, q, q_dot});
-  }
-  return reduced;
+  for (const int mode : modes)
+    if (const auto k = static_cast<std::size_t>(mode); k < structure.mechanisms.size())
+      few.mechanisms.push_back(structure.mechanisms[k]);
+  return few;
 }
 
 void keep_static_link_forces(const Structure& whole, const std::vector<int>& left_out,

@@ -1,0 +1,109 @@
+#include "core/plan/make_plan.hpp"
+
+#include <algorithm>
+
+#include "core/plan/automatic.hpp"
+#include "core/plan/budget.hpp"
+#include "core/plan/compile.hpp"
+#include "core/plan/leave_out.hpp"
+#include "core/plan/motion.hpp"
+#include "core/plan/start.hpp"
+#include "core/scene/faults.hpp"
+
+namespace freeflex {
+namespace {
+
+// [s] from which a load acts.
+double begin_of(const History& history) {
+  if (const auto* pulse = std::get_if<PulseHistory>(&history)) return pulse->start;
+  const auto* table = std::get_if<TableHistory>(&history);
+  if (table == nullptr || table->values.empty() || table->values.front() != 0.0) return 0.0;
+  std::size_t k = 1;
+  while (k < table->values.size() && table->values[k] == 0.0) ++k;
+  return table->times[k - 1];
+}
+
+// Says which loads begin after what was judged has ended.
+void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, Faults& faults) {
+  for (std::size_t k = 0; k < scene.loads.size(); ++k)
+    if (const double begin = begin_of(scene.loads[k].history); begin >= horizon)
+      add_warning(faults, scene.loads[k].origin,
+                  join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)), " begins at ", begin,
+                            " s, after the horizon of ", horizon, " s over which ", judge,
+                            " judges, and counts for nothing there; take a longer horizon"));
+}
+
+// where the modes of a plan stand among those of a wider one
+std::vector<std::int32_t> places(const std::vector<int>& few, const std::vector<int>& many) {
+  std::vector<std::int32_t> places;
+  for (const int mode : few)
+    places.push_back(
+        static_cast<std::int32_t>(std::lower_bound(many.begin(), many.end(), mode) - many.begin()));
+  return places;
+}
+
+// the plan less what the scene does not need, and what commands bring back
+std::optional<Plan> compile_lean(const Scene& scene, const Structure& structure, const PlanSpec& spec,
+                                 const Plan& whole, Faults& faults) {
+  LeanSpec lean = leave_out_unneeded(scene, structure, spec, whole);
+  std::optional<Plan> plan = compile(scene, lean.structure, lean.spec, faults);
+  if (!plan) return std::nullopt;
+  if (leave_out_small_modes(scene, *plan, lean)) {
+    plan = compile(scene, lean.structure, lean.spec, faults);
+    if (!plan) return std::nullopt;
+  }
+  plan->parts = lean.parts;
+  plan->tolerance = scene.leave_out.tolerance;
+  plan->horizon = lean.horizon;
+  if (const std::optional<PlanSpec> open = wide_spec(scene, lean)) {
+    std::optional<Plan> wide = compile(scene, lean.structure, *open, faults);
+    if (!wide) return std::nullopt;
+    plan->wide.push_back(std::move(*wide));
+    plan->wide_modes = places(lean.spec.modes, open->modes);
+  }
+  return plan;
+}
+
+// the plan of a spec with everything in it, and what is to be said of it
+std::optional<Plan> compile_whole(const Scene& scene, const Structure& structure, const PlanSpec& spec,
+                                  Faults& faults) {
+  std::optional<Plan> plan = compile(scene, structure, spec, faults);
+  if (plan) check_motion(scene, structure, *plan, faults);
+  if (has_error(faults)) return std::nullopt;
+  return plan;
+}
+
+}  // namespace
+
+std::optional<Plan> make_whole_plan(const Scene& scene, const Structure& structure, Faults& faults) {
+  check_start(scene, structure, faults);
+  return compile_whole(scene, structure, whole_spec(scene, structure, scene.fidelity), faults);
+}
+
+std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults) {
+  check_start(scene, structure, faults);
+  if (scene.leave_out.tolerance > 0.0)
+    warn_of_late_loads(scene, "leave_out: tolerance", scene.leave_out.horizon, faults);
+  if (scene.automatic) warn_of_late_loads(scene, "fidelity: auto", scene.automatic->horizon, faults);
+  if (has_error(faults)) return std::nullopt;
+
+  std::vector<PlanRung> tried;
+  std::optional<Fidelity> rung = scene.fidelity;
+  if (scene.automatic) rung = choose_rung(scene, structure, tried, faults);
+  if (!rung) return std::nullopt;
+  const PlanSpec spec = whole_spec(scene, structure, *rung);
+  // with everything in it first: what is wrong with a scene is said of the scene
+  std::optional<Plan> plan = compile_whole(scene, structure, spec, faults);
+  if (!plan) return std::nullopt;
+  if (may_leave_out(*rung))
+    plan = compile_lean(scene, structure, spec, *plan, faults);
+  else
+    plan->parts = account_of_whole(scene, *rung, faults);
+  if (!plan) return std::nullopt;
+  plan->tried_rungs = std::move(tried);
+  compile_budget(scene, structure, *plan, faults);
+  if (has_error(faults)) return std::nullopt;
+  return plan;
+}
+
+}  // namespace freeflex

@@ -1,0 +1,166 @@
+#include "core/plan/start.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+#include <limits>
+
+#include "core/plan/arrays.hpp"
+#include "core/scene/faults.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
+
+// [-] of what is given: a rigid part above this is said, below it is rounding of what a person typed
+constexpr double kRigidPart = 1e-9;
+
+// what the points are given, side by side (3N)
+struct GivenAtPoints {
+  Eigen::VectorXd V, V_dot;  // [m], [m/s] body axes
+};
+GivenAtPoints given_at_points(const Scene& scene) {
+  GivenAtPoints given;
+  given.V = given.V_dot = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(scene.points.size()));
+  for (const auto& each : scene.initial.points) {
+    given.V.segment<3>(3 * Eigen::Index{each.point}) += each.displacement;
+    given.V_dot.segment<3>(3 * Eigen::Index{each.point}) += each.velocity;
+  }
+  return given;
+}
+
+Eigen::VectorXd weighted(const Scene& scene, Eigen::VectorXd V) {
+  for (std::size_t i = 0; i < scene.points.size(); ++i)
+    V.segment<3>(3 * static_cast<Eigen::Index>(i)) *= scene.points[i].mass;
+  return V;
+}
+
+// q_l = sum m_i b_il . V_i / M   (THEORY X54)
+Eigen::VectorXd project(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V) {
+  return structure.shapes.transpose() * weighted(scene, V) / structure.mass_properties.mass;
+}
+
+void warn_of_rigid_part(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V,
+                        const char* what, Faults& faults) {
+  const double given = std::sqrt(V.dot(weighted(scene, V)));
+  const Eigen::VectorXd rest = V - structure.shapes * project(scene, structure, V);
+  const double rigid = std::sqrt(rest.dot(weighted(scene, rest)));
+  if (rigid > kRigidPart * given)
+    add_warning(
+        faults, scene.initial.origin,
+        join_text("the initial ", what, " of the points hold ", 100.0 * rigid / given,
+                  " % of rigid motion (mass-weighted), which was taken out; give rigid motion by position, "
+                  "attitude and velocities"));
+}
+
+Eigen::Quaterniond attitude_at_start(const Initial& initial) {
+  const Eigen::Vector4d w_x_y_z = initial.attitude.stableNormalized();
+  return {w_x_y_z[0], w_x_y_z[1], w_x_y_z[2], w_x_y_z[3]};
+}
+
+Eigen::Vector3d centre_at_start(const Scene& scene, const MassProperties& body) {
+  return scene.initial.position + attitude_at_start(scene.initial) * body.p_SB;
+}
+
+// what the body has no freedom for: a spin about the line of a collinear shape, any spin of one point
+Eigen::Vector3d idle_spin(const Eigen::Vector3d& spin, const MassProperties& body) {
+  if (body.rigid_freedoms == 5) return body.line * body.line.dot(spin);
+  if (body.rigid_freedoms == 3) return spin;
+  return Eigen::Vector3d::Zero();
+}
+
+void warn_of_idle_spin(const Scene& scene, const MassProperties& body, Faults& faults) {
+  const Eigen::Vector3d& spin = scene.initial.angular_velocity;
+  const double idle = idle_spin(spin, body).norm();
+  if (idle > kRigidPart * spin.norm())
+    add_warning(faults, scene.initial.origin,
+                join_text("the initial angular velocity has ", idle, " rad/s ",
+                          body.rigid_freedoms == 3 ? "but one point does not turn"
+                                                   : "about the line of the points, "
+                                                     "which is no motion",
+                          "; it was taken out"));
+}
+
+// X72 keeps the first terms of size over distance, and has no direction at the attractor itself
+void check_attractor(const Scene& scene, const MassProperties& body, Faults& faults) {
+  if (scene.attractor.mu == 0.0) return;
+  constexpr double kNear = 10.0;  // [-] distances over the size
+  const Eigen::Vector3d centre = centre_at_start(scene, body);
+  const double distance = (centre - scene.attractor.position).stableNorm(),
+               size = std::sqrt(body.r.colwise().squaredNorm().maxCoeff()),
+               rounding = 64.0 * kEpsilon *
+                          std::max({centre.stableNorm(), scene.attractor.position.stableNorm(), size});
+  const Origin& origin = scene.attractor.origin;
+  if (distance <= rounding)
+    add_error(
+        faults, origin,
+        "the attractor is on the centre of mass at the start, where its pull has no direction; move one "
+        "of them");
+  else if (!std::isfinite(scene.attractor.mu / (distance * distance)) || !std::isfinite(distance * distance))
+    add_error(
+        faults, origin,
+        join_text("the attractor of mu ", scene.attractor.mu, " m^3/s^2 is ", distance,
+                  " m from the centre of mass at the start: its pull is no finite number; use SI units"));
+  else if (distance < kNear * size)
+    add_warning(
+        faults, origin,
+        join_text("the attractor is ", distance, " m from the centre of mass at the start, ", distance / size,
+                  " times the size of the body: its pull and gradient hold far from the body (THEORY X72), ",
+                  distance < size ? "and mean nothing here"
+                                  : join_text("and are wrong by some ", 100.0 * size / distance, " % here")));
+}
+
+}  // namespace
+
+InitialModes initial_modes(const Scene& scene, const Structure& structure) {
+  const GivenAtPoints given = given_at_points(scene);
+  InitialModes initial{project(scene, structure, given.V), project(scene, structure, given.V_dot)};
+  for (const auto& each : scene.initial.modes) {
+    initial.q[each.mode - 1] += each.q;
+    initial.q_dot[each.mode - 1] += each.q_dot;
+  }
+  return initial;
+}
+
+void check_start(const Scene& scene, const Structure& structure, Faults& faults) {
+  const MassProperties& body = structure.mass_properties;
+  warn_of_idle_spin(scene, body, faults);
+  const GivenAtPoints given = given_at_points(scene);
+  warn_of_rigid_part(scene, structure, given.V, "displacements", faults);
+  warn_of_rigid_part(scene, structure, given.V_dot, "elastic velocities", faults);
+  check_attractor(scene, body, faults);
+}
+
+// The equations below the coupled rungs take the spin as slow beside every vibration, and linear links do not
+// stiffen by it
+void warn_of_fast_spin(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
+  if (traits_of(rung).has_true_geometry) return;
+  const Origin& origin = scene.initial.origin;
+  const Eigen::Vector3d& given = scene.initial.angular_velocity;
+  const Eigen::Vector3d spin = given - idle_spin(given, structure.mass_properties);
+  constexpr double kSlow = 0.01;  // [-] (spin / omega_1)^2: centrifugal softening of one per cent
+  for (const double omega : structure.omega) {
+    if (omega == 0.0) continue;
+    const double ratio = spin.squaredNorm() / (omega * omega);
+    if (ratio > kSlow)
+      add_warning(
+          faults, origin,
+          join_text("the initial spin of ", spin.norm(), " rad/s is not slow beside the lowest frequency, ",
+                    omega, " rad/s: (spin / omega_1)^2 is ", ratio, ", and the equations hold far below 1; ",
+                    ratio > 1.0 ? "this motion is outside the method: the answer means nothing"
+                                : "the deformation will be wrong, the pose less so"));
+    return;
+  }
+}
+
+void compile_start(const Scene& scene, const MassProperties& body, Plan& plan) {
+  const Initial& initial = scene.initial;
+  const Eigen::Quaterniond attitude = attitude_at_start(initial);
+  plan.initial.p_WB = to_array(centre_at_start(scene, body));
+  plan.initial.v_WB = to_array(initial.velocity);
+  plan.initial.q_WB = {attitude.w(), attitude.x(), attitude.y(), attitude.z()};
+  const Eigen::Vector3d& spin = initial.angular_velocity;
+  plan.initial.w_WB_B = to_array(Eigen::Vector3d(spin - idle_spin(spin, body)));
+}
+
+}  // namespace freeflex

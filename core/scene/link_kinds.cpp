@@ -1,0 +1,61 @@
+#include "core/scene/link_kinds.hpp"
+
+namespace freeflex {
+
+std::vector<LinkValue> values_of(const Link& link) {
+  using Values = std::vector<LinkValue>;
+  return std::visit(LinkCases{
+                        [](const Spring& spring) {
+                          return Values{{"stiffness", spring.stiffness, "N/m"}};
+                        },
+                        [](const Bar& bar) {
+                          return Values{{"EA", bar.EA, "N"}};
+                        },
+                        [](const Beam& beam) {
+                          return Values{{"EA", beam.EA, "N"},           {"GJ", beam.GJ, "N m^2"},
+                                        {"EI_y", beam.EI_y, "N m^2"},   {"EI_z", beam.EI_z, "N m^2"},
+                                        {"GA_y", beam.GA_y, "N", true}, {"GA_z", beam.GA_z, "N", true}};
+                        },
+                        [](const MatrixLink&) { return Values{}; },
+                        [](const BendingSpring& spring) {
+                          return Values{{"stiffness", spring.stiffness, "N m/rad"}};
+                        },
+                        [](const TorsionSpring& spring) {
+                          return Values{{"stiffness", spring.stiffness, "N m/rad"}};
+                        },
+                        [](const Plate& plate) {
+                          return Values{{"E", plate.E, "Pa"}, {"thickness", plate.thickness, "m"}};
+                        },
+                        [](const Rigid&) { return Values{}; },
+                        [](const Dashpot& dashpot) {
+                          return Values{{"damping", dashpot.damping, "N s/m", false, false}};
+                        },
+                    },
+                    link.kind);
+}
+
+Eigen::Vector3d span_of(const Scene& scene, const Link& link) {
+  return scene.points[static_cast<std::size_t>(link.points[1])].position -
+         scene.points[static_cast<std::size_t>(link.points[0])].position;
+}
+
+double axial_stiffness(const Scene& scene, const Link& link) {
+  if (const auto* spring = std::get_if<Spring>(&link.kind)) return spring->stiffness;
+  const auto* bar = std::get_if<Bar>(&link.kind);
+  return bar != nullptr ? bar->EA / span_of(scene, link).stableNorm() : 0.0;
+}
+
+double axial_damping(const Link& link) {
+  const auto* dashpot = std::get_if<Dashpot>(&link.kind);
+  return dashpot != nullptr ? dashpot->damping : 0.0;
+}
+
+bool is_body(const Link& link) {
+  return traits_of(link).effect == LinkEffect::kForbids && link.points.size() > 2;
+}
+
+bool has_point_forces(const Link& link) {
+  return is_body(link) || std::holds_alternative<MatrixLink>(link.kind);
+}
+
+}  // namespace freeflex
