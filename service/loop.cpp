@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/step/vector.hpp"
 #include "freeflex_msgs/applied_t.hpp"
 
 namespace freeflex::service {
@@ -22,8 +23,6 @@ std::int64_t ticks_between(double rate, double period) {
   if (!(rate > 0.0)) return 0;
   return std::max<std::int64_t>(1, std::llround(1.0 / (rate * period)));
 }
-
-bool is_zero(const Vec3& v) noexcept { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
 
 /// Of either plan: both have room for the larger.
 void copy_modes(const Array& from, Array& to) noexcept {

@@ -7,14 +7,9 @@
 
 #include "core/plan/leave_out.hpp"
 #include "core/step/scope.hpp"
+#include "core/step/vector.hpp"
 
 namespace freeflex::service {
-
-namespace {
-
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-}  // namespace
 
 StatusReporter::StatusReporter(const Plan& plan, const Identity& identity, const Output& output,
                                const SharedBlock& shared, const std::atomic<std::int64_t>& restarts)

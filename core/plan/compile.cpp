@@ -5,6 +5,7 @@
 #include <cmath>
 #include <limits>
 
+#include "core/plan/arrays.hpp"
 #include "core/plan/budget.hpp"
 #include "core/plan/histories.hpp"
 #include "core/plan/mixing.hpp"
@@ -22,17 +23,6 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 // [-] of the given displacements: a rigid part above this is said, below it is rounding of what a person
 // typed
 constexpr double kRigidPart = 1e-9;
-
-Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-Mat3 to_array(const Eigen::Matrix3d& m) {
-  Mat3 rows{};
-  for (int i = 0; i < 3; ++i)
-    for (int j = 0; j < 3; ++j) rows[3 * static_cast<std::size_t>(i) + static_cast<std::size_t>(j)] = m(i, j);
-  return rows;
-}
-
-int pad(Eigen::Index count) { return (static_cast<int>(count) + kLanes - 1) / kLanes * kLanes; }
 
 // values over modes and, if there are more, over constraint shapes
 Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
@@ -90,7 +80,7 @@ Eigen::VectorXd decays(const Damping& damping, const Structure& structure) {
 void compile_modes(const Scene& scene, const Structure& structure, Plan& plan) {
   plan.num_elastic = static_cast<std::int32_t>(structure.omega.size());
   plan.num_moving = pad(plan.num_elastic);
-  plan.num_padded = plan.num_moving + pad(structure.constraint_shapes.cols());
+  plan.num_padded = plan.num_moving + pad(static_cast<std::int32_t>(structure.constraint_shapes.cols()));
   plan.omega = padded(plan, structure.omega);
   plan.decay = padded(plan, decays(scene.damping, structure));
   plan.frequency_accuracy = structure.frequency_accuracy;

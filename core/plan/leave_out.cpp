@@ -5,6 +5,7 @@
 #include <numeric>
 #include <set>
 
+#include "core/plan/arrays.hpp"
 #include "core/plan/budget.hpp"
 #include "core/plan/motion_scope.hpp"
 #include "core/plan/reach.hpp"
@@ -16,12 +17,6 @@ namespace freeflex {
 namespace {
 
 std::size_t index(Part part) { return static_cast<std::size_t>(part); }
-
-Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
-
-Mat3 to_array(const Eigen::Matrix3d& m) {
-  return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
-}
 
 InitialModes initial_modes(const Plan& plan) {
   const Eigen::Map<const Eigen::VectorXd> q(plan.initial.q.data(), plan.num_elastic),

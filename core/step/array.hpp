@@ -1,6 +1,7 @@
-// The arrays over modes.
+// The arrays over modes, their padding and their indices.
 #pragma once
 
+#include <concepts>
 #include <cstddef>
 #include <new>
 #include <vector>
@@ -19,6 +20,22 @@ struct CacheLineAllocator {
   void deallocate(T* memory, std::size_t) noexcept { ::operator delete(memory, kCacheLine); }
   bool operator==(const CacheLineAllocator&) const = default;
 };
+
+/// Modes are padded to a multiple of this with zeros; reductions run in this many fixed lanes.
+inline constexpr int kLanes = 8;
+
+/// The least multiple of kLanes that is not below n.
+template <std::integral Count>
+constexpr Count pad(Count n) noexcept {
+  constexpr Count kMultiple{kLanes};
+  return (n + kMultiple - 1) / kMultiple * kMultiple;
+}
+
+/// Plans count in 32 bits and Eigen in signed ones, containers in std::size_t.  \pre i >= 0
+template <std::signed_integral Signed>
+constexpr std::size_t index(Signed i) noexcept {
+  return static_cast<std::size_t>(i);
+}
 
 /// Doubles for each mode, or rows of them: num_padded is a multiple of kLanes, so every row starts on a line.
 using Array = std::vector<double, CacheLineAllocator<double>>;

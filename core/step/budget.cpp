@@ -11,8 +11,6 @@
 namespace freeflex {
 namespace {
 
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
-
 /// Slots in force, that end only when they are replaced.
 void take_slots(const State& from, State& to) noexcept {
   std::copy_n(from.slots.begin(), from.num_slots, to.slots.begin());

@@ -1,6 +1,7 @@
 #include "core/step/coupled.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 #include "core/step/field.hpp"
 #include "core/step/history.hpp"
@@ -9,8 +10,6 @@
 
 namespace freeflex {
 namespace {
-
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
 
 /// Solves A x = b for a symmetric 3x3 matrix by its adjugate.
 Vec3 solve(const Mat3& A, const Vec3& b) noexcept {
@@ -95,17 +94,21 @@ void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorks
   }
 }
 
+/// The point that has a block of rows. On coupled rungs every point has one, in the order of the points
+/// (find_rung_inconsistency): the index of either is that of the other.
+std::size_t point_of_row([[maybe_unused]] const Plan& plan, std::int32_t row) noexcept {
+  assert(plan.points[index(row)].row == row);
+  return index(row);
+}
+
 /// Loads on the points: histories, commands, and the followers that turn with the deformation (X73).
 void gather_forces(const External& external, const Place& place, CoupledWorkspace& w) noexcept {
   const Plan& plan = external.plan;
   external.on_points(place.instant, place.R_WB, w.force);
   for (const PlanHistory& history : plan.histories)
     for (const PlanFollower& follower : history.followers) {
-      const std::size_t n = index(plan.num_padded);
-      const double* rows = follower.turn_rows.data();
-      const Vec3 theta{dot_lanes(rows, place.q, n), dot_lanes(rows + n, place.q, n),
-                       dot_lanes(rows + 2 * n, place.q, n)};
-      Vec3& force = w.force[index(follower.row)];
+      const Vec3 theta = contract_rows(follower.turn_rows.data(), place.q, index(plan.num_padded));
+      Vec3& force = w.force[point_of_row(plan, follower.row)];
       force = add_scaled(force, external.amplitude(history, place.instant), cross(theta, follower.force_B));
     }
 }
@@ -276,12 +279,8 @@ void set_coupled_motion(const Plan& plan, const Vec3& w_B, State& state) noexcep
   Vec3 H{};
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     const PlanPoint& point = plan.points[i];
-    const double* rows = plan.rows.data() + 3 * i * n;
-    Vec3 V, V_dot;
-    for (std::size_t a = 0; a < 3; ++a) {
-      V[a] = dot_lanes(rows + a * n, state.q.data(), n);
-      V_dot[a] = dot_lanes(rows + a * n, state.q_dot.data(), n);
-    }
+    const double* rows = point_rows(plan, point.row);
+    const Vec3 V = contract_rows(rows, state.q.data(), n), V_dot = contract_rows(rows, state.q_dot.data(), n);
     // what V' lacks in the moment of (X91) about the displaced arms: sum m r x V' is zero by (2.6)
     const Vec3 x = add(point.r, V);
     H = add_scaled(H, point.mass, add(cross(x, cross(w, x)), cross(V, V_dot)));

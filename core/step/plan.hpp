@@ -11,9 +11,6 @@
 
 namespace freeflex {
 
-/// Modes are padded to a multiple of this with zeros; reductions run in this many fixed lanes.
-inline constexpr int kLanes = 8;
-
 using Vec3 = std::array<double, 3>;
 using Mat3 = std::array<double, 9>;  // row-major
 using Quat = std::array<double, 4>;  // w x y z, unit

@@ -10,17 +10,13 @@
 namespace freeflex {
 namespace {
 
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
-
 const double* rows_of(const Plan& plan, std::int32_t point) noexcept {
-  return plan.rows.data() + 3 * index(plan.points[index(point)].row) * index(plan.num_padded);
+  return point_rows(plan, plan.points[index(point)].row);
 }
 
 /// rows (3 x num_padded) times x
 Vec3 contract(const Plan& plan, const double* rows, const Array& x) noexcept {
-  const std::size_t n = index(plan.num_padded);
-  return {dot_lanes(rows, x.data(), n), dot_lanes(rows + n, x.data(), n),
-          dot_lanes(rows + 2 * n, x.data(), n)};
+  return contract_rows(rows, x.data(), index(plan.num_padded));
 }
 
 /// V_second - V_first of a bar, or their rates, from q or q_dot

@@ -7,8 +7,6 @@
 namespace freeflex {
 namespace {
 
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
-
 void resize(LoadPattern& pattern, std::size_t n) noexcept {
   pattern.table.resize(9 * n);
   pattern.Q_B.resize(n);

@@ -20,8 +20,6 @@
 namespace freeflex {
 namespace {
 
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
-
 /// Slots after expiries and commands, and their pattern, in the workspace.
 std::int32_t change_slots(const Plan& plan, const State& state, const Inputs& inputs, Workspace& workspace,
                           StepReport& report) noexcept {
