@@ -189,7 +189,7 @@ Function function_of(const Plan& plan, PlanCoupled::Function function) noexcept 
 using Stages = std::array<std::array<const double*, 2>, 4>;  // rates of (q, p) at each stage
 
 /// (q, p) at half a step: from the start, A N_1 + B (N_2 - N_1); without B when `other` is the first stage.
-void half_stage(const Plan& plan, const State& state, const Stages& N, std::size_t other,
+void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std::size_t other,
                 CoupledWorkspace& w) noexcept {
   const Function E = function_of(plan, PlanCoupled::kHalfStep), A = function_of(plan, PlanCoupled::kHalf1),
                  B = function_of(plan, PlanCoupled::kHalf2);
@@ -206,7 +206,7 @@ void half_stage(const Plan& plan, const State& state, const Stages& N, std::size
 
 /// (q, p) after the whole step: from the start, phi_1 N_1 + phi_2 x + phi_3 y, with x and y sums over the
 /// stages.
-void whole_step(const Plan& plan, const State& state, const Stages& N, bool is_last, double* q_out,
+void whole_step(const Plan& plan, const MotionState& state, const Stages& N, bool is_last, double* q_out,
                 double* p_out) noexcept {
   const Function E = function_of(plan, PlanCoupled::kStep), A = function_of(plan, PlanCoupled::kWhole1),
                  B = function_of(plan, PlanCoupled::kWhole2), C = function_of(plan, PlanCoupled::kWhole3);
@@ -271,7 +271,7 @@ BarForce damper_force(const PlanBar& bar, const Vec3& d, const Vec3& d_dot) noex
           add_scaled(scale(tension / l, x), -bar.damping * dot(bar.direction, d_dot), bar.direction)};
 }
 
-void set_coupled_motion(const Plan& plan, const Vec3& w_B, State& state) noexcept {
+void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) noexcept {
   CoupledState& coupled = state.coupled;
   const std::size_t n = index(plan.num_padded);
   const Vec3& w = coupled.w_B = w_B;
@@ -302,8 +302,8 @@ CoupledWorkspace make_coupled_workspace(const Plan& plan) {
   return w;
 }
 
-bool advance_coupled_rung(const External& external, const State& state, bool is_fresh, Workspace& workspace,
-                          Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept {
+bool advance_coupled_rung(const External& external, const MotionState& state, bool is_fresh,
+                          Workspace& workspace, Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept {
   const Plan& plan = external.plan;
   CoupledWorkspace& w = workspace.coupled;
   const double h = plan.period / plan.coupled.num_parts;
@@ -341,8 +341,7 @@ bool advance_coupled_rung(const External& external, const State& state, bool is_
   visit(3, w.q.data(), w.p.data(), scale(h, turning.g_rate[2]), H_at(h, 2), h, Instant::kEnd);
   whole_step(plan, state, N, true, workspace.next_q.data(), w.next.momentum.data());
 
-  frame = {state.p_WB, state.p_WB_low, state.v_WB, state.v_WB_low,
-           state.q_WB, state.q_WB_low, state.H_W,  state.H_W_low};
+  frame = state;
   turn_attitude(scale(h, AttitudeRates::mean(turning.g_rate)), frame);
   const Vec3 H_gain = scale(h, multiply(turning.R_start, AttitudeRates::mean(turning.H_rate)));
   for (std::size_t i = 0; i < 3; ++i) add_compensated(frame.H_W[i], frame.H_W_low[i], H_gain[i]);
