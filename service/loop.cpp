@@ -131,10 +131,8 @@ void Simulation::set_steps(std::int64_t steps) noexcept {
 void Simulation::advance(std::int64_t woken_ns) noexcept {
   const std::span<const ForceCommand> due = desk_.take_due(state_.tick);
   const std::int64_t tick = state_.tick;
-  prepare_budget(plan_, state_, budget_);
-  step(plan_, state_, Inputs{due}, workspace_, report_);
+  step(plan_, state_, Inputs{due}, workspace_, budget_, report_);
   if (report_.status != StepStatus::kOk) return enter_fault(due);
-  follow_step(plan_, state_, !due.empty() || report_.num_expiries > 0, budget_);
   // ends come before commands, as the step takes them
   for (int i = 0; i < report_.num_expiries; ++i) {
     const Expiry& expiry = report_.expiries[static_cast<std::size_t>(i)];
