@@ -4,6 +4,7 @@
 #include <charconv>
 #include <cmath>
 
+#include "core/step/vector.hpp"
 #include "freeflex_msgs/applied_t.hpp"
 
 namespace freeflex::service {
@@ -21,37 +22,6 @@ constexpr std::int64_t kReofferEvery = 1'000'000'000;    // [ns] state of a stan
 std::int64_t ticks_between(double rate, double period) {
   if (!(rate > 0.0)) return 0;
   return std::max<std::int64_t>(1, std::llround(1.0 / (rate * period)));
-}
-
-bool is_zero(const Vec3& v) noexcept { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
-
-/// Of either plan: both have room for the larger.
-void copy_modes(const Array& from, Array& to) noexcept {
-  to.resize(from.size());
-  std::ranges::copy(from, to.begin());
-}
-
-/// What of a state is read by publication; both own vectors of the plan's sizes, so nothing is allocated.
-void copy_motion(const State& from, State& to) noexcept {
-  to.tick = from.tick;
-  to.epoch = from.epoch;
-  to.epoch_start_tick = from.epoch_start_tick;
-  to.p_WB = from.p_WB, to.p_WB_low = from.p_WB_low;
-  to.v_WB = from.v_WB, to.v_WB_low = from.v_WB_low;
-  to.q_WB = from.q_WB, to.q_WB_low = from.q_WB_low;
-  to.H_W = from.H_W, to.H_W_low = from.H_W_low;
-  to.is_wide = from.is_wide;
-  to.wide_tick = from.wide_tick;
-  to.wide_need = from.wide_need;
-  copy_modes(from.q, to.q);
-  copy_modes(from.q_low, to.q_low);
-  copy_modes(from.q_dot, to.q_dot);
-  copy_modes(from.q_dot_low, to.q_dot_low);
-  to.force_W = from.force_W;
-  to.moment_B = from.moment_B;
-  copy_modes(from.Q, to.Q);
-  std::ranges::copy(from.coupled.momentum, to.coupled.momentum.begin());
-  to.coupled.w_B = from.coupled.w_B;
 }
 
 }  // namespace
@@ -161,10 +131,8 @@ void Simulation::set_steps(std::int64_t steps) noexcept {
 void Simulation::advance(std::int64_t woken_ns) noexcept {
   const std::span<const ForceCommand> due = desk_.take_due(state_.tick);
   const std::int64_t tick = state_.tick;
-  prepare_budget(plan_, state_, budget_);
-  step(plan_, state_, Inputs{due}, workspace_, report_);
+  step(plan_, state_, Inputs{due}, workspace_, budget_, report_);
   if (report_.status != StepStatus::kOk) return enter_fault(due);
-  follow_step(plan_, state_, !due.empty() || report_.num_expiries > 0, budget_);
   // ends come before commands, as the step takes them
   for (int i = 0; i < report_.num_expiries; ++i) {
     const Expiry& expiry = report_.expiries[static_cast<std::size_t>(i)];
@@ -234,7 +202,7 @@ void Simulation::offer(Box<Snapshot>& box) noexcept {
     }
   }
   Snapshot& draft = box.draft();
-  copy_motion(state_, draft.state);
+  draft.motion = state_;  // its part of the state; the draft has room
   draft.applied_count = applied_count_;
   draft.last_load_tick = last_load_tick_;
   draft.num_slots = state_.num_slots;

@@ -49,9 +49,9 @@ struct ShapeRequest {
   bool is_wide = false;
 };
 
-/// What publication needs of one tick. state has its motion only: no slots, no load patterns.
+/// What publication needs of one tick.
 struct Snapshot {
-  State state;
+  MotionState motion;
   std::int64_t applied_count = 0;
   std::int64_t last_load_tick = 0;  // last tick with an external load, or of the last reset
   std::int32_t num_slots = 0;       // in force
@@ -59,6 +59,7 @@ struct Snapshot {
   FaultNote fault;
   BudgetReading budget;  // status only
 };
+/// With room for the motion in either plan, also in copies: nothing allocates when a motion is assigned.
 Snapshot make_snapshot(const Plan& plan);
 
 struct Output {

@@ -129,16 +129,16 @@ bool Publisher::send_motion() {
   };
   const bool has_any = state_ != nullptr || points_ != nullptr || loads_ != nullptr;
   if (is_due(state_)) {
-    send(channels::kState, io::make_state_message(plan_, state_->state, stamp(*state_)));
+    send(channels::kState, io::make_state_message(plan_, state_->motion, stamp(*state_)));
     state_ = nullptr;
   }
   if (is_due(points_)) {
-    for (const auto& page : io::make_points_messages(plan_, points_->state, stamp(*points_)))
+    for (const auto& page : io::make_points_messages(plan_, points_->motion, stamp(*points_)))
       send(channels::kPoints, page);
     points_ = nullptr;
   }
   if (is_due(loads_)) {
-    for (const auto& page : io::make_loads_messages(plan_, loads_->state, stamp(*loads_)))
+    for (const auto& page : io::make_loads_messages(plan_, loads_->motion, stamp(*loads_)))
       send(channels::kLoads, page);
     loads_ = nullptr;
   }
@@ -220,7 +220,7 @@ void Publisher::send_each_second(std::int64_t now_ns) {
   second_due_ns_ = now_ns + kSecond;
   reporter_.turn();
   for (const auto& page :
-       io::make_scene_messages(active_plan(plan_, status_->state), identity_.plan_file, stamp(*status_))) {
+       io::make_scene_messages(active_plan(plan_, status_->motion), identity_.plan_file, stamp(*status_))) {
     send(channels::kScene, page);
   }
   if (bus_.num_failed() > noted_failures_) {
@@ -243,11 +243,11 @@ void Publisher::note_mode() {
 }
 
 void Publisher::note_replan() {
-  const State& state = status_->state;
-  if (state.is_wide && state.wide_tick != noted_replan_tick_)
+  const MotionState& motion = status_->motion;
+  if (motion.is_wide && motion.wide_tick != noted_replan_tick_)
     spdlog::info("tick {}: {} is back because a command needs it: {} modes instead of {} from here on",
-                 state.wide_tick, replan_name(state), plan_.wide.front().num_elastic, plan_.num_elastic);
-  noted_replan_tick_ = state.wide_tick;
+                 motion.wide_tick, replan_name(motion), plan_.wide.front().num_elastic, plan_.num_elastic);
+  noted_replan_tick_ = motion.wide_tick;
 }
 
 io::Stamp Publisher::stamp(const Snapshot& snapshot) const {

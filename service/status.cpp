@@ -6,14 +6,9 @@
 #include <cmath>
 
 #include "core/step/scope.hpp"
+#include "core/step/vector.hpp"
 
 namespace freeflex::service {
-
-namespace {
-
-double dot(const Vec3& a, const Vec3& b) { return a[0] * b[0] + a[1] * b[1] + a[2] * b[2]; }
-
-}  // namespace
 
 StatusReporter::StatusReporter(const Plan& plan, const Identity& identity, const Output& output,
                                const SharedBlock& shared, const std::atomic<std::int64_t>& restarts)
@@ -42,12 +37,12 @@ freeflex_msgs::status_t StatusReporter::report(const Snapshot& snapshot, std::in
   status.fault = fault_text(snapshot);
   status.time_mode = timing_name(identity_.timing);
   status.rate = 1.0 / plan_.period;
-  status.epoch = snapshot.state.epoch;
-  status.tick = snapshot.state.tick;
+  status.epoch = snapshot.motion.epoch;
+  status.tick = snapshot.motion.tick;
   status.applied_count = snapshot.applied_count;
   status.num_slots = snapshot.num_slots;
-  status.replan_tick = snapshot.state.wide_tick;
-  status.replan = replan_name(snapshot.state);
+  status.replan_tick = snapshot.motion.wide_tick;
+  status.replan = replan_name(snapshot.motion);
   status.ingress_restarts = restarts_.load(std::memory_order_relaxed);
   fill_counts(status);
   fill_timing(status);
@@ -88,7 +83,7 @@ void StatusReporter::fill_timing(freeflex_msgs::status_t& status) const {
 }
 
 void StatusReporter::fill_physics(const Snapshot& snapshot, freeflex_msgs::status_t& status) {
-  const Invariants invariants = read_invariants(plan_, snapshot.state);
+  const Invariants invariants = read_invariants(plan_, snapshot.motion);
   status.kinetic_rigid = invariants.kinetic_rigid;
   status.kinetic_elastic = invariants.kinetic_elastic;
   status.potential = invariants.potential;
@@ -100,10 +95,10 @@ void StatusReporter::fill_drift(const Snapshot& snapshot, const Invariants& inva
                                 freeflex_msgs::status_t& status) {
   // gravity moves energy between the centre of mass and its height, and nothing else
   const double energy = invariants.kinetic_rigid + invariants.kinetic_elastic + invariants.potential -
-                        plan_.mass * dot(plan_.gravity_W, snapshot.state.p_WB);
+                        plan_.mass * dot(plan_.gravity_W, snapshot.motion.p_WB);
   const Vec3& H_W = invariants.angular_momentum_W;
-  if (baseline_.epoch != snapshot.state.epoch || snapshot.last_load_tick >= baseline_.tick) {
-    baseline_ = {snapshot.state.epoch, snapshot.state.tick, energy, H_W};
+  if (baseline_.epoch != snapshot.motion.epoch || snapshot.last_load_tick >= baseline_.tick) {
+    baseline_ = {snapshot.motion.epoch, snapshot.motion.tick, energy, H_W};
   }
   if (!is_damped_)
     status.energy_drift = bounded_ratio(std::abs(energy - baseline_.energy), std::abs(baseline_.energy));
@@ -113,10 +108,10 @@ void StatusReporter::fill_drift(const Snapshot& snapshot, const Invariants& inva
 
 void StatusReporter::fill_validity(const Snapshot& snapshot, const Invariants& invariants,
                                    freeflex_msgs::status_t& status) const {
-  const double V = validity_.max_displacement(snapshot.state);
+  const double V = validity_.max_displacement(snapshot.motion);
   status.max_displacement = V;
   status.displacement_ratio = validity_.displacement_ratio(V);
-  status.spin_ratio = validity_.spin_ratio(norm(angular_velocity(plan_, snapshot.state)), V);
+  status.spin_ratio = validity_.spin_ratio(norm(angular_velocity(plan_, snapshot.motion)), V);
   fill_budget(snapshot, status);
   if (V > 0.0) {
     const double translation = norm(invariants.eckart_translation) / (plan_.mass * V);
@@ -145,9 +140,10 @@ void StatusReporter::fill_budget(const Snapshot& snapshot, freeflex_msgs::status
   status.validity_cause = verdict.cause;
 }
 
-std::string replan_name(const State& state) {
-  if (!state.is_wide) return {};
-  return name_of(static_cast<Need>(state.wide_need) == Need::kRotation ? Part::kRotation : Part::kOutOfPlane);
+std::string replan_name(const MotionState& motion) {
+  if (!motion.is_wide) return {};
+  return name_of(static_cast<Need>(motion.wide_need) == Need::kRotation ? Part::kRotation
+                                                                        : Part::kOutOfPlane);
 }
 
 std::string fault_text(const Snapshot& snapshot) {

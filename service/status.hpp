@@ -60,7 +60,7 @@ class StatusReporter {
 };
 
 /// Part that a command brought back, "rotation" or "out_of_plane"; empty when the plan is as it started.
-std::string replan_name(const State& state);
+std::string replan_name(const MotionState& motion);
 
 /// Why the loop is in fault, in words; empty when it is not.
 std::string fault_text(const Snapshot& snapshot);

@@ -52,9 +52,7 @@ PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung,
   StepReport report;
   const std::int64_t ticks = std::max<std::int64_t>(1, std::llround(scene.automatic->horizon / plan->period));
   for (std::int64_t k = 1, sample = 1; k <= ticks; ++k) {
-    prepare_budget(*plan, state, budget);
-    step(*plan, state, {}, workspace, report);
-    follow_step(*plan, state, false, budget);
+    step(*plan, state, {}, workspace, budget, report);
     if (report.status != StepStatus::kOk || budget.is_lost) return result;
     if (k * kRungSamples < sample * ticks) continue;
     ++sample;

@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "core/plan/arrays.hpp"
 #include "core/scene/faults.hpp"
 #include "core/step/loads.hpp"
 
@@ -17,8 +18,6 @@ constexpr double kTicksPerCycle = 10.0;
 
 // [-] of a torque: a part that the group cannot take above this is an error
 constexpr double kIdleTorque = 1e-9;
-
-Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 
 void check_torque(const Scene& scene, const Plan& plan, const Load& load, const WrenchLoad& wrench,
                   Faults& faults) {

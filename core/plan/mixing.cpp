@@ -239,7 +239,7 @@ void set_exact(Plan& plan) {
   WideMatrix columns(system.A.rows(), 4 * n);
   columns << unscaled(phi.phi0.leftCols(2 * n) * size.head(2 * n).asDiagonal()), unscaled(phi.phi1 * input),
       unscaled(phi.phi2 * input);
-  plan.mixing.columns = to_columns(columns.topRows(2 * n), (2 * n + kLanes - 1) / kLanes * kLanes);
+  plan.mixing.columns = to_columns(columns.topRows(2 * n), pad(2 * n));
   if (has_feedback)
     plan.mixing.load_columns =
         to_columns(linear_loads(columns.bottomRows(kImpulses), h), PlanMixing::kLoadRows);

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/scene/faults.hpp"
+#include "core/step/array.hpp"
 #include "core/structure/decompositions.hpp"
 
 namespace freeflex {
@@ -15,8 +16,6 @@ constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // [-] of its terms: a moment or a part along the normal below this is rounding of what a person typed
 constexpr double kRounding = 1e-12;
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 bool has_commands(const Scene& scene) { return !scene.pushable.empty() || !scene.groups.empty(); }
 

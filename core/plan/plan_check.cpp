@@ -124,9 +124,8 @@ void PlanCheck::check_body() {
 void PlanCheck::check_modes() {
   require(plan_.num_elastic >= 0 && plan_.num_elastic <= kMaxPlanElastic,
           "the number of modes is out of range");
-  require(plan_.num_moving == (plan_.num_elastic + kLanes - 1) / kLanes * kLanes &&
-              plan_.num_padded >= plan_.num_moving && plan_.num_padded <= kMaxPadded &&
-              plan_.num_padded % kLanes == 0,
+  require(plan_.num_moving == pad(plan_.num_elastic) && plan_.num_padded >= plan_.num_moving &&
+              plan_.num_padded <= kMaxPadded && plan_.num_padded % kLanes == 0,
           "the modes are not padded as they must be");
   if (!error_.empty()) return;
   require_modal(plan_.omega, "omega");
@@ -303,7 +302,7 @@ void PlanCheck::check_mixing() {
   require(are_indices(mixing.modes, static_cast<std::size_t>(plan_.num_elastic)),
           "a coupled mode is not there or is named twice");
   const std::size_t num_modes = mixing.modes.size();
-  const std::size_t stride = (2 * num_modes + kLanes - 1) / kLanes * kLanes;
+  const std::size_t stride = pad(2 * num_modes);
   require(mixing.columns.size() == 4 * num_modes * stride && are_finite(mixing.columns),
           "the propagator of the coupled modes does not have their size or is not finite");
   require(

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/step/array.hpp"
 #include "core/structure/decompositions.hpp"
 
 namespace freeflex {
@@ -15,8 +16,6 @@ constexpr double kEqual = 1e-12, kMostEqual = 1e-9;
 
 // [-] of the largest damping coefficient: what couples less is rounding
 constexpr double kUncoupled = 1e-13;
-
-std::size_t index(int i) { return static_cast<std::size_t>(i); }
 
 // in-plane pair, or all three
 std::vector<Eigen::Vector3d> command_axes(const MotionScope& scope) {
@@ -220,20 +219,19 @@ void align_modes(const Scene& scene, const Eigen::MatrixXd& reach, Structure& st
 
 std::vector<int> reached_modes(const Eigen::MatrixXd& reach, const Structure& structure) {
   const Eigen::Index n = structure.omega.size();
-  std::vector<char> is_reached(index(static_cast<int>(n)), 0);
+  std::vector<char> is_reached(index(n), 0);
   for (Eigen::Index mode = 0; mode < n; ++mode)
-    is_reached[index(static_cast<int>(mode))] =
-        reach.rows() > 0 && reach.col(mode).cwiseAbs().maxCoeff() > kUnreached;
+    is_reached[index(mode)] = reach.rows() > 0 && reach.col(mode).cwiseAbs().maxCoeff() > kUnreached;
   if (structure.damping_rows.rows() > 0) {
     const Eigen::MatrixXd D = structure.damping_rows.transpose() * structure.damping_rows;
     const double least = kUncoupled * D.diagonal().maxCoeff();
     for (bool has_more = true; has_more;) {
       has_more = false;
       for (Eigen::Index mode = 0; mode < n; ++mode) {
-        if (is_reached[index(static_cast<int>(mode))]) continue;
+        if (is_reached[index(mode)]) continue;
         for (Eigen::Index other = 0; other < n; ++other)
-          if (is_reached[index(static_cast<int>(other))] && std::abs(D(mode, other)) > least) {
-            is_reached[index(static_cast<int>(mode))] = has_more = true;
+          if (is_reached[index(other)] && std::abs(D(mode, other)) > least) {
+            is_reached[index(mode)] = has_more = true;
             break;
           }
       }
@@ -241,7 +239,7 @@ std::vector<int> reached_modes(const Eigen::MatrixXd& reach, const Structure& st
   }
   std::vector<int> modes;
   for (Eigen::Index mode = 0; mode < n; ++mode)
-    if (is_reached[index(static_cast<int>(mode))]) modes.push_back(static_cast<int>(mode));
+    if (is_reached[index(mode)]) modes.push_back(static_cast<int>(mode));
   return modes;
 }
 

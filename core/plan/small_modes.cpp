@@ -23,8 +23,6 @@ constexpr std::int64_t kLooks = 500;
 // products of points, loads and modes above which a mode's largest displacement stands for that of each point
 constexpr double kManyProducts = 2e9;
 
-std::size_t index(Eigen::Index i) { return static_cast<std::size_t>(i); }
-
 // |b_il| of the points that are read or loaded (points x modes)
 Eigen::MatrixXd asked_sizes(const Structure& structure, const Plan& plan) {
   std::vector<int> asked;

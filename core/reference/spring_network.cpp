@@ -5,6 +5,7 @@
 #include <set>
 
 #include "core/reference/elastic_error.hpp"
+#include "core/step/array.hpp"
 
 namespace freeflex {
 namespace {
@@ -13,8 +14,6 @@ using Eigen::Map;
 using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
-
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
 
 /// True when the load's forces are constant vectors in world axes over any piece between its edges.
 bool is_piecewise_constant(const CartesianLoad& load) {

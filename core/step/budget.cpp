@@ -11,8 +11,6 @@
 namespace freeflex {
 namespace {
 
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
-
 /// Slots in force, that end only when they are replaced.
 void take_slots(const State& from, State& to) noexcept {
   std::copy_n(from.slots.begin(), from.num_slots, to.slots.begin());
@@ -35,10 +33,7 @@ void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, 
                 Workspace& workspace) noexcept {
   to.tick = state.tick * shadow.substeps;
   to.epoch_start_tick = state.epoch_start_tick * shadow.substeps;
-  to.p_WB = state.p_WB, to.p_WB_low = state.p_WB_low;
-  to.v_WB = state.v_WB, to.v_WB_low = state.v_WB_low;
-  to.q_WB = state.q_WB, to.q_WB_low = state.q_WB_low;
-  to.H_W = state.H_W, to.H_W_low = state.H_W_low;
+  static_cast<Frame&>(to) = state;
   if (state.tick == state.epoch_start_tick) {
     // the initial state with every mode of it, of which this plan may have left a part out
     to.q = shadow.plan.initial.q;
@@ -101,35 +96,26 @@ ErrorSize scaled(double factor, const ErrorSize& error) noexcept {
   return {factor * error.position, factor * error.attitude, factor * error.elastic};
 }
 
-}  // namespace
-
-Budget make_budget(const Plan& plan) {
-  Budget budget;
-  for (const PlanShadow& shadow : plan.budget.shadows)
-    budget.shadows.push_back({make_state(shadow.plan), make_workspace(shadow.plan)});
-  if (!budget.shadows.empty())
-    for (auto* v : {&budget.V, &budget.V_dot, &budget.V_other, &budget.scratch})
-      v->resize(plan.points.size());
-  return budget;
-}
-
-void prepare_budget(const Plan& plan, const State& state, Budget& budget) noexcept {
-  if (budget.shadows.empty()) return;
-  const bool is_over = state.tick - budget.sync_tick >= plan.budget.horizon_ticks;
-  if (budget.is_synced && !is_over && budget.epoch == state.epoch) return;
+/// Puts the shadows where the state is.
+void start_anew(const Plan& plan, const State& state, Budget& budget) noexcept {
   contract_points(plan, state.q.data(), state.q_dot.data(), budget.V, budget.V_dot);
   for (std::size_t k = 0; k < budget.shadows.size(); ++k)
     put_shadow(plan, state, plan.budget.shadows[k], budget, budget.shadows[k].state,
                budget.shadows[k].workspace);
-  budget.is_synced = true;
   budget.is_lost = false;
   budget.turned = budget.fast_motion = budget.all_motion = 0.0;
-  budget.sync_tick = state.tick;
+  budget.sync_tick = budget.tick = state.tick;
   budget.epoch = state.epoch;
 }
 
+bool is_beside(const State& state, const Budget& budget) noexcept {
+  return budget.tick == state.tick && budget.epoch == state.epoch;
+}
+
+/// The shadows make the step that the state has made.
+/// \param slots_changed  a command took effect in it, or a slot ended
 void follow_step(const Plan& plan, const State& state, bool slots_changed, Budget& budget) noexcept {
-  if (budget.shadows.empty()) return;
+  budget.tick = state.tick;
   StepReport report;
   for (std::size_t k = 0; k < budget.shadows.size() && !budget.is_lost; ++k) {
     const PlanShadow& shadow = plan.budget.shadows[k];
@@ -146,14 +132,38 @@ void follow_step(const Plan& plan, const State& state, bool slots_changed, Budge
                 plan.period, budget);
 }
 
+}  // namespace
+
+Budget make_budget(const Plan& plan) {
+  Budget budget;
+  for (const PlanShadow& shadow : plan.budget.shadows)
+    budget.shadows.push_back({make_state(shadow.plan), make_workspace(shadow.plan)});
+  if (!budget.shadows.empty())
+    for (auto* v : {&budget.V, &budget.V_dot, &budget.V_other, &budget.scratch})
+      v->resize(plan.points.size());
+  return budget;
+}
+
+void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace, Budget& budget,
+          StepReport& report) noexcept {
+  if (budget.shadows.empty()) return step(plan, state, inputs, workspace, report);
+  const bool is_over = state.tick - budget.sync_tick >= plan.budget.horizon_ticks;
+  if (is_over || !is_beside(state, budget)) start_anew(plan, state, budget);
+  step(plan, state, inputs, workspace, report);
+  if (report.status != StepStatus::kOk) return;
+  follow_step(plan, state, !inputs.commands.empty() || report.num_expiries > 0, budget);
+}
+
 BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) noexcept {
   BudgetReading reading;
+  if (budget.shadows.empty()) return reading;
+  if (!is_beside(state, budget)) start_anew(plan, state, budget);
   reading.age = static_cast<double>(state.tick - budget.sync_tick) * plan.period;
   reading.is_lost = budget.is_lost;
   if (budget.fast_motion > 0.0)
     reading.unresolved =
         budget.turned * __builtin_sqrt(std::min(1.0, budget.fast_motion / budget.all_motion));
-  if (budget.shadows.empty() || budget.is_lost) return reading;
+  if (budget.is_lost) return reading;
   const auto find = [&](PlanShadow::Kind kind) -> std::ptrdiff_t {
     for (std::size_t k = 0; k < budget.shadows.size(); ++k)
       if (plan.budget.shadows[k].kind == kind) return static_cast<std::ptrdiff_t>(k);

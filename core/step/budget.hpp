@@ -30,30 +30,33 @@ struct BudgetReading {
 /// others (tests/tools/estimates_test): the shadow's own errors stand in it.
 inline constexpr double kCover = 1.25;
 
-/// State of the shadows. Allocated by make_budget; nothing after.
+/// State of the shadows, and which state they stand beside, known by its tick and epoch; for any other they
+/// start anew. So no order of calls gives a stale estimate: one that misses ticks gives a young one, and its
+/// age says so. Allocated by make_budget; nothing after.
 struct Budget {
   struct Shadow {
     State state;
     Workspace workspace;
   };
   std::vector<Shadow> shadows;  // those of PlanBudget::shadows
-  bool is_synced = false, is_lost = false;
+  bool is_lost = false;
   double turned = 0.0;                         // [rad] since then
   double fast_motion = 0.0, all_motion = 0.0;  // [m^2] sums of (q_dot / omega)^2 of unresolved modes, of q^2
-  std::int64_t sync_tick = 0, epoch = 0;
+  std::int64_t sync_tick = 0;                  // at which they last stood where the state does
+  std::int64_t tick = -1, epoch = -1;          // of the state that they stand beside; -1: none yet
   std::vector<Vec3> V, V_dot, V_other, scratch;  // (num_points)
 };
 Budget make_budget(const Plan& plan);
 
-/// Before each step: puts the shadows where the state is, at the start, after a reset, and when the horizon
-/// is over.
-void prepare_budget(const Plan& plan, const State& state, Budget& budget) noexcept;
+/// Advances state by one tick as the step without a budget does, to the bit, and then the shadows, under the
+/// same slots. They start from the state at first, after a reset, when the horizon is over, and when the
+/// state was stepped without them. When the step fails they stay as they are. A budget without shadows costs
+/// one look at it. Allocates nothing.
+void step(const Plan& plan, State& state, const Inputs& inputs, Workspace& workspace, Budget& budget,
+          StepReport& report) noexcept;
 
-/// After each step that was made: the shadows make it too, under the same slots.
-/// \param slots_changed  a command took effect in it, or a slot ended
-void follow_step(const Plan& plan, const State& state, bool slots_changed, Budget& budget) noexcept;
-
-/// The errors as they stand.  \pre prepare_budget was called
+/// The errors as they stand, at any time; of age zero where the shadows were not beside the state, which they
+/// join. An error of that age is what the plan leaves out of its initial state. Allocates nothing.
 BudgetReading read_budget(const Plan& plan, const State& state, Budget& budget) noexcept;
 
 }  // namespace freeflex

@@ -1,6 +1,7 @@
 #include "core/step/coupled.hpp"
 
 #include <algorithm>
+#include <cassert>
 
 #include "core/step/field.hpp"
 #include "core/step/history.hpp"
@@ -9,8 +10,6 @@
 
 namespace freeflex {
 namespace {
-
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
 
 /// Solves A x = b for a symmetric 3x3 matrix by its adjugate.
 Vec3 solve(const Mat3& A, const Vec3& b) noexcept {
@@ -95,17 +94,21 @@ void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorks
   }
 }
 
+/// The point that has a block of rows. On coupled rungs every point has one, in the order of the points
+/// (find_rung_inconsistency): the index of either is that of the other.
+std::size_t point_of_row([[maybe_unused]] const Plan& plan, std::int32_t row) noexcept {
+  assert(plan.points[index(row)].row == row);
+  return index(row);
+}
+
 /// Loads on the points: histories, commands, and the followers that turn with the deformation (X73).
 void gather_forces(const External& external, const Place& place, CoupledWorkspace& w) noexcept {
   const Plan& plan = external.plan;
   external.on_points(place.instant, place.R_WB, w.force);
   for (const PlanHistory& history : plan.histories)
     for (const PlanFollower& follower : history.followers) {
-      const std::size_t n = index(plan.num_padded);
-      const double* rows = follower.turn_rows.data();
-      const Vec3 theta{dot_lanes(rows, place.q, n), dot_lanes(rows + n, place.q, n),
-                       dot_lanes(rows + 2 * n, place.q, n)};
-      Vec3& force = w.force[index(follower.row)];
+      const Vec3 theta = contract_rows(follower.turn_rows.data(), place.q, index(plan.num_padded));
+      Vec3& force = w.force[point_of_row(plan, follower.row)];
       force = add_scaled(force, external.amplitude(history, place.instant), cross(theta, follower.force_B));
     }
 }
@@ -186,7 +189,7 @@ Function function_of(const Plan& plan, PlanCoupled::Function function) noexcept 
 using Stages = std::array<std::array<const double*, 2>, 4>;  // rates of (q, p) at each stage
 
 /// (q, p) at half a step: from the start, A N_1 + B (N_2 - N_1); without B when `other` is the first stage.
-void half_stage(const Plan& plan, const State& state, const Stages& N, std::size_t other,
+void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std::size_t other,
                 CoupledWorkspace& w) noexcept {
   const Function E = function_of(plan, PlanCoupled::kHalfStep), A = function_of(plan, PlanCoupled::kHalf1),
                  B = function_of(plan, PlanCoupled::kHalf2);
@@ -203,7 +206,7 @@ void half_stage(const Plan& plan, const State& state, const Stages& N, std::size
 
 /// (q, p) after the whole step: from the start, phi_1 N_1 + phi_2 x + phi_3 y, with x and y sums over the
 /// stages.
-void whole_step(const Plan& plan, const State& state, const Stages& N, bool is_last, double* q_out,
+void whole_step(const Plan& plan, const MotionState& state, const Stages& N, bool is_last, double* q_out,
                 double* p_out) noexcept {
   const Function E = function_of(plan, PlanCoupled::kStep), A = function_of(plan, PlanCoupled::kWhole1),
                  B = function_of(plan, PlanCoupled::kWhole2), C = function_of(plan, PlanCoupled::kWhole3);
@@ -268,7 +271,7 @@ BarForce damper_force(const PlanBar& bar, const Vec3& d, const Vec3& d_dot) noex
           add_scaled(scale(tension / l, x), -bar.damping * dot(bar.direction, d_dot), bar.direction)};
 }
 
-void set_coupled_motion(const Plan& plan, const Vec3& w_B, State& state) noexcept {
+void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) noexcept {
   CoupledState& coupled = state.coupled;
   const std::size_t n = index(plan.num_padded);
   const Vec3& w = coupled.w_B = w_B;
@@ -276,12 +279,8 @@ void set_coupled_motion(const Plan& plan, const Vec3& w_B, State& state) noexcep
   Vec3 H{};
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     const PlanPoint& point = plan.points[i];
-    const double* rows = plan.rows.data() + 3 * i * n;
-    Vec3 V, V_dot;
-    for (std::size_t a = 0; a < 3; ++a) {
-      V[a] = dot_lanes(rows + a * n, state.q.data(), n);
-      V_dot[a] = dot_lanes(rows + a * n, state.q_dot.data(), n);
-    }
+    const double* rows = point_rows(plan, point.row);
+    const Vec3 V = contract_rows(rows, state.q.data(), n), V_dot = contract_rows(rows, state.q_dot.data(), n);
     // what V' lacks in the moment of (X91) about the displaced arms: sum m r x V' is zero by (2.6)
     const Vec3 x = add(point.r, V);
     H = add_scaled(H, point.mass, add(cross(x, cross(w, x)), cross(V, V_dot)));
@@ -303,8 +302,8 @@ CoupledWorkspace make_coupled_workspace(const Plan& plan) {
   return w;
 }
 
-bool advance_coupled_rung(const External& external, const State& state, bool is_fresh, Workspace& workspace,
-                          Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept {
+bool advance_coupled_rung(const External& external, const MotionState& state, bool is_fresh,
+                          Workspace& workspace, Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept {
   const Plan& plan = external.plan;
   CoupledWorkspace& w = workspace.coupled;
   const double h = plan.period / plan.coupled.num_parts;
@@ -342,8 +341,7 @@ bool advance_coupled_rung(const External& external, const State& state, bool is_
   visit(3, w.q.data(), w.p.data(), scale(h, turning.g_rate[2]), H_at(h, 2), h, Instant::kEnd);
   whole_step(plan, state, N, true, workspace.next_q.data(), w.next.momentum.data());
 
-  frame = {state.p_WB, state.p_WB_low, state.v_WB, state.v_WB_low,
-           state.q_WB, state.q_WB_low, state.H_W,  state.H_W_low};
+  frame = state;
   turn_attitude(scale(h, AttitudeRates::mean(turning.g_rate)), frame);
   const Vec3 H_gain = scale(h, multiply(turning.R_start, AttitudeRates::mean(turning.H_rate)));
   for (std::size_t i = 0; i < 3; ++i) add_compensated(frame.H_W[i], frame.H_W_low[i], H_gain[i]);

@@ -8,7 +8,7 @@ namespace freeflex {
 
 /// Momenta of the coupled rungs from the motion (X91).  \pre state.q, q_dot, q_WB stand
 /// \param w_B  [rad/s] angular velocity of the frame, body axes
-void set_coupled_motion(const Plan& plan, const Vec3& w_B, State& state) noexcept;
+void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) noexcept;
 
 /// Scratch for advance_coupled_rung, sized for the plan.
 CoupledWorkspace make_coupled_workspace(const Plan& plan);
@@ -17,8 +17,8 @@ CoupledWorkspace make_coupled_workspace(const Plan& plan);
 /// Q_left and workspace.coupled.next; the state is left alone. True when everything is finite. Order 4,
 /// whatever the stiffest mode is. \param is_fresh  loads jumped at this tick: the rates of the state are not
 /// those of its right limit
-bool advance_coupled_rung(const External& external, const State& state, bool is_fresh, Workspace& workspace,
-                          Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept;
+bool advance_coupled_rung(const External& external, const MotionState& state, bool is_fresh,
+                          Workspace& workspace, Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept;
 
 /// Tension of a bar at true length over an elongation from its ends' displacements, d = V_second - V_first,
 /// and its vector from second to first point less that of the linear bar [N]   (X94).

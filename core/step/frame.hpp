@@ -35,13 +35,6 @@ struct StepLoads {
   const RigidLoad& end() const noexcept { return later ? later->end : start; }
 };
 
-/// Rigid part of the state, value and low part.
-struct Frame {
-  Vec3 p_WB, p_WB_low, v_WB, v_WB_low;
-  Quat q_WB, q_WB_low;
-  Vec3 H_W, H_W_low;
-};
-
 /// Rotation matrix of the Gibbs vector g, turned axes to start axes   (X7).
 Mat3 rotation_of_gibbs(const Vec3& g) noexcept;
 /// The attitude turned by the Gibbs vector g in the axes of the step's start   (X9).

@@ -14,6 +14,16 @@ double dot_lanes(const double* a, const double* b, std::size_t n) noexcept;
 /// Sum of (a_l b_l)^2, in the same lanes.
 double dot_squares(const double* a, const double* b, std::size_t n) noexcept;
 
+/// rows (3 x n) times x, in the same lanes.
+inline Vec3 contract_rows(const double* rows, const double* x, std::size_t n) noexcept {
+  return {dot_lanes(rows, x, n), dot_lanes(rows + n, x, n), dot_lanes(rows + 2 * n, x, n)};
+}
+
+/// The three rows of a block of Plan::rows: unit elastic displacements of the point that has the block.
+inline const double* point_rows(const Plan& plan, std::int32_t row) noexcept {
+  return plan.rows.data() + 3 * index(row) * index(plan.num_padded);
+}
+
 /// Elastic displacement, velocity and acceleration of a point.
 struct PointMotion {
   Vec3 V{}, V_dot{}, V_ddot{};  // [m], [m/s], [m/s^2] body axes

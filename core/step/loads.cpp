@@ -8,12 +8,6 @@
 namespace freeflex {
 namespace {
 
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
-
-const double* point_rows(const Plan& plan, std::int32_t row) noexcept {
-  return plan.rows.data() + 3 * index(row) * index(plan.num_padded);
-}
-
 /// moment_c += sum_ab R_ba (e_c x r)_a F_b, the moment of a world force F at r, as a table (X11).
 void add_moment(const Vec3& r, const Vec3& F, std::array<double, 27>& moment) noexcept {
   const Mat3 arm = {0.0, -r[2], r[1], r[2], 0.0, -r[0], -r[1], r[0], 0.0};  // row c: e_c x r

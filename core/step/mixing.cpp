@@ -8,27 +8,15 @@
 namespace freeflex {
 namespace {
 
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
-
-const double* point_rows(const Plan& plan, std::int32_t row) noexcept {
-  return plan.rows.data() + 3 * index(row) * index(plan.num_padded);
-}
-
-Vec3 contract(const double* rows, const double* x, std::size_t n) noexcept {
-  return {dot_lanes(rows, x, n), dot_lanes(rows + n, x, n), dot_lanes(rows + 2 * n, x, n)};
-}
-
 Vec3 feedback_force(const PlanFeedback& feedback, std::size_t n, const double* q, const double* q_dot,
                     const double* Q) noexcept {
-  Vec3 force =
-      freeflex::add(contract(feedback.q_rows.data(), q, n), contract(feedback.q_dot_rows.data(), q_dot, n));
-  if (!feedback.Q_rows.empty()) force = freeflex::add(force, contract(feedback.Q_rows.data(), Q, n));
+  Vec3 force = freeflex::add(contract_rows(feedback.q_rows.data(), q, n),
+                             contract_rows(feedback.q_dot_rows.data(), q_dot, n));
+  if (!feedback.Q_rows.empty()) force = freeflex::add(force, contract_rows(feedback.Q_rows.data(), Q, n));
   return force;
 }
 
-std::size_t stride_of(const PlanMixing& mixing) noexcept {
-  return (2 * mixing.modes.size() + kLanes - 1) / kLanes * kLanes;
-}
+std::size_t stride_of(const PlanMixing& mixing) noexcept { return pad(2 * mixing.modes.size()); }
 
 }  // namespace
 
@@ -61,7 +49,7 @@ DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool 
     const double amplitude =
         at_end ? amplitude_left(history, plan.period, tick + 1) : amplitude_right(history, plan.period, tick);
     for (const PlanFollower& follower : history.followers) {
-      const Vec3 theta = contract(follower.turn_rows.data(), q, n);
+      const Vec3 theta = contract_rows(follower.turn_rows.data(), q, n);
       const Vec3 force = scale(amplitude, cross(theta, follower.force_B));
       combine_rows(point_rows(plan, follower.row), force, true, n, Q);
       sum.force_B = freeflex::add(sum.force_B, force);

@@ -10,17 +10,13 @@
 namespace freeflex {
 namespace {
 
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
-
 const double* rows_of(const Plan& plan, std::int32_t point) noexcept {
-  return plan.rows.data() + 3 * index(plan.points[index(point)].row) * index(plan.num_padded);
+  return point_rows(plan, plan.points[index(point)].row);
 }
 
 /// rows (3 x num_padded) times x
 Vec3 contract(const Plan& plan, const double* rows, const Array& x) noexcept {
-  const std::size_t n = index(plan.num_padded);
-  return {dot_lanes(rows, x.data(), n), dot_lanes(rows + n, x.data(), n),
-          dot_lanes(rows + 2 * n, x.data(), n)};
+  return contract_rows(rows, x.data(), index(plan.num_padded));
 }
 
 /// V_second - V_first of a bar, or their rates, from q or q_dot
@@ -48,12 +44,12 @@ Mat3 rotation_matrix(const Quat& q) noexcept {
           2.0 * (xz - wy),       2.0 * (yz + wx),       1.0 - 2.0 * (xx + yy)};
 }
 
-Vec3 angular_velocity(const Plan& plan, const State& state) noexcept {
+Vec3 angular_velocity(const Plan& plan, const MotionState& state) noexcept {
   if (is_coupled(plan)) return state.coupled.w_B;
   return multiply(plan.inverse_inertia, multiply_transposed(rotation_matrix(state.q_WB), state.H_W));
 }
 
-PointState read_point(const Plan& given, const State& state, int point) noexcept {
+PointState read_point(const Plan& given, const MotionState& state, int point) noexcept {
   const Plan& plan = active_plan(given, state);
   const Mat3 R = rotation_matrix(state.q_WB);
   const Vec3 w = angular_velocity(plan, state);
@@ -77,7 +73,7 @@ PointState read_point(const Plan& given, const State& state, int point) noexcept
   return {add(state.p_WB, multiply(R, x)), add(state.v_WB, multiply(R, v_B)), add(a_WB, multiply(R, a_B)), V};
 }
 
-GroupPose read_group(const Plan& given, const State& state, int group_index) noexcept {
+GroupPose read_group(const Plan& given, const MotionState& state, int group_index) noexcept {
   const Plan& plan = active_plan(given, state);
   const PlanGroup& group = plan.groups[index(group_index)];
   // mean displacement and mean rotation of the group in body axes, and their rates
@@ -104,7 +100,7 @@ GroupPose read_group(const Plan& given, const State& state, int group_index) noe
           add(w, turn_dot)};
 }
 
-void read_link(const Plan& given, const State& state, int output, std::span<double> out) noexcept {
+void read_link(const Plan& given, const MotionState& state, int output, std::span<double> out) noexcept {
   const Plan& plan = active_plan(given, state);
   const PlanLinkOutput& link = plan.link_outputs[index(output)];
   const std::size_t n = index(plan.num_padded);
@@ -125,7 +121,7 @@ void read_link(const Plan& given, const State& state, int output, std::span<doub
   add(link.first_load_row, state.Q);
 }
 
-Invariants read_invariants(const Plan& given, const State& state) noexcept {
+Invariants read_invariants(const Plan& given, const MotionState& state) noexcept {
   const Plan& plan = active_plan(given, state);
   const std::size_t n = index(plan.num_padded);
   Invariants invariants;

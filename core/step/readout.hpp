@@ -11,7 +11,7 @@ namespace freeflex {
 Mat3 rotation_matrix(const Quat& q_WB) noexcept;
 
 /// Angular velocity of the floating frame, body axes [rad/s]: I^-1 R^T H (THEORY X6).
-Vec3 angular_velocity(const Plan& plan, const State& state) noexcept;
+Vec3 angular_velocity(const Plan& plan, const MotionState& state) noexcept;
 
 struct PointState {
   Vec3 p_W{};  // [m]
@@ -20,7 +20,7 @@ struct PointState {
   Vec3 V_B{};  // [m] elastic displacement, body axes
 };
 /// Kinematics of one point with rows in the plan (THEORY 2.3, 4.2).  \pre plan.points[point].row >= 0
-PointState read_point(const Plan& plan, const State& state, int point) noexcept;
+PointState read_point(const Plan& plan, const MotionState& state, int point) noexcept;
 
 struct GroupPose {
   Vec3 p_W{};                     // [m] centre of mass of the group
@@ -29,10 +29,10 @@ struct GroupPose {
   Vec3 w_B{};                     // [rad/s] body axes
 };
 /// Pose of a group from its points (all with rows), first order in V (THEORY X14).
-GroupPose read_group(const Plan& plan, const State& state, int group) noexcept;
+GroupPose read_group(const Plan& plan, const MotionState& state, int group) noexcept;
 
 /// Forces of one published link into out (num_rows of plan.link_outputs[output])   (THEORY X48, X49, X67).
-void read_link(const Plan& plan, const State& state, int output, std::span<double> out) noexcept;
+void read_link(const Plan& plan, const MotionState& state, int output, std::span<double> out) noexcept;
 
 /// Conserved quantities and residuals   (THEORY 2.2, 4.4, 5.5).
 struct Invariants {
@@ -45,6 +45,6 @@ struct Invariants {
   Vec3 eckart_rotation{};              // [kg m^2] sum m r x V
   double quaternion_norm_error = 0.0;  // |q| - 1
 };
-Invariants read_invariants(const Plan& plan, const State& state) noexcept;
+Invariants read_invariants(const Plan& plan, const MotionState& state) noexcept;
 
 }  // namespace freeflex

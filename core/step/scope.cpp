@@ -7,8 +7,6 @@
 namespace freeflex {
 namespace {
 
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
-
 void resize(LoadPattern& pattern, std::size_t n) noexcept {
   pattern.table.resize(9 * n);
   pattern.Q_B.resize(n);
@@ -41,8 +39,7 @@ Need find_need(const Plan& plan, const ForceCommand& command) noexcept {
 
 void widen(const Plan& plan, Need need, State& state) noexcept {
   const std::size_t n = index(plan.wide.front().num_padded);
-  for (auto* v : {&state.q, &state.q_low, &state.q_dot, &state.q_dot_low, &state.Q})
-    spread(plan.wide_modes, n, *v);
+  for (Array* v : modal_arrays(state)) spread(plan.wide_modes, n, *v);
   resize(state.commands_pattern, n);
   state.slots_changed = true;
   state.is_wide = true;
@@ -52,8 +49,7 @@ void widen(const Plan& plan, Need need, State& state) noexcept {
 
 void narrow(const Plan& plan, State& state) noexcept {
   const std::size_t n = index(plan.num_padded);
-  for (auto* v : {&state.q, &state.q_low, &state.q_dot, &state.q_dot_low, &state.Q})
-    gather(plan.wide_modes, n, *v);
+  for (Array* v : modal_arrays(state)) gather(plan.wide_modes, n, *v);
   resize(state.commands_pattern, n);
   state.slots_changed = true;
   state.is_wide = false;
@@ -63,9 +59,7 @@ void fit(const Plan& plan, const State& state, Workspace& workspace) noexcept {
   if (workspace.is_wide == state.is_wide) return;
   const Plan& active = active_plan(plan, state);
   const std::size_t n = index(active.num_padded);
-  for (auto* v : {&workspace.Q_right, &workspace.Q_left, &workspace.next_q, &workspace.next_q_low,
-                  &workspace.next_q_dot, &workspace.next_q_dot_low})
-    v->resize(n);
+  for (Array* v : modal_arrays(workspace)) v->resize(n);
   if (active.mixing.path == PlanMixing::Path::kSplit) workspace.kicked.resize(n);
   if (has_dependent_loads(active)) workspace.predicted_q.resize(n);
   workspace.scratch.resize(mixing_scratch_size(active));

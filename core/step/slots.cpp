@@ -7,8 +7,6 @@
 namespace freeflex {
 namespace {
 
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
-
 /// Order of slots: bytes of the sender, then the slot number.
 int compare(const ForceCommand& a, const ForceCommand& b) noexcept {
   const int senders = std::memcmp(a.sender.data(), b.sender.data(), a.sender.size());

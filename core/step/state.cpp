@@ -26,15 +26,14 @@ LoadPattern make_roomy_pattern(const Plan& plan) {
 void set_initial(const Plan& plan, State& state) {
   const PlanInitial& initial = plan.initial;
   state.epoch_start_tick = state.tick;
-  state.p_WB = initial.p_WB;
-  state.v_WB = initial.v_WB;
-  state.q_WB = initial.q_WB;
-  state.H_W = multiply(rotation_matrix(initial.q_WB), multiply(plan.inertia, initial.w_WB_B));
-  state.p_WB_low = state.v_WB_low = state.H_W_low = {};
-  state.q_WB_low = {};
+  static_cast<Frame&>(state) = {
+      .p_WB = initial.p_WB,
+      .v_WB = initial.v_WB,
+      .q_WB = initial.q_WB,
+      .H_W = multiply(rotation_matrix(initial.q_WB), multiply(plan.inertia, initial.w_WB_B))};
   // back from the wide plan; no larger than what is there
   const auto n = static_cast<std::size_t>(plan.num_padded);
-  for (auto* v : {&state.q, &state.q_low, &state.q_dot, &state.q_dot_low, &state.Q}) v->resize(n);
+  for (Array* v : modal_arrays(state)) v->resize(n);
   state.commands_pattern.table.resize(9 * n);
   state.commands_pattern.Q_B.resize(n);
   state.is_wide = false;
@@ -56,7 +55,7 @@ void set_initial(const Plan& plan, State& state) {
 State make_state(const Plan& plan) {
   State state;
   const auto n = static_cast<std::size_t>(plan.num_padded);
-  for (auto* v : {&state.q, &state.q_low, &state.q_dot, &state.q_dot_low, &state.Q}) {
+  for (Array* v : modal_arrays(state)) {
     v->reserve(most_padded(plan));
     v->resize(n);
   }
@@ -71,8 +70,7 @@ State make_state(const Plan& plan) {
 Workspace make_workspace(const Plan& plan) {
   Workspace workspace;
   const auto n = static_cast<std::size_t>(plan.num_padded);
-  for (auto* v : {&workspace.Q_right, &workspace.Q_left, &workspace.next_q, &workspace.next_q_low,
-                  &workspace.next_q_dot, &workspace.next_q_dot_low}) {
+  for (Array* v : modal_arrays(workspace)) {
     v->reserve(most_padded(plan));
     v->resize(n);
   }

@@ -20,8 +20,6 @@
 namespace freeflex {
 namespace {
 
-std::size_t index(std::int32_t i) noexcept { return static_cast<std::size_t>(i); }
-
 /// Slots after expiries and commands, and their pattern, in the workspace.
 std::int32_t change_slots(const Plan& plan, const State& state, const Inputs& inputs, Workspace& workspace,
                           StepReport& report) noexcept {
@@ -37,11 +35,6 @@ std::int32_t change_slots(const Plan& plan, const State& state, const Inputs& in
   }
   set_pattern(plan, workspace.group_rows, workspace.sums, workspace.next_pattern);
   return num_slots;
-}
-
-Frame frame_of(const State& state) noexcept {
-  return {state.p_WB, state.p_WB_low, state.v_WB, state.v_WB_low,
-          state.q_WB, state.q_WB_low, state.H_W,  state.H_W_low};
 }
 
 bool is_finite(const Frame& frame) noexcept {
@@ -75,7 +68,7 @@ struct Result {
 };
 
 /// Every mode one period on, from the state into the workspace, under the workspace's loads.
-bool advance_elastic(const Plan& plan, const State& state, const Array& Q_start, Workspace& workspace,
+bool advance_elastic(const Plan& plan, const MotionState& state, const Array& Q_start, Workspace& workspace,
                      DependentLoad& last_kick) noexcept {
   const ModalState from{state.q.data(), state.q_low.data(), state.q_dot.data(), state.q_dot_low.data()};
   const ModalResult to{workspace.next_q.data(), workspace.next_q_low.data(), workspace.next_q_dot.data(),
@@ -104,11 +97,12 @@ void set_read_out(const Plan& plan, const Mat3& R_WB, const RigidLoad& load, Res
 }
 
 /// Frame, then loads at the end, then modes.
-Result advance_once(const External& external, const State& state, const Array& Q_start, const Mat3& R_start,
-                    const StepLoads& loads, const double* q_of_followers, Workspace& workspace) noexcept {
+Result advance_once(const External& external, const MotionState& state, const Array& Q_start,
+                    const Mat3& R_start, const StepLoads& loads, const double* q_of_followers,
+                    Workspace& workspace) noexcept {
   const Plan& plan = external.plan;
   Result result;
-  result.frame = advance_frame(plan, frame_of(state), R_start, loads);
+  result.frame = advance_frame(plan, state, R_start, loads);
   const Mat3 R_WB = rotation_matrix(result.frame.q_WB);
   set_read_out(plan, R_WB, loads.end(), result);
   external.generalized(Instant::kEnd, result.frame, R_WB, workspace.Q_left);
@@ -119,7 +113,7 @@ Result advance_once(const External& external, const State& state, const Array& Q
 
 /// The step when forces on the body follow the elastic motion: once with what is known at the start, then
 /// with what this first end gives   (THEORY X73, X74).
-Result advance_dependent(const External& external, const State& state, const Mat3& R_start,
+Result advance_dependent(const External& external, const MotionState& state, const Mat3& R_start,
                          Workspace& workspace) noexcept {
   const Plan& plan = external.plan;
   const double *q = state.q.data(), *q_dot = state.q_dot.data();
@@ -159,7 +153,7 @@ Result advance_dependent(const External& external, const State& state, const Mat
 }
 
 /// The rungs below the coupled ones: the body first, the modes beside it.
-Result advance_separated(const External& external, const State& state, bool is_changed,
+Result advance_separated(const External& external, const MotionState& state, bool is_changed,
                          Workspace& workspace) noexcept {
   const Plan& plan = external.plan;
   const Mat3 R_start = rotation_matrix(state.q_WB);
@@ -167,29 +161,18 @@ Result advance_separated(const External& external, const State& state, bool is_c
   // loads at the start are those of the end of the last step unless something jumped
   const bool is_fresh = is_changed || state.tick == state.epoch_start_tick || external.jumps() ||
                         has_dependent || plan.mixing.path != PlanMixing::Path::kNone;
-  if (is_fresh) external.generalized(Instant::kStart, frame_of(state), R_start, workspace.Q_right);
+  if (is_fresh) external.generalized(Instant::kStart, state, R_start, workspace.Q_right);
   if (has_dependent) return advance_dependent(external, state, R_start, workspace);
   return advance_once(external, state, is_fresh ? workspace.Q_right : state.Q, R_start, external.rigid(),
                       nullptr, workspace);
 }
 
-void set_frame(const Frame& frame, State& state) noexcept {
-  state.p_WB = frame.p_WB;
-  state.p_WB_low = frame.p_WB_low;
-  state.v_WB = frame.v_WB;
-  state.v_WB_low = frame.v_WB_low;
-  state.q_WB = frame.q_WB;
-  state.q_WB_low = frame.q_WB_low;
-  state.H_W = frame.H_W;
-  state.H_W_low = frame.H_W_low;
-}
-
 /// The coupled rungs, in as many parts as the plan divides the step into   (X93, X100).
-Result advance_coupled(const External& external, const State& state, bool is_changed,
+Result advance_coupled(const External& external, const MotionState& state, bool is_changed,
                        Workspace& workspace) noexcept {
   const bool is_fresh = is_changed || external.jumps();
   const std::int32_t last = external.plan.coupled.num_parts - 1;
-  const State* from = &state;
+  const MotionState* from = &state;
   Result result;
   for (std::int32_t part = 0;; ++part) {
     const External at{external.plan, external.commands, external.tick, part};
@@ -197,8 +180,8 @@ Result advance_coupled(const External& external, const State& state, bool is_cha
                                             result.force_W, result.moment_B) &&
                        is_finite(result.frame);
     if (part == last || !result.is_finite) return result;
-    State& next = workspace.part;
-    set_frame(result.frame, next);
+    MotionState& next = workspace.part;
+    static_cast<Frame&>(next) = result.frame;
     next.force_W = result.force_W;
     next.q.swap(workspace.next_q);
     std::swap(next.coupled, workspace.coupled.next);
@@ -208,7 +191,7 @@ Result advance_coupled(const External& external, const State& state, bool is_cha
 
 /// Moves the next state in; nothing allocates.
 void commit(const Plan& plan, const Result& result, State& state, Workspace& workspace) noexcept {
-  set_frame(result.frame, state);
+  static_cast<Frame&>(state) = result.frame;
   state.q.swap(workspace.next_q);
   state.q_low.swap(workspace.next_q_low);
   state.q_dot.swap(workspace.next_q_dot);

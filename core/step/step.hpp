@@ -1,4 +1,4 @@
-// The one function that advances time.
+// The one function that advances time; core/step/budget.hpp has it with an error budget beside.
 #pragma once
 
 #include <array>

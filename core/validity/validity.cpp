@@ -119,7 +119,7 @@ Validity::Validity(const Plan& plan) : plan_(plan) {
   for (const PlanPoint& point : plan.points) size_ = std::max(size_, norm(point.r));
 }
 
-double Validity::max_displacement(const State& state) const noexcept {
+double Validity::max_displacement(const MotionState& state) const noexcept {
   double largest = 0.0;
   for (const std::int32_t point : plan_.published_points)
     largest = std::max(largest, norm(read_point(plan_, state, point).V_B));

@@ -37,7 +37,7 @@ class Validity {
 
   double size() const { return size_; }  // [m] max |r|
   /// [m] largest elastic displacement of the published points, max |V|
-  double max_displacement(const State& state) const noexcept;
+  double max_displacement(const MotionState& state) const noexcept;
   /// [-] max |V| / max |r|. \param max_displacement  [m]
   double displacement_ratio(double max_displacement) const noexcept;
   /// [-] (|omega|^2 / omega_1^2) max |r| / max |V|: the displacement by centrifugal forces, which the elastic

@@ -151,11 +151,9 @@ int main(int argc, char** argv) {
       }
       if (has_slot_for(state, command)) now.push_back(command);
     }
-    prepare_budget(*plan, state, budget);
-    step(*plan, state, {now}, workspace, report);
+    step(*plan, state, {now}, workspace, budget, report);
     if (report.status != StepStatus::kOk)
       return std::fprintf(stderr, "not finite at tick %lld\n", static_cast<long long>(tick)), 1;
-    follow_step(*plan, state, !now.empty() || report.num_expiries > 0, budget);
     add_motion(state, hash);
     if (tick % 64 != 0) continue;
     add_readout(*plan, state, hash);

@@ -28,7 +28,6 @@ TEST(Budget, LeavesTheMotionAsItIsToTheBit) {
 
 TEST(Budget, StartsFromTheStateAndAgainWhenTheHorizonIsOver) {
   Watched watched(watched_truss(Fidelity::kSeparated, 0.05));
-  prepare_budget(watched.plan, watched.state, watched.budget);
   EXPECT_EQ(read_budget(watched.plan, watched.state, watched.budget).total.position, 0.0);
   const BudgetReading full = watched.run(50);
   EXPECT_NEAR(full.age, 0.05, 1e-15);
@@ -39,6 +38,65 @@ TEST(Budget, StartsFromTheStateAndAgainWhenTheHorizonIsOver) {
   // a reset is another motion
   reset_state(watched.plan, watched.state);
   EXPECT_NEAR(watched.run(3).age, 0.003, 1e-15);
+}
+
+// a caller may step as it likes: it loses age, not honesty
+TEST(Budget, NoticesAStepThatWasMadeWithoutItAndStartsAnew) {
+  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
+    Watched watched(watched_truss(rung, 10.0));
+    const BudgetReading old = watched.run(30);
+    ForceCommand command = make_command(0, 1, Axes::kWorld, 100);
+    add_force(command, 18, {0.0, 0.0, 5.0});
+    step(watched.plan, watched.state, {{&command, 1}}, watched.workspace, watched.report);
+    const BudgetReading joined = read_budget(watched.plan, watched.state, watched.budget);
+    EXPECT_EQ(joined.age, 0.0);
+    EXPECT_LT(joined.total.position, 1e-6 * old.total.position) << "rounding of the modes";
+    step(watched.plan, watched.state, {}, watched.workspace, watched.report);
+    State state = watched.state;
+    const BudgetReading anew = watched.run(5);
+    EXPECT_NEAR(anew.age, 0.005, 1e-15);
+    // as a budget that never saw what was before, the command in force among it
+    Workspace workspace = make_workspace(watched.plan);
+    Budget fresh = make_budget(watched.plan);
+    for (int k = 0; k < 5; ++k) step(watched.plan, state, {}, workspace, fresh, watched.report);
+    const BudgetReading expected = read_budget(watched.plan, state, fresh);
+    EXPECT_EQ(anew.total.position, expected.total.position);
+    EXPECT_EQ(anew.total.attitude, expected.total.attitude);
+    EXPECT_EQ(anew.total.elastic, expected.total.elastic);
+    EXPECT_EQ(anew.unresolved, expected.unresolved);
+  }
+}
+
+// a loop that holds after a reset is asked for its status before the next tick
+TEST(Budget, ReadAfterAResetIsOfTheStateThatIsThere) {
+  Watched watched(watched_truss(Fidelity::kSeparated, 10.0));
+  watched.run(30);
+  reset_state(watched.plan, watched.state);
+  const BudgetReading reading = read_budget(watched.plan, watched.state, watched.budget);
+  EXPECT_EQ(reading.age, 0.0);
+  EXPECT_EQ(reading.total.position, 0.0);
+}
+
+TEST(Budget, StaysAsItIsWhenAStepFails) {
+  Watched watched(watched_truss(Fidelity::kSeparated, 10.0));
+  const BudgetReading before = watched.run(30);
+  ForceCommand command = make_command(0, 1, Axes::kWorld, 100);
+  add_force(command, 18, Eigen::Vector3d::Constant(std::numeric_limits<double>::max()));
+  step(watched.plan, watched.state, {{&command, 1}}, watched.workspace, watched.budget, watched.report);
+  EXPECT_EQ(watched.report.status, StepStatus::kNotFinite);
+  const BudgetReading after = read_budget(watched.plan, watched.state, watched.budget);
+  EXPECT_EQ(after.age, before.age);
+  EXPECT_EQ(after.total.position, before.total.position);
+  EXPECT_EQ(after.total.elastic, before.total.elastic);
+  EXPECT_NEAR(watched.run(1).age, 0.031, 1e-15);
+}
+
+TEST(Budget, OfAPlanWithoutOneIsEmpty) {
+  Watched watched(watched_truss(Fidelity::kSeparated, 0.0));
+  const BudgetReading reading = watched.run(10);
+  EXPECT_EQ(reading.age, 0.0);
+  EXPECT_EQ(reading.total.position, 0.0);
+  EXPECT_EQ(watched.state.tick, 10);
 }
 
 // the shadow is the other rung itself

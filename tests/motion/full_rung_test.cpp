@@ -113,11 +113,7 @@ TEST(FullRung, BudgetSeesItsIntegrationError) {
   Workspace workspace = make_workspace(plan);
   Budget budget = make_budget(plan);
   StepReport report;
-  for (int tick = 0; tick < 125; ++tick) {
-    prepare_budget(plan, state, budget);
-    step(plan, state, {}, workspace, report);
-    follow_step(plan, state, false, budget);
-  }
+  for (int tick = 0; tick < 125; ++tick) step(plan, state, {}, workspace, budget, report);
   const BudgetReading reading = read_budget(plan, state, budget);
   const Simulation best =
       run_rung(scene, Fidelity::kExactBars, 1.0 / 500.0 / plan.coupled.num_parts / 8.0, 0.25);

@@ -35,9 +35,8 @@ Point point_at(double spin, double force) {
   Validity validity(simulation.plan);
   double V = 0.0;
   for (int k = 0; k < 2000; ++k) {
-    prepare_budget(simulation.plan, simulation.state, budget);
-    simulation.run(1);
-    follow_step(simulation.plan, simulation.state, false, budget);
+    step(simulation.plan, simulation.state, {}, simulation.workspace, budget, simulation.report);
+    EXPECT_EQ(simulation.report.status, StepStatus::kOk);
     V = std::max(V, validity.max_displacement(simulation.state));
   }
   const BudgetReading reading = read_budget(simulation.plan, simulation.state, budget);

@@ -25,10 +25,8 @@ struct Watched {
   BudgetReading run(int ticks, const Inputs& first = {}) {
     for (int k = 0; k < ticks; ++k) {
       const bool is_first = k == 0 && !first.commands.empty();
-      prepare_budget(plan, state, budget);
-      step(plan, state, is_first ? first : Inputs{}, workspace, report);
+      step(plan, state, is_first ? first : Inputs{}, workspace, budget, report);
       EXPECT_EQ(report.status, StepStatus::kOk);
-      follow_step(plan, state, is_first || report.num_expiries > 0, budget);
     }
     return read_budget(plan, state, budget);
   }

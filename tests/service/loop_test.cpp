@@ -68,7 +68,7 @@ Course run_course(const Plan& plan, const Timing& timing) {
   for (bool is_last = false; !is_last;) {
     is_last = rig.output->is_finished.load();
     if (const service::Snapshot* snapshot = rig.output->state.take()) {
-      course.published[snapshot->state.tick] = motion_bits(snapshot->state);
+      course.published[snapshot->motion.tick] = motion_bits(snapshot->motion);
     }
     rig.output->points.take();
     rig.output->loads.take();
@@ -118,7 +118,7 @@ TEST(Loop, LockstepAdvancesByStepAloneAndPublishesAfterEach) {
   std::vector<std::int64_t> published;
   int num_sleeps = 0;
   rig.clock.on_sleep = [&] {
-    if (const auto* snapshot = rig.output->state.take()) published.push_back(snapshot->state.tick);
+    if (const auto* snapshot = rig.output->state.take()) published.push_back(snapshot->motion.tick);
     rig.output->points.take(), rig.output->loads.take();
     if (++num_sleeps == 10) rig.control(control_t::STEP, 7);
     if (num_sleeps == 20) {
@@ -214,7 +214,7 @@ TEST(Loop, HoldsTheLastGoodStateWhenTheNextIsNotFiniteAndResetRecovers) {
     if (const auto* snapshot = rig.output->state.take()) {
       seen = snapshot->mode;
       fault_sequence = snapshot->fault.sequence;
-      held_q = snapshot->state.q;
+      held_q = snapshot->motion.q;
     }
     if (rig.tick() < 50) return;
     ++num_idle;

@@ -50,17 +50,17 @@ void Rig::run() {
   collect();
 }
 
-std::vector<std::uint64_t> motion_bits(const State& state) {
-  std::vector<std::uint64_t> bits{static_cast<std::uint64_t>(state.tick),
-                                  static_cast<std::uint64_t>(state.epoch)};
+std::vector<std::uint64_t> motion_bits(const MotionState& motion) {
+  std::vector<std::uint64_t> bits{static_cast<std::uint64_t>(motion.tick),
+                                  static_cast<std::uint64_t>(motion.epoch)};
   const auto add = [&bits](const auto& values) {
     for (const double value : values) bits.push_back(std::bit_cast<std::uint64_t>(value));
   };
   for (const Vec3* v :
-       {&state.p_WB, &state.p_WB_low, &state.v_WB, &state.v_WB_low, &state.H_W, &state.H_W_low})
+       {&motion.p_WB, &motion.p_WB_low, &motion.v_WB, &motion.v_WB_low, &motion.H_W, &motion.H_W_low})
     add(*v);
-  add(state.q_WB), add(state.q_WB_low);
-  add(state.q), add(state.q_low), add(state.q_dot), add(state.q_dot_low);
+  add(motion.q_WB), add(motion.q_WB_low);
+  add(motion.q), add(motion.q_low), add(motion.q_dot), add(motion.q_dot_low);
   return bits;
 }
 

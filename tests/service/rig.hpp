@@ -60,6 +60,6 @@ struct Rig {
 };
 
 /// Every number of the motion, bit for bit.
-std::vector<std::uint64_t> motion_bits(const State& state);
+std::vector<std::uint64_t> motion_bits(const MotionState& motion);
 
 }  // namespace freeflex::testing

@@ -20,7 +20,7 @@ struct Report {
   explicit Report(const Scene& scene) : motion(scene) {}
 
   status_t now(std::int64_t last_load_tick = 0) {
-    snapshot.state = motion.state;
+    snapshot.motion = motion.state;
     snapshot.mode = Mode::kRunning;
     snapshot.last_load_tick = last_load_tick;
     return reporter.report(snapshot, 1);

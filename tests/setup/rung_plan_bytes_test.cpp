@@ -44,9 +44,7 @@ void exercise(const Plan& plan) {
   add_force(command, 0, {0.1, 0.2, 0.3});
   for (int tick = 0; tick < 8; ++tick) {
     const bool pushes = tick == 2 && plan.points[0].row >= 0 && plan.points[0].pushable;
-    prepare_budget(plan, state, budget);
-    step(plan, state, {{&command, pushes ? 1U : 0U}}, workspace, report);
-    if (report.status == StepStatus::kOk) follow_step(plan, state, pushes, budget);
+    step(plan, state, {{&command, pushes ? 1U : 0U}}, workspace, budget, report);
     read_budget(plan, state, budget);
     read_invariants(plan, state);
     if (tick == 5) reset_state(plan, state);

@@ -28,7 +28,7 @@ Plan hand_plan(double period, std::span<const Mode> modes, int num_points) {
   plan.mass = 2.0;
   plan.inertia = {2.0, 0, 0, 0, 3.0, 0, 0, 0, 4.0};
   plan.inverse_inertia = {1.0 / 2.0, 0, 0, 0, 1.0 / 3.0, 0, 0, 0, 1.0 / 4.0};
-  const std::size_t n = (modes.size() + kLanes - 1) / kLanes * kLanes;
+  const std::size_t n = pad(modes.size());
   plan.num_elastic = static_cast<std::int32_t>(modes.size());
   plan.num_moving = plan.num_padded = static_cast<std::int32_t>(n);
   Propagator& p = plan.propagator;

@@ -22,12 +22,8 @@ ForceCommand push(const char* sender, int slot, const Vec3& force, std::int64_t 
 
 /// Everything a later step depends on.
 bool is_same(const State& a, const State& b) {
-  bool is_same = a.tick == b.tick && a.epoch == b.epoch && a.epoch_start_tick == b.epoch_start_tick &&
-                 a.p_WB == b.p_WB && a.p_WB_low == b.p_WB_low && a.v_WB == b.v_WB &&
-                 a.v_WB_low == b.v_WB_low && a.q_WB == b.q_WB && a.q_WB_low == b.q_WB_low && a.H_W == b.H_W &&
-                 a.H_W_low == b.H_W_low && a.q == b.q && a.q_low == b.q_low && a.q_dot == b.q_dot &&
-                 a.q_dot_low == b.q_dot_low && a.force_W == b.force_W && a.moment_B == b.moment_B &&
-                 a.Q == b.Q && a.num_slots == b.num_slots && a.slots_changed == b.slots_changed;
+  const MotionState &motion = a, &other = b;
+  bool is_same = motion == other && a.num_slots == b.num_slots && a.slots_changed == b.slots_changed;
   for (std::size_t i = 0; i < static_cast<std::size_t>(std::min(a.num_slots, b.num_slots)); ++i)
     is_same &= a.slots[i].end_tick == b.slots[i].end_tick &&
                std::memcmp(&a.slots[i].command, &b.slots[i].command, sizeof(ForceCommand)) == 0;

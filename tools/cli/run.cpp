@@ -207,8 +207,7 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
       const std::string error = feed->take_commands(tick, commands, ended);
       if (!error.empty()) return refuse_record(error, log.is_foreign, tick);
     }
-    prepare_budget(plan, state, budget);
-    step(plan, state, Inputs{commands}, workspace, report);
+    step(plan, state, Inputs{commands}, workspace, budget, report);
     if (report.status != StepStatus::kOk) {
       if (feed != nullptr && feed->next_kind(tick) == applied_t::RESET) continue;
       extremes.take(state);
@@ -222,7 +221,6 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
                   "the units of loads, masses and stiffnesses, and take smaller loads",
               tick};
     }
-    follow_step(plan, state, !commands.empty() || report.num_expiries > 0, budget);
     output.applied_step(tick, report, commands);
     output.publish(state, state.tick == last);
     if (state.tick % kLookEvery == 0 || state.tick == last) extremes.take(state);

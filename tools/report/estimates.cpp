@@ -182,13 +182,11 @@ void judge_estimate(const Scene& scene, const Structure& structure, const Measur
   Validity validity(*plan);
   double V = 0.0, spin = 0.0;
   while (static_cast<double>(state.tick) * plan->period < kEnd - 0.5 * plan->period) {
-    prepare_budget(*plan, state, budget);
-    step(*plan, state, {}, workspace, report);
+    step(*plan, state, {}, workspace, budget, report);
     if (report.status != StepStatus::kOk) {
       row.error = "the separated rung left the numbers";
       return;
     }
-    follow_step(*plan, state, false, budget);
     V = std::max(V, validity.max_displacement(state));
     spin = std::max(spin, norm(angular_velocity(*plan, state)));
   }

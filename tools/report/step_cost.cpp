@@ -13,8 +13,6 @@
 namespace freeflex::tools {
 namespace {
 
-std::size_t index(std::int32_t i) { return static_cast<std::size_t>(i); }
-
 // least time of a call [ns] over short batches: what the machine does when nothing disturbs it
 template <typename Work>
 double ns_per_call(const Work& work) {

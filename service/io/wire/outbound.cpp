@@ -26,7 +26,7 @@ void number_pages(std::vector<Page>& pages) {
   }
 }
 
-freeflex_msgs::point_state_t make_point(const Plan& plan, const State& state, std::int32_t point) {
+freeflex_msgs::point_state_t make_point(const Plan& plan, const MotionState& state, std::int32_t point) {
   const PointState kinematics = read_point(plan, state, point);
   freeflex_msgs::point_state_t message{};
   message.point = point;
@@ -37,7 +37,7 @@ freeflex_msgs::point_state_t make_point(const Plan& plan, const State& state, st
   return message;
 }
 
-freeflex_msgs::group_pose_t make_group(const Plan& plan, const State& state, std::int32_t group) {
+freeflex_msgs::group_pose_t make_group(const Plan& plan, const MotionState& state, std::int32_t group) {
   const GroupPose pose = read_group(plan, state, group);
   freeflex_msgs::group_pose_t message{};
   message.group = group;
@@ -50,7 +50,7 @@ freeflex_msgs::group_pose_t make_group(const Plan& plan, const State& state, std
 
 /// A page with session, epoch and tick and nothing else.
 template <class Page>
-Page make_page(const State& state, const Stamp& stamp) {
+Page make_page(const MotionState& state, const Stamp& stamp) {
   Page page{};
   page.utime = stamp.utime;
   page.session = stamp.session;
@@ -89,7 +89,7 @@ freeflex_msgs::applied_t make_applied(std::int32_t kind, std::int64_t tick, std:
 
 }  // namespace
 
-freeflex_msgs::state_t make_state_message(const Plan& given, const State& state, const Stamp& stamp) {
+freeflex_msgs::state_t make_state_message(const Plan& given, const MotionState& state, const Stamp& stamp) {
   const Plan& plan = active_plan(given, state);
   freeflex_msgs::state_t message{};
   message.utime = stamp.utime;
@@ -109,7 +109,7 @@ freeflex_msgs::state_t make_state_message(const Plan& given, const State& state,
   return message;
 }
 
-std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const State& state,
+std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const MotionState& state,
                                                           const Stamp& stamp) {
   using Page = freeflex_msgs::points_t;
   const Page empty = make_page<Page>(state, stamp);
@@ -129,7 +129,7 @@ std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, cons
   return pages;
 }
 
-std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const State& state,
+std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const MotionState& state,
                                                         const Stamp& stamp) {
   using Page = freeflex_msgs::loads_t;
   const Page empty = make_page<Page>(state, stamp);

@@ -25,11 +25,11 @@ struct Stamp {
 };
 
 /// Above 3,700 elastic modes this is longer than channels::kMaxMessageBytes and LCM sends it in fragments.
-freeflex_msgs::state_t make_state_message(const Plan& plan, const State& state, const Stamp& stamp);
+freeflex_msgs::state_t make_state_message(const Plan& plan, const MotionState& state, const Stamp& stamp);
 /// Pages of at most channels::kMaxMessageBytes each; empty when the scene publishes none.
-std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const State& state,
+std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const MotionState& state,
                                                           const Stamp& stamp);
-std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const State& state,
+std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const MotionState& state,
                                                         const Stamp& stamp);
 /// At least one page; every page has the front (name, rate, mass properties, totals).
 /// \pre no single name, and no group's points, near channels::kMaxMessageBytes
