@@ -1,5 +1,6 @@
 #include "core/plan/compile.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <numeric>

@@ -4,6 +4,7 @@
 
 #include "core/plan/make_plan.hpp"
 #include "core/step/budget.hpp"
+#include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 
 namespace {

@@ -4,6 +4,7 @@
 
 #include "core/plan/automatic.hpp"
 #include "core/plan/make_plan.hpp"
+#include "core/structure/structure.hpp"
 #include "core/validity/validity.hpp"
 #include "tests/motion/watched.hpp"
 

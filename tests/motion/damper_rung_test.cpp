@@ -2,6 +2,7 @@
 // system of them.
 #include "core/plan/make_plan.hpp"
 #include "core/step/readout.hpp"
+#include "core/structure/structure.hpp"
 #include "tests/motion/watched.hpp"
 
 namespace freeflex::testing {

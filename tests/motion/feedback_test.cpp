@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "core/plan/make_plan.hpp"
+#include "core/structure/structure.hpp"
 #include "tests/motion/coupled_scenes.hpp"
 #include "tests/motion/linear_system.hpp"
 #include "tests/support/simulation.hpp"

@@ -4,6 +4,7 @@
 #include <cstdio>
 
 #include "core/structure/link_factor.hpp"
+#include "core/structure/structure.hpp"
 #include "tests/motion/linear_system.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"

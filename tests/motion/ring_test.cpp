@@ -9,6 +9,7 @@
 #include "core/plan/make_plan.hpp"
 #include "core/plan/quasi_static.hpp"
 #include "core/step/readout.hpp"
+#include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/support/simulation.hpp"
 

@@ -3,6 +3,7 @@
 
 #include "core/plan/budget.hpp"
 #include "core/plan/make_plan.hpp"
+#include "core/structure/structure.hpp"
 #include "core/validity/validity.hpp"
 #include "tests/motion/rung_cases.hpp"
 

@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/structure/link_factor.hpp"
+#include "core/structure/structure.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 

@@ -6,6 +6,7 @@
 #include <limits>
 
 #include "core/plan/make_plan.hpp"
+#include "core/structure/structure.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "core/plan/make_plan.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex::testing {
 

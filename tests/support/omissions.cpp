@@ -5,6 +5,7 @@
 #include <cstdlib>
 
 #include "core/plan/make_plan.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex::testing {
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/plan/make_plan.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex::testing {
 namespace {

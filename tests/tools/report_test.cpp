@@ -9,6 +9,7 @@
 #include <set>
 #include <sstream>
 
+#include "core/structure/structure.hpp"
 #include "tests/tools/shell.hpp"
 #include "tools/report/measure.hpp"
 

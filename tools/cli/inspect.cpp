@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "core/structure/structure.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/cli/inspection.hpp"
 #include "tools/terminal/usage.hpp"

@@ -11,6 +11,7 @@
 #include "core/plan/quasi_static.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
+#include "core/structure/structure.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/usage.hpp"

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "core/plan/make_plan.hpp"
+#include "core/structure/structure.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/report/step_cost.hpp"
 #include "tools/terminal/console.hpp"

@@ -10,6 +10,7 @@
 #include "core/reference/elastic_error.hpp"
 #include "core/reference/integrate.hpp"
 #include "core/step/readout.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -7,6 +7,7 @@
 
 #include "core/reference/elastic_error.hpp"
 #include "core/reference/integrate.hpp"
+#include "core/structure/structure.hpp"
 #include "tools/report/study_runs.hpp"
 #include "tools/terminal/console.hpp"
 

@@ -17,6 +17,12 @@
 namespace freeflex::tools {
 namespace {
 
+constexpr std::array kSteps{0.1, 0.05, 0.025, 0.02, 0.01, 0.005, 0.004, 0.0025, 0.002, 0.001, 0.0005};  // [s]
+constexpr std::array kFineSteps{0.00025, 0.0001, 0.00005};  // [s] for the exact motion
+// [s] of CPU that one run of the full rung may take; its step is divided, so its cost hardly depends on it
+constexpr double kMostFullCost = 4.0;
+constexpr std::array kFullSteps{0.01, 0.001};  // [s]
+
 /// A plan in motion; where the free motion has a step of its own, the same plan at that rate takes over.
 struct Rung {
   Plan plan;

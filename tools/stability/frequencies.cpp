@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "core/structure/decompositions.hpp"
+#include "core/structure/structure.hpp"
 #include "tools/stability/answers.hpp"
 #include "tools/stability/ride.hpp"
 #include "tools/stability/scenes.hpp"

@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "core/plan/automatic.hpp"
+#include "core/structure/structure.hpp"
 #include "core/validity/validity.hpp"
 #include "service/clock.hpp"
 #include "service/io/wire/codec.hpp"

@@ -9,6 +9,7 @@
 #include "core/plan/make_plan.hpp"
 #include "core/reference/elastic_error.hpp"
 #include "core/reference/rivals.hpp"
+#include "core/structure/structure.hpp"
 #include "tools/report/measure.hpp"
 
 namespace freeflex::tools {

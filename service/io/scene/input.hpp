@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "core/scene/scene.hpp"
+#include "core/step/plan.hpp"
 
 namespace freeflex::io {
 

@@ -10,6 +10,7 @@
 
 #include "core/plan/compile.hpp"
 #include "core/plan/make_plan.hpp"
+#include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/report.hpp"
 
