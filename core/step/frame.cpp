@@ -186,7 +186,7 @@ Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads
   return turn_loaded(turning, start, third, middle, interpolate(end, middle, start), end, needs_middle);
 }
 
-/// Translation under gravity and the resultant, M p'' = F + M gravity (X6), exact for forces quadratic in time:
+/// Translation under gravity and the resultant, M p'' = F + M gravity (X6), exact for F quadratic in time:
 ///   p += h v + h^2 (weighted_force / M + gravity) / 2,   v += h (mean_force / M + gravity)
 /// \param mean_force  [N] int F(s) ds over s = t / h  \param weighted_force  [N] 2 int (1 - s) F(s) ds
 void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
