@@ -39,9 +39,9 @@ void read_link(const Plan& plan, const State& state, int output, std::span<doubl
 
 /// Conserved quantities and residuals   (THEORY 2.2, 4.4, 5.5).
 struct Invariants {
-  double kinetic_rigid = 0.0;          // [J] (THEORY 4.4)
-  double kinetic_elastic = 0.0;        // [J]
-  double potential = 0.0;              // [J] elastic (THEORY 5.5)
+  double kinetic_rigid = 0.0;          // [J] M v^2 / 2 + w . I w / 2 (THEORY 4.4)
+  double kinetic_elastic = 0.0;        // [J] M sum q'^2 / 2
+  double potential = 0.0;              // [J] elastic, M sum omega_l^2 q_l^2 / 2 (THEORY 5.5)
   Vec3 linear_momentum_W{};            // [kg m/s]
   Vec3 angular_momentum_W{};           // [kg m^2/s] about the centre of mass
   Vec3 eckart_translation{};           // [kg m] sum m V
