@@ -99,7 +99,7 @@ void compile_modes(const Scene& scene, const Structure& structure, const Eigen::
   for (int row = 0; row < 6; ++row) append_row(plan, residual.row(row), plan.eckart_rows);
 }
 
-// X70, X72: sum m r_a b_b, symmetric by (2.6)
+// X70, X72: Y_ab = sum m r_a b_b, symmetric by (2.6)
 void compile_field(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
                    Plan& plan) {
   plan.has_spin_load = traits_of(plan.fidelity).takes_spin_load && plan.turns;

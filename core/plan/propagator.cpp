@@ -11,7 +11,8 @@ namespace {
 using Real =
     boost::multiprecision::number<boost::multiprecision::cpp_bin_float<120>, boost::multiprecision::et_off>;
 
-/// One mode over one step of unit length: W = omega h, a = decay h (X10).
+/// One mode over one step of unit length, W = omega h, a = decay h: P_qq = 1 - W^2 S, the impulse response g
+/// at its end, g's integral S, and the integral R of that (X10).
 struct UnitStep {
   Real P11, g, S, R;
 };

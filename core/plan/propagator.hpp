@@ -12,7 +12,8 @@ void set_mode(Propagator& propagator, int index, double omega, double decay, dou
 /// Lanes to undamped ones, of which the step reads a sixth less.  \pre no mode has decay
 void drop_damping(Propagator& propagator);
 
-/// Rows of PlanCoupled::functions for one mode, in extended precision (THEORY X93).
+/// Rows of PlanCoupled::functions for one mode, phi_k(h L) with L = [0 1; -omega^2 -2 decay], in extended
+/// precision (THEORY X93).
 using ModeFunctions = std::array<double, std::size_t{PlanCoupled::kNumFunctions} * PlanCoupled::kNumEntries>;
 ModeFunctions mode_functions(double omega, double decay, double period);
 

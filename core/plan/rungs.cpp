@@ -31,7 +31,8 @@ double top_frequency(const Plan& plan) {
   return plan.num_elastic == 0 ? 0.0 : plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1];
 }
 
-// s of X100 [1/s]: bound of how fast dashpots and feedback change the motion
+// s of X100 [1/s]: bound of how fast dashpots and feedback change the motion,
+// |R|^2 / M + sum (|F_v| |B| / M + sqrt(|F_q| |B| / M))
 double stage_rate(const Plan& plan) {
   const double damping = norm_of_rows(plan.mixing.damping_rows, plan.mixing.num_damping, plan);
   double rate = damping * (damping / plan.mass);

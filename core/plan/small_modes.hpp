@@ -16,7 +16,9 @@ struct SmallModes {
   double horizon = 0.0;  // [s] over which built-in loads were followed
 };
 
-/// Leaves out as many modes as a tolerance allows   (THEORY X123, X124). 0: none.
+/// Leaves out as many modes as a tolerance allows, none at 0: a displacement changes by at most
+/// sum |b_il| A_l under the built-in loads, A_l the largest swing of a mode left out, and by sum |b_il| s_l a
+/// newton under commands, s_l = |Q_l| / (M omega_l^2)   (THEORY X123, X124).
 /// \param plan  of the scene and structure, with all their modes; it is stepped over the horizon
 SmallModes find_small_modes(const Scene& scene, const Structure& structure, const MotionScope& scope,
                             const Plan& plan, double tolerance);

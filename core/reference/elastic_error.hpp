@@ -18,7 +18,8 @@ Eigen::Matrix3d fit_rotation(const Eigen::VectorXd& mass, const Eigen::Matrix3Xd
 Eigen::Matrix3Xd elastic_displacements(const Eigen::VectorXd& mass, const Eigen::Matrix3Xd& rest,
                                        const Eigen::Matrix3Xd& p_W);
 
-/// |u - u_ref| / |u_ref|, Euclidean norms over all points   (THEORY X37); 0 when both vanish.
+/// |V - V_ref| / |V_ref|, V elastic displacements, Euclidean norms over all points   (THEORY X37); 0 when
+/// both vanish.
 double elastic_error(const Eigen::Matrix3Xd& u, const Eigen::Matrix3Xd& u_ref);
 
 }  // namespace freeflex

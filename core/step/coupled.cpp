@@ -41,7 +41,8 @@ struct Gain {
   Vec3 force_W{};        // [N]
 };
 
-/// omega of (X92) from angular momentum, displacements V and W = b p.
+/// The frame's angular velocity from angular momentum, displacements V and W = b p   (X92a, X92b):
+///   J = I + sum m [(r.V) 1 - r V^T],   pi = sum m V x W,   alpha = J^-1 (H - pi),   omega = J^-1 I alpha
 Vec3 angular_velocity(const Plan& plan, const Vec3& H_B, const CoupledWorkspace& w, Vec3& alpha) noexcept {
   alpha = {};
   if (plan.rigid_freedoms == 3) return {};
@@ -76,7 +77,8 @@ Vec3 angular_velocity(const Plan& plan, const Vec3& H_B, const CoupledWorkspace&
   return across(plan.line, solve(P, across(plan.line, multiply(plan.inertia, alpha))));
 }
 
-/// Adds what true lengths and directions change of the bars' forces (X94).
+/// Adds what true lengths and directions change of the bars' forces   (X94), with
+///   d' = W_j - W_i + (alpha - omega) x l_0 e - omega x d
 void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorkspace& w) noexcept {
   const Vec3 slip = sub(alpha, w_B);
   for (const PlanBar& bar : plan.coupled.bars) {
@@ -84,7 +86,7 @@ void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorks
     const Vec3 d = sub(w.V[j], w.V[i]);
     Vec3 excess = bar_force(bar, d).excess;
     if (bar.damping > 0.0) {
-      // u_j - u_i less what the body's spin gives it: rest arms turn with alpha, the deformed ones with omega
+      // z_j - z_i less what the body's spin gives it: rest arms turn with alpha, the deformed ones with omega
       const Vec3 d_dot =
           sub(add(sub(w.W[j], w.W[i]), cross(slip, scale(bar.length, bar.direction))), cross(w_B, d));
       excess = add(excess, damper_force(bar, d, d_dot).excess);
@@ -101,7 +103,7 @@ std::size_t point_of_row([[maybe_unused]] const Plan& plan, std::int32_t row) no
   return index(row);
 }
 
-/// Loads on the points: histories, commands, and the followers that turn with the deformation (X73).
+/// Loads on the points: histories, commands, and what followers add as they turn, theta(q) x f   (X73).
 void gather_forces(const External& external, const Place& place, CoupledWorkspace& w) noexcept {
   const Plan& plan = external.plan;
   external.on_points(place.instant, place.R_WB, w.force);
@@ -152,7 +154,9 @@ void add_modal_loads(const Plan& plan, const Place& place, Workspace& workspace,
   for (std::size_t l = 0; l < n; ++l) gain.Q[l] += w.Q[l];
 }
 
-/// The right side of (X92) less the modes' own linear motion.
+/// What the motion gains beside the modes' own linear motion   (X92c to X92f), z = W + alpha x r, u below:
+///   rate_q = sum m b . (V x omega) / M,   rate_p = -2 decay rate_q + (sum m b . (z x omega) + Q) / M,
+///   moment = sum (r + V) x F
 void evaluate(const External& external, const Place& place, Workspace& workspace, Gain& gain) noexcept {
   const Plan& plan = external.plan;
   CoupledWorkspace& w = workspace.coupled;
@@ -238,7 +242,8 @@ bool are_finite(const Array& values) noexcept {
 }
 
 /// The turning part over one step, by the classical method, to which (X93) comes where nothing is linear:
-/// Gibbs vector and angular momentum in the axes of the step's start (X7, X8).
+/// Gibbs vector and angular momentum in the axes of the step's start, (k_1 + 2 k_2 + 2 k_3 + k_4) / 6 of
+///   g' = (omega + g x omega + g (g.omega)) / 2,   H' = G(g) moment_B   (X7, X8)
 struct AttitudeRates {
   Mat3 R_start;
   Vec3 H_start;  // [kg m^2/s]

@@ -86,7 +86,8 @@ Trajectory path_of(const Plan& plan, const Frame& from, const RigidLoad& load, c
           multiply_transposed(R_WB, a_W)};
 }
 
-/// The turning part of a step, in the axes of the step's start: Gibbs vector and angular momentum (X7, X8).
+/// The turning part of a step, in the axes of the step's start: Gibbs vector and angular momentum, H' = G L_B
+/// (X7, X8).
 struct BodyTurn {
   const Plan& plan;
   const Trajectory* path;  // set when an attractor turns the body
@@ -185,8 +186,9 @@ Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads
   return turn_loaded(turning, start, third, middle, interpolate(end, middle, start), end, needs_middle);
 }
 
-/// Translation under gravity and the resultant, exact for forces quadratic in time (X6): mean force, and
-/// weighted_force 2 int (1 - s) F(s) ds [N].
+/// Translation under gravity and the resultant, M p'' = F + M gravity (X6), exact for F quadratic in time:
+///   p += h v + h^2 (weighted_force / M + gravity) / 2,   v += h (mean_force / M + gravity)
+/// \param mean_force  [N] int F(s) ds over s = t / h  \param weighted_force  [N] 2 int (1 - s) F(s) ds
 void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
                Frame& frame) noexcept {
   if (!plan.falls) {

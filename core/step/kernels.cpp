@@ -143,8 +143,9 @@ struct Coordinate {
   V value, leading, rest;
 };
 
-/// One row of (X10) for several modes. The leading products are exact, and so is their sum with its error
-/// (Knuth 1969); all that is rounded is 2^-26 of the whole or less, or the load.
+/// One row of (X10) for several modes, c_q q + c_v v + l_q q + l_v v + forced. The leading products are
+/// exact, and so is their sum with its error (Knuth 1969); all that is rounded is 2^-26 of the whole or less,
+/// or the load.
 template <class V>
 FREEFLEX_KERNEL void advance_row(const V& c_q, const V& c_v, const V& l_q, const V& l_v,
                                  const Coordinate<V>& q, const Coordinate<V>& v, const V& forced,

@@ -58,8 +58,8 @@ struct ModalState {
 struct ModalResult {
   double *q, *q_low, *q_dot, *q_dot_low;
 };
-/// One step of every mode under a load linear from Q0 to Q1 (THEORY X10). Returns true when every new value
-/// is finite.
+/// One step of every mode under a load linear from Q0 to Q1, y1 = (C + L) y + W0 Q0 + W1 (Q1 - Q0)
+/// (THEORY X10). Returns true when every new value is finite.
 bool advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
                    const double* Q1, const ModalResult& to) noexcept;
 

@@ -15,7 +15,7 @@ void add_moment(const Vec3& r, const Vec3& F, std::array<double, 27>& moment) no
     for (std::size_t b = 0; b < 3; ++b) moment[3 * ca + b] += arm[ca] * F[b];
 }
 
-/// The torque that a group can take is P T with this projection (X12).
+/// The torque that a group can take is P T with this projection, 1 - line line^T about a line   (X12).
 Mat3 torque_projection(const PlanGroup& group) noexcept {
   if (group.torque_rank == 0) return {};
   Mat3 P = {1, 0, 0, 0, 1, 0, 0, 0, 1};

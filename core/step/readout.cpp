@@ -61,8 +61,8 @@ PointState read_point(const Plan& given, const MotionState& state, int point) no
   const Vec3 v_B = add(wx, V_dot);
   Vec3 a_B;
   if (is_coupled(plan)) {
-    // the force on the point over its mass: the modes are complete, so rigid and elastic parts are all of it
-    // (X95)
+    // the force on the point over its mass, sum F / M + (I^-1 moment) x r + sum b q'': the modes are
+    // complete, so rigid and elastic parts are all of it   (X95)
     a_B = add(cross(multiply(plan.inverse_inertia, state.moment_B), plan.points[index(point)].r), V_ddot);
   } else {
     const Vec3 H_B = multiply_transposed(R, state.H_W);

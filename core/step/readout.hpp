@@ -19,7 +19,8 @@ struct PointState {
   Vec3 a_W{};  // [m/s^2] left limit at the tick
   Vec3 V_B{};  // [m] elastic displacement, body axes
 };
-/// Kinematics of one point with rows in the plan (THEORY 2.3, 4.2).  \pre plan.points[point].row >= 0
+/// Kinematics of one point with rows in the plan: p = p_WB + R x, v = v_WB + R (w cross x + V'), x = r + V
+/// (THEORY 2.3, 4.2).  \pre plan.points[point].row >= 0
 PointState read_point(const Plan& plan, const MotionState& state, int point) noexcept;
 
 struct GroupPose {
@@ -28,17 +29,19 @@ struct GroupPose {
   Vec3 v_W{};                     // [m/s]
   Vec3 w_B{};                     // [rad/s] body axes
 };
-/// Pose of a group from its points (all with rows), first order in V (THEORY X14).
+/// Pose of a group from its points (all with rows), first order in V: its centre r_g + sum m V / m_g, turned
+/// by J_g^-1 sum m d x V   (THEORY X14).
 GroupPose read_group(const Plan& plan, const MotionState& state, int group) noexcept;
 
-/// Forces of one published link into out (num_rows of plan.link_outputs[output])   (THEORY X48, X49, X67).
+/// Forces of one published link, rows q + rate rows q' + load rows Q, into out (num_rows of
+/// plan.link_outputs[output])   (THEORY X48, X49, X67).
 void read_link(const Plan& plan, const MotionState& state, int output, std::span<double> out) noexcept;
 
 /// Conserved quantities and residuals   (THEORY 2.2, 4.4, 5.5).
 struct Invariants {
-  double kinetic_rigid = 0.0;          // [J] (THEORY 4.4)
-  double kinetic_elastic = 0.0;        // [J]
-  double potential = 0.0;              // [J] elastic (THEORY 5.5)
+  double kinetic_rigid = 0.0;          // [J] M v^2 / 2 + w . I w / 2 (THEORY 4.4)
+  double kinetic_elastic = 0.0;        // [J] M sum q'^2 / 2
+  double potential = 0.0;              // [J] elastic, M sum omega_l^2 q_l^2 / 2 (THEORY 5.5)
   Vec3 linear_momentum_W{};            // [kg m/s]
   Vec3 angular_momentum_W{};           // [kg m^2/s] about the centre of mass
   Vec3 eckart_translation{};           // [kg m] sum m V

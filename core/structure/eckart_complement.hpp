@@ -12,7 +12,7 @@ namespace freeflex {
 /// In y = sqrt(m) V the rigid motions, what rigid links forbid and the mechanisms span few columns,
 /// orthogonal to each other; Householder reflectors turn them to the front one after the other, and what is
 /// left, H, is orthonormal to rounding whatever the masses   (THEORY X51). Heavy points come first, which
-/// keeps (2.2) for the light ones.
+/// keeps (2.6) for the light ones.
 class EckartComplement {
  public:
   /// \param constraints  [-] (num x 3N) LinkFactor::constraints, independent rows

@@ -48,18 +48,19 @@ class Freedoms {
   std::vector<std::array<int, 6>> released_;  // (num_links) freedom or -1; empty when nothing is released
 };
 
-/// Axial deformation between a link's two points   (THEORY X44).
+/// Axial deformation between a link's two points, e = u . (V_2 - V_1)   (THEORY X44).
 DeformationRow axial_row(const Scene& scene, const Link& link, double stiffness);
 
-/// Local axes of a beam as columns, scene axes   (THEORY X45).
+/// Local axes of a beam as columns, scene axes: x along it, z = x cross y_axis, y = z cross x   (THEORY X45).
 Eigen::Matrix3d beam_axes(const Eigen::Vector3d& span, const Eigen::Vector3d& y_axis);
 
-/// The six natural deformations of a beam   (THEORY X45): axial, torsion, then bending symmetric and
-/// antisymmetric about local z and about local y.
+/// The six natural deformations of a beam   (THEORY X45): axial x . (V_2 - V_1), torsion x . (theta_2 -
+/// theta_1), then about local z and about local y bending, symmetric theta_2 - theta_1 and antisymmetric
+/// theta_1 + theta_2 - 2 psi, psi the turn of the chord.
 DeformationRows beam_rows(const Scene& scene, int link_index, const Freedoms& freedoms);
 
-/// Change of the angle at the middle of three points [rad], in two planes when they lie on a line   (THEORY
-/// X60).
+/// Change of the angle at the middle of three points [rad], t_i . (V_i - V_j) / l_i + t_k . (V_k - V_j) /
+/// l_k, in two planes when they lie on a line   (THEORY X60).
 DeformationRows bending_rows(const Scene& scene, const Link& link);
 
 /// Change of the dihedral angle of four points [rad]   (THEORY X61).
@@ -91,8 +92,8 @@ DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index
 /// (THEORY X43, X46) [-] (3K x 3..6).
 Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points);
 
-/// Displacements that a rigid link or body forbids, unit rows: 1 for two points, 3K - 6 for a body (3K - 5 on
-/// a line)   (THEORY X64).
+/// Displacements that a rigid link or body forbids, unit rows: u . (V_2 - V_1) for two points, 3K - 6 for a
+/// body (3K - 5 on a line), all that is orthogonal to its rigid motions   (THEORY X64).
 DeformationRows rigid_rows(const Scene& scene, const Link& link);
 
 /// True for a rigid body whose points are not on a line: what is joined to it turns with it

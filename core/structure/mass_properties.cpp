@@ -19,7 +19,7 @@ constexpr double kCollinearRoundings = 64.0;
 // [-] width over length below which half or more of the digits of the spin about the line are lost
 constexpr double kNearlyCollinear = 1e-6;
 
-// (1.1), (1.2): centre of mass, and rest positions from it, corrected once for the rounding of the sum
+// (1.1), (1.3), (1.4): centre of mass, and rest positions from it, corrected once for the rounding of the sum
 void find_centre(const std::vector<PointMass>& points, MassProperties& properties) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
   properties.r.resize(3, num_points);
@@ -39,7 +39,7 @@ void find_centre(const std::vector<PointMass>& points, MassProperties& propertie
   properties.p_SB = first + offset + correction;
 }
 
-// (1.3), (1.4), X41: principal moments from the singular values s of sqrt(m) r, I_1 = s_2^2 + s_3^2 and so
+// X40, X41: principal moments from the singular values s of sqrt(m) r, I_1 = s_2^2 + s_3^2 and so
 // on. Squares of singular values keep the digits that an eigensolver on the inertia tensor loses for thin
 // shapes.
 void find_inertia(const std::vector<PointMass>& points, MassProperties& properties) {

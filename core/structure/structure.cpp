@@ -143,7 +143,8 @@ bool needs_rotations(const Scene& scene) {
                      [&](const Link& link) { return turns(link) && link.loss_factor > 0.0; });
 }
 
-// X66: modal damping ratio = half the mean of the loss factors, weighted with strain energy
+// X66: modal damping ratio = half the mean of the loss factors, weighted with strain energy,
+// zeta_l = sum_k eta_k E_kl / (2 E_l)
 Eigen::VectorXd structural_ratio(const Scene& scene, const LinkFactor& factor, const Structure& structure) {
   Eigen::VectorXd ratio = Eigen::VectorXd::Zero(structure.omega.size());
   for (std::size_t i = 0; i < scene.links.size(); ++i) {

@@ -10,7 +10,7 @@
 
 namespace freeflex {
 
-/// Mass properties of the rest shape (THEORY 1.1-1.4).
+/// Mass properties of the rest shape (THEORY 1.1, 1.3, 1.4, X40, X41).
 struct MassProperties {
   double mass = 0.0;               // [kg]
   Eigen::Vector3d p_SB;            // [m] centre of mass in scene axes
