@@ -1,7 +1,7 @@
 // How the fields of a message lie on the wire: the words of the tables that wire_layouts.cmake makes from the
-// .lcm files (freeflex_msgs/wire_layouts.hpp in the build tree). LCM puts eight bytes of fingerprint first, then
-// the fields without gaps, big-endian: a string as its length with the terminator (int32), its characters and NUL;
-// an array as its elements; a struct as its fields.
+// .lcm files (freeflex_msgs/wire_layouts.hpp in the build tree). LCM puts eight bytes of fingerprint first,
+// then the fields without gaps, big-endian: a string as its length with the terminator (int32), its
+// characters and NUL; an array as its elements; a struct as its fields.
 #pragma once
 
 #include <array>
@@ -15,7 +15,8 @@ namespace freeflex::wire {
 inline constexpr std::int64_t kFingerprintBytes = 8;  // [bytes]
 inline constexpr int kMaxCounts = 8;                  // counts in one struct
 inline constexpr int kMaxDimensions = 2;              // of one array
-/// [bytes] Most that one step of a count may stand for, so that no sum of sizes leaves 64 bits: no message is longer.
+/// [bytes] Most that one step of a count may stand for, so that no sum of sizes leaves 64 bits: no message is
+/// longer.
 inline constexpr std::int64_t kMaxStride = 1 << 16;
 
 enum class Kind : std::uint8_t {
@@ -33,7 +34,7 @@ enum class Kind : std::uint8_t {
 
 /// One dimension of an array: a constant, or as many as a count of the same struct says.
 struct Dimension {
-  std::int32_t size = 1;  // when constant
+  std::int32_t size = 1;    // when constant
   std::int32_t count = -1;  // which of the struct's counts, from 0; -1: constant
 };
 constexpr Dimension constant(std::int32_t size) { return {size, -1}; }
@@ -100,7 +101,8 @@ constexpr Layout make_layout(std::string_view name, std::span<const Field> field
     if (num_counted > 1) throw std::logic_error("an array with two counts");
     layout.fixed_size = is_fixed && layout.fixed_size >= 0 ? layout.fixed_size + stride : -1;
   }
-  if (fields.empty() || layout.fixed_size > kMaxStride) throw std::logic_error("a struct of no bytes, or of too many");
+  if (fields.empty() || layout.fixed_size > kMaxStride)
+    throw std::logic_error("a struct of no bytes, or of too many");
   if (layout.num_counts > kMaxCounts) throw std::logic_error("more counts than kMaxCounts");
   return layout;
 }

@@ -1,4 +1,5 @@
-// The generated layouts say what the generated classes do, and the walk by them takes exactly what those encode.
+// The generated layouts say what the generated classes do, and the walk by them takes exactly what those
+// encode.
 #include "service/io/wire/wire_walk.hpp"
 
 #include <gtest/gtest.h>
@@ -44,7 +45,8 @@ class Fingerprint {
 
  private:
   void add(int number) {
-    const std::uint64_t mixed = static_cast<std::uint64_t>(value_) << 8 ^ static_cast<std::uint64_t>(value_ >> 55);
+    const std::uint64_t mixed =
+        static_cast<std::uint64_t>(value_) << 8 ^ static_cast<std::uint64_t>(value_ >> 55);
     value_ = static_cast<std::int64_t>(mixed + static_cast<std::uint64_t>(number));
   }
   void add(std::string_view text) {
@@ -68,7 +70,8 @@ class Fingerprint {
 /// A message with random contents, written by its layout alone.
 class RandomMessage {
  public:
-  RandomMessage(const wire::Layout& layout, std::int64_t fingerprint, std::mt19937_64& engine) : engine_(engine) {
+  RandomMessage(const wire::Layout& layout, std::int64_t fingerprint, std::mt19937_64& engine)
+      : engine_(engine) {
     put(static_cast<std::uint64_t>(fingerprint), 8);
     put_struct(layout);
   }
@@ -76,7 +79,8 @@ class RandomMessage {
 
  private:
   void put(std::uint64_t value, std::int64_t size) {
-    for (std::int64_t i = size - 1; i >= 0; --i) bytes_.push_back(static_cast<std::byte>(value >> (8 * i) & 0xFFu));
+    for (std::int64_t i = size - 1; i >= 0; --i)
+      bytes_.push_back(static_cast<std::byte>(value >> (8 * i) & 0xFFu));
   }
   void put_struct(const wire::Layout& layout) {
     std::vector<std::int64_t> counts;
@@ -121,8 +125,8 @@ Bytes random_message(std::mt19937_64& engine) {
 }
 
 template <class Message>
-class WireWalkOf : public testing::Test {};
-TYPED_TEST_SUITE(WireWalkOf, wire::EachType<testing::Types>);
+class WireWalkOf : public ::testing::Test {};
+TYPED_TEST_SUITE(WireWalkOf, wire::EachType<::testing::Types>);
 
 TYPED_TEST(WireWalkOf, TheLayoutHasTheFingerprintOfTheGeneratedClass) {
   EXPECT_EQ(Fingerprint::of(*wire::layout_of<TypeParam>), TypeParam::getHash());
@@ -159,7 +163,8 @@ TYPED_TEST(WireWalkOf, WhateverFitsTheGeneratedDecodeTakesWhole) {
       const std::size_t at = engine() % bytes.size();
       const std::size_t length = std::min<std::size_t>(engine() % 5, bytes.size() - at);
       constexpr int kExtreme[] = {0, 0x7F, 0x80, 0xFF};
-      std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), length, static_cast<std::byte>(kExtreme[engine() % 4]));
+      std::fill_n(bytes.begin() + static_cast<std::ptrdiff_t>(at), length,
+                  static_cast<std::byte>(kExtreme[engine() % 4]));
     }
     if (!fits_exact<TypeParam>(bytes)) continue;
     std::memcpy(bytes.data(), random_message<TypeParam>(engine).data(), 8);  // its fingerprint again
@@ -180,8 +185,9 @@ TYPED_TEST(WireWalkOf, AnotherFingerprintIsRefused) {
 }
 
 /// A message of a layout in which each field is one of what a walk stops at.
-constexpr wire::Field kInnerFields[] = {{"n", wire::Kind::kInt32, nullptr, true, 0, {}},
-                                        {"texts", wire::Kind::kString, nullptr, false, 1, {{wire::counted_by(0)}}}};
+constexpr wire::Field kInnerFields[] = {
+    {"n", wire::Kind::kInt32, nullptr, true, 0, {}},
+    {"texts", wire::Kind::kString, nullptr, false, 1, {{wire::counted_by(0)}}}};
 constexpr wire::Layout kInner = wire::make_layout("inner", kInnerFields);
 constexpr wire::Field kOuterFields[] = {
     {"num_inner", wire::Kind::kInt32, nullptr, true, 0, {}},
@@ -193,7 +199,8 @@ constexpr wire::Layout kOuter = wire::make_layout("outer", kOuterFields);
 Bytes words(std::initializer_list<std::uint32_t> values) {
   Bytes bytes(8);  // the fingerprint
   for (const std::uint32_t value : values)
-    for (int shift = 24; shift >= 0; shift -= 8) bytes.push_back(static_cast<std::byte>(value >> shift & 0xFFu));
+    for (int shift = 24; shift >= 0; shift -= 8)
+      bytes.push_back(static_cast<std::byte>(value >> shift & 0xFFu));
   return bytes;
 }
 WireWalk walk(const Bytes& bytes) { return io::walk_message(bytes, kOuter); }

@@ -303,8 +303,7 @@ TEST(Replay, RunFedWithARecordingGivesTheRecordedStates) {
   std::vector<state_t> again;
   for (const io::LogEvent& event : read_events(folder / "again.log")) {
     state_t state;
-    if (event.channel == "FREEFLEX_STATE" && io::decode_message(event.bytes, state))
-      again.push_back(state);
+    if (event.channel == "FREEFLEX_STATE" && io::decode_message(event.bytes, state)) again.push_back(state);
   }
   int compared = 0;
   for (const io::LogEvent& event : read_events(kGolden + "truss.log")) {

@@ -4,6 +4,7 @@
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 
 #include "core/step/command.hpp"
 #include "freeflex_msgs/wire_layouts.hpp"
@@ -64,9 +65,9 @@ Reason check_envelope(std::span<const std::byte> bytes, std::int64_t fingerprint
 
 using Phrase = std::array<char, 96>;
 
-void append(Phrase& phrase, const char* between, std::int32_t number, std::string_view name) {
+void append(Phrase& phrase, std::int32_t number, std::string_view name) {
   const std::size_t length = std::strlen(phrase.data());
-  print(std::span(phrase).subspan(length), "%s%d%s%.*s", length == 0 ? "" : between, number,
+  print(std::span(phrase).subspan(length), "%s%d%s%.*s", length == 0 ? "" : " and ", number,
         name.empty() ? "" : " ", static_cast<int>(name.size()), name.data());
 }
 
@@ -79,7 +80,7 @@ Phrase describe(const wire::Layout& layout, std::span<const std::int32_t> counts
                          [i](const wire::Dimension& dimension) { return dimension.count == i; });
     };
     const auto array = std::find_if(layout.fields.begin(), layout.fields.end(), is_counted);
-    append(phrase, " and ", counts[static_cast<std::size_t>(i)], array->name);
+    append(phrase, counts[static_cast<std::size_t>(i)], array->name);
   }
   return phrase;
 }
@@ -113,9 +114,10 @@ Reason check_walk(std::span<const std::byte> bytes, const wire::Layout& layout, 
 /// \param limits  one a count
 Reason check_limits(const wire::Layout& layout, std::span<const std::int32_t> counts,
                     std::span<const std::int32_t> limits, std::span<char> text) {
-  if (std::equal(limits.begin(), limits.end(), counts.begin(), std::greater_equal<>{})) return Reason::kAccepted;
+  if (std::equal(limits.begin(), limits.end(), counts.begin(), std::greater_equal<>{}))
+    return Reason::kAccepted;
   Phrase most{};
-  for (const std::int32_t limit : limits) append(most, " and ", limit, {});
+  for (const std::int32_t limit : limits) append(most, limit, "");
   print(text, "%s, must be at most %s", describe(layout, counts).data(), most.data());
   return Reason::kTooManyPoints;
 }

@@ -18,8 +18,8 @@ bool decode_walked(std::span<const std::byte> bytes, Message& message) {
   return message.decode(bytes.data(), 0, size) == size;
 }
 
-/// For bytes from a file or the bus that need not be trusted. False when they are not exactly one message of this
-/// type and version.
+/// For bytes from a file or the bus that need not be trusted. False when they are not exactly one message of
+/// this type and version.
 template <class Message>
 bool decode_message(std::span<const std::byte> bytes, Message& message) {
   static_assert(wire::layout_of<Message> != nullptr, "no .lcm file of the project");

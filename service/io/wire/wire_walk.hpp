@@ -1,6 +1,6 @@
-// The one walk over the bytes of a message, by the tables made from the .lcm files. lcm-gen's decode trusts counts: on a
-// wrong one it throws, allocates without bound or reads past the end. So a walk goes before every decode of bytes that
-// need not be trusted. Allocates nothing, reads nothing outside the span.
+// The one walk over the bytes of a message, by the tables made from the .lcm files. lcm-gen's decode trusts
+// counts: on a wrong one it throws, allocates without bound or reads past the end. So a walk goes before
+// every decode of bytes that need not be trusted. Allocates nothing, reads nothing outside the span.
 #pragma once
 
 #include <array>
@@ -25,8 +25,8 @@ std::optional<Integer> integer_at(std::span<const std::byte> bytes, std::int64_t
   return static_cast<Integer>(bits);
 }
 
-/// Characters of the string whose length stands at a byte, without the terminator; empty when the length is below 1,
-/// reaches beyond the bytes or does not end at a NUL. On the wire it takes 4 + size + 1 bytes.
+/// Characters of the string whose length stands at a byte, without the terminator; empty when the length is
+/// below 1, reaches beyond the bytes or does not end at a NUL. On the wire it takes 4 + size + 1 bytes.
 std::optional<std::string_view> string_at(std::span<const std::byte> bytes, std::int64_t at) noexcept;
 
 /// How far the bytes determine a message.
@@ -42,8 +42,8 @@ struct WireWalk {
   /// Of the message itself, not of structs inside it, as far as they could be read.
   std::array<std::int32_t, wire::kMaxCounts> counts{};
 };
-/// Takes the message's fields one after the other. Where nothing but sizes is missing it goes on past the end of the
-/// bytes, so that size says how long the message should be. Time is bounded by the number of bytes.
+/// Takes the message's fields one after the other. Where nothing but sizes is missing it goes on past the end
+/// of the bytes, so that size says how long the message should be. Time is bounded by the number of bytes.
 WireWalk walk_message(std::span<const std::byte> bytes, const wire::Layout& layout) noexcept;
 
 /// True when the bytes after the fingerprint are exactly one message of the layout.
