@@ -10,9 +10,6 @@ namespace {
 
 using io::Reason;
 
-constexpr std::int32_t kForce = 1;
-constexpr std::int32_t kControl = 2;
-
 std::int64_t monotonic_ns() {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);
@@ -29,7 +26,7 @@ bool uses_a_sequence(Reason reason) {
 
 void Inlet::on_force(std::span<const std::byte> bytes) noexcept {
   entry_.received_ns = monotonic_ns();
-  entry_.kind = kForce;
+  entry_.kind = InboundKind::kForce;
   io::Admission admission =
       io::decode_force(bytes, block_.settings.session, block_.settings.names, entry_.force);
   finish(admission);
@@ -37,7 +34,7 @@ void Inlet::on_force(std::span<const std::byte> bytes) noexcept {
 
 void Inlet::on_control(std::span<const std::byte> bytes) noexcept {
   entry_.received_ns = monotonic_ns();
-  entry_.kind = kControl;
+  entry_.kind = InboundKind::kControl;
   io::Admission admission = io::decode_control(bytes, block_.settings.session, entry_.control);
   finish(admission);
 }

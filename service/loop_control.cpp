@@ -8,21 +8,21 @@ namespace freeflex::service {
 using freeflex_msgs::control_t;
 using io::Reason;
 
-namespace {
-constexpr std::int32_t kForceEntry = 1, kControlEntry = 2;
-}
-
 /// Takes commands in the order they came. A command is only taken while its answer, and the answers that a
 /// reset would owe to the pending ones, have room; otherwise it waits where it is.
 void Simulation::drain() noexcept {
   for (int i = 0; i < kMaxDrained; ++i) {
     if (output_.acks.num_free() < desk_.num_pending() + 2) return;
     if (!inbound_.try_pop(*inbound_entry_)) return;
-    // the memory is the ingress's: nothing in it is trusted
-    if (inbound_entry_->kind == kForceEntry && io::is_sane(inbound_entry_->force, *names_)) {
-      handle_force(inbound_entry_->force, inbound_entry_->received_ns);
-    } else if (inbound_entry_->kind == kControlEntry && io::is_sane(inbound_entry_->control)) {
-      handle_control(inbound_entry_->control);
+    // the memory is the ingress's: nothing in it is trusted, and an entry of another kind is dropped
+    switch (inbound_entry_->kind) {
+      case InboundKind::kForce:
+        if (io::is_sane(inbound_entry_->force, *names_))
+          handle_force(inbound_entry_->force, inbound_entry_->received_ns);
+        break;
+      case InboundKind::kControl:
+        if (io::is_sane(inbound_entry_->control)) handle_control(inbound_entry_->control);
+        break;
     }
   }
 }

@@ -57,10 +57,12 @@ class Ring {
   alignas(64) std::array<Entry, Capacity> entries_{};
 };
 
-/// Ingress -> simulation. kind 1 force, 2 control.
+/// Which of an InboundEntry's commands counts. In shared memory it may hold any other number.
+enum class InboundKind : std::int32_t { kForce = 1, kControl = 2 };
+/// Ingress -> simulation.
 struct InboundEntry {
   std::int64_t received_ns;  // CLOCK_MONOTONIC
-  std::int32_t kind;
+  InboundKind kind;
   std::int32_t padding;
   ForceCommand force;
   io::ControlCommand control;

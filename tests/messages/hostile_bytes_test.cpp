@@ -75,7 +75,7 @@ TEST(HostileBytes, WildCountsAreMalformed) {
       put32(bytes, count_offset(message) + offset, count);
       ForceCommand command;
       EXPECT_EQ(decode_exact(bytes, command).reason, Reason::kMalformed) << count << " at " << offset;
-      EXPECT_EQ(io::wire_check_force(bytes), Reason::kMalformed);
+      EXPECT_EQ(io::check_layout<freeflex_msgs::force_t>(bytes), Reason::kMalformed);
     }
   }
 }
@@ -159,7 +159,7 @@ TEST(HostileBytes, MutatedMessagesAreRejectedOrAreCommands) {
     for (std::uint64_t n = 1 + engine() % 4; n > 0; --n) mutate(bytes, other, engine);
     const io::Admission admission = decode_exact(bytes, command);
     ASSERT_TRUE(admission.reason == Reason::kAccepted || io::is_sane(admission)) << admission.text.data();
-    const Reason layout = io::wire_check_force(bytes);
+    const Reason layout = io::check_layout<freeflex_msgs::force_t>(bytes);
     ASSERT_EQ(layout == Reason::kMalformed || layout == Reason::kWrongType,
               admission.reason == Reason::kMalformed || admission.reason == Reason::kWrongType);
     if (admission.reason == Reason::kAccepted) {

@@ -19,6 +19,7 @@ namespace {
 
 using io::Reason;
 using service::InboundEntry;
+using service::InboundKind;
 using service::IngressProcess;
 using service::RejectionEntry;
 
@@ -90,12 +91,12 @@ TEST_F(Ingress, BringsCommandsThroughFromLcm) {
   const std::vector<std::byte> bytes = io::encode(message);
   ASSERT_EQ(lcm_publish(lcm, "TEST_FORCE", bytes.data(), static_cast<unsigned>(bytes.size())), 0);
   ASSERT_TRUE(receives(42));
-  EXPECT_EQ(entry_.kind, 1);
+  EXPECT_EQ(entry_.kind, InboundKind::kForce);
   EXPECT_EQ(io::encode(io::to_message(entry_.force, message.session, message.utime)), bytes);
   const std::vector<std::byte> control = io::encode(make_control());
   ASSERT_EQ(lcm_publish(lcm, "TEST_CONTROL", control.data(), static_cast<unsigned>(control.size())), 0);
   ASSERT_TRUE(eventually([&] { return ingress_.block().inbound.try_pop(entry_); }));
-  EXPECT_EQ(entry_.kind, 2);
+  EXPECT_EQ(entry_.kind, InboundKind::kControl);
   EXPECT_EQ(entry_.control.command, freeflex_msgs::control_t::RUN);
   lcm_destroy(lcm);
 }

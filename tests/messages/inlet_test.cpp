@@ -12,6 +12,7 @@ namespace {
 
 using io::Reason;
 using service::InboundEntry;
+using service::InboundKind;
 using service::RejectionEntry;
 using service::SharedBlock;
 
@@ -47,11 +48,11 @@ TEST_F(InletTest, GoodCommandsGoOnWithTheTimeOfTheirReception) {
   send("a", 1);
   inlet_.on_control(io::encode(make_control()));
   ASSERT_TRUE(has_inbound());
-  EXPECT_EQ(entry_.kind, 1);
+  EXPECT_EQ(entry_.kind, InboundKind::kForce);
   EXPECT_EQ(entry_.force.sequence, 1);
   const std::int64_t first = entry_.received_ns;
   ASSERT_TRUE(has_inbound());
-  EXPECT_EQ(entry_.kind, 2);
+  EXPECT_EQ(entry_.kind, InboundKind::kControl);
   EXPECT_EQ(entry_.control.sequence, 3);
   EXPECT_GE(entry_.received_ns, first);
   EXPECT_GT(first, 0);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <fstream>
 #include <functional>
 #include <limits>
 #include <ostream>
@@ -256,6 +257,18 @@ TEST(Reason, EachHasAName) {
   EXPECT_STREQ(io::reason_name(static_cast<Reason>(-1)), "unknown_reason");
   EXPECT_STREQ(io::reason_name(Reason::kUnknownPoint), "unknown_point");
   EXPECT_STREQ(io::reason_name(Reason::kEpochEnded), "epoch_ended");
+}
+
+TEST(Reason, TheInterfaceDocumentListsEachUnderItsNumber) {
+  std::ifstream document(std::string(FREEFLEX_SOURCE_DIR) + "/messages/README.md");
+  std::string line;
+  int next = 0;
+  while (std::getline(document, line)) {
+    const std::string row =
+        "| " + std::to_string(next) + " | `" + io::reason_name(static_cast<Reason>(next)) + "` |";
+    if (line.starts_with(row)) ++next;
+  }
+  EXPECT_EQ(next, io::kNumReasons) << "the first that is missing";
 }
 
 /// A plan that leaves rotation out, and then also what is out of the xy plane.

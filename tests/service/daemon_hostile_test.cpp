@@ -250,7 +250,7 @@ void run_with_rules_broken(const std::string& scene, bool breaks, std::map<std::
   states = client.states;
   if (!breaks) return;
   // all but left_out, which takes a plan that leaves out what commands need (replan_test), and at first
-  // 24, which takes a reset
+  // epoch_ended, which takes a reset
   EXPECT_TRUE(client.until([&] { return rejections(client).size() >= io::kNumReasons - 3; }));
   client.send_control(control_t::RESET);
   EXPECT_TRUE(client.until([&] { return rejections(client).size() == io::kNumReasons - 2; }));

@@ -24,7 +24,7 @@ Rig::Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock
 bool Rig::push(const ForceCommand& command) {
   auto entry = std::make_unique<service::InboundEntry>();
   entry->received_ns = clock.now_ns();
-  entry->kind = 1;
+  entry->kind = service::InboundKind::kForce;
   entry->force = command;
   return inbound->try_push(*entry);
 }
@@ -32,7 +32,7 @@ bool Rig::push(const ForceCommand& command) {
 bool Rig::control(std::int32_t command, std::int64_t count) {
   auto entry = std::make_unique<service::InboundEntry>();
   entry->received_ns = clock.now_ns();
-  entry->kind = 2;
+  entry->kind = service::InboundKind::kControl;
   entry->control.sender = {'t', 'e', 's', 't'};
   entry->control.sequence = next_sequence++;
   entry->control.command = command;

@@ -6,9 +6,9 @@
 #include <nlohmann/json.hpp>
 
 #include "service/io/wire/codec.hpp"
+#include "service/io/wire/decode.hpp"
 #include "service/io/wire/log.hpp"
 #include "tests/tools/shell.hpp"
-#include "tools/bus/wire_layout.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -74,7 +74,7 @@ std::vector<std::size_t> find_all(const std::vector<io::LogEvent>& events, const
 template <class Message>
 void edit(io::LogEvent& event, const std::function<void(Message&)>& change) {
   Message message;
-  ASSERT_TRUE(tools::decode_message(event.bytes, message));
+  ASSERT_TRUE(io::decode_message(event.bytes, message));
   change(message);
   event.bytes = io::encode(message);
 }
@@ -279,7 +279,7 @@ TEST(Replay, SeveralSessionsMustBeChosenFrom) {
   // and one of them replays
   state_t state;
   const auto& frame = sound().events;
-  ASSERT_TRUE(tools::decode_message(frame[find_all(frame, "FREEFLEX_STATE")[0]].bytes, state));
+  ASSERT_TRUE(io::decode_message(frame[find_all(frame, "FREEFLEX_STATE")[0]].bytes, state));
   const TemporaryFolder folder;
   std::vector<io::LogEvent> events = frame;
   both(events);
@@ -303,13 +303,12 @@ TEST(Replay, RunFedWithARecordingGivesTheRecordedStates) {
   std::vector<state_t> again;
   for (const io::LogEvent& event : read_events(folder / "again.log")) {
     state_t state;
-    if (event.channel == "FREEFLEX_STATE" && tools::decode_message(event.bytes, state))
-      again.push_back(state);
+    if (event.channel == "FREEFLEX_STATE" && io::decode_message(event.bytes, state)) again.push_back(state);
   }
   int compared = 0;
   for (const io::LogEvent& event : read_events(kGolden + "truss.log")) {
     state_t state;
-    if (event.channel != "FREEFLEX_STATE" || !tools::decode_message(event.bytes, state)) continue;
+    if (event.channel != "FREEFLEX_STATE" || !io::decode_message(event.bytes, state)) continue;
     for (const state_t& other : again) {
       if (other.tick != state.tick || other.epoch != state.epoch) continue;
       EXPECT_EQ(std::memcmp(other.q.data(), state.q.data(), state.q.size() * sizeof(double)), 0)

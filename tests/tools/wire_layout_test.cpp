@@ -1,11 +1,10 @@
 // The layout check in front of the generated decoders.
-#include "tools/bus/wire_layout.hpp"
-
 #include <gtest/gtest.h>
 
 #include <vector>
 
 #include "service/io/wire/codec.hpp"
+#include "service/io/wire/decode.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -123,7 +122,7 @@ TYPED_TEST_SUITE(WireLayout, Types);
 TYPED_TEST(WireLayout, FitsWhatTheGeneratedCodeEncodes) {
   const std::vector<std::byte> bytes = io::encode(some<TypeParam>());
   TypeParam decoded{};
-  EXPECT_TRUE(decode_message(bytes, decoded));
+  EXPECT_TRUE(io::decode_message(bytes, decoded));
   EXPECT_EQ(io::encode(decoded), bytes);
 }
 
@@ -131,10 +130,10 @@ TYPED_TEST(WireLayout, RefusesEveryShorterAndLongerMessage) {
   std::vector<std::byte> bytes = io::encode(some<TypeParam>());
   TypeParam decoded{};
   for (std::size_t length = 0; length < bytes.size(); ++length) {
-    EXPECT_FALSE(decode_message(std::span(bytes).first(length), decoded)) << length;
+    EXPECT_FALSE(io::decode_message(std::span(bytes).first(length), decoded)) << length;
   }
   bytes.push_back(std::byte{0});
-  EXPECT_FALSE(decode_message(bytes, decoded));
+  EXPECT_FALSE(io::decode_message(bytes, decoded));
 }
 
 TYPED_TEST(WireLayout, RefusesWrongCountsBeforeTheyReachTheDecoder) {
@@ -146,14 +145,14 @@ TYPED_TEST(WireLayout, RefusesWrongCountsBeforeTheyReachTheDecoder) {
       for (std::size_t k = 0; k < 4; ++k)
         bytes[at + k] = static_cast<std::byte>(k == 0 || top == 0xff ? top : 0);
       TypeParam decoded{};
-      EXPECT_NO_THROW(decode_message(bytes, decoded)) << at;
+      EXPECT_NO_THROW(io::decode_message(bytes, decoded)) << at;
     }
   }
 }
 
 TEST(WireFingerprint, RefusesAnotherType) {
   ack_t ack{};
-  EXPECT_FALSE(decode_message(io::encode(some<control_t>()), ack));
+  EXPECT_FALSE(io::decode_message(io::encode(some<control_t>()), ack));
 }
 
 }  // namespace

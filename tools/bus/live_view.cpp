@@ -13,9 +13,9 @@
 #include <vector>
 
 #include "messages/channels.hpp"
+#include "service/io/wire/decode.hpp"
 #include "service/io/wire/reason.hpp"
 #include "tools/bus/message_json.hpp"
-#include "tools/bus/wire_layout.hpp"
 #include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
@@ -95,16 +95,16 @@ void Screen::show(const std::string& text) {
 void LiveView::take(const std::string& suffix, const BusMessage& message) {
   if (suffix == channels::kStatus) {
     freeflex_msgs::status_t status;
-    if (decode_message(message.bytes, status)) take_status(status);
+    if (io::decode_message(message.bytes, status)) take_status(status);
   } else if (suffix == channels::kState) {
     freeflex_msgs::state_t state;
-    if (decode_message(message.bytes, state)) state_ = state;
+    if (io::decode_message(message.bytes, state)) state_ = state;
   } else if (suffix == channels::kPoints) {
     freeflex_msgs::points_t points;
-    if (decode_message(message.bytes, points)) take_points(points);
+    if (io::decode_message(message.bytes, points)) take_points(points);
   } else if (suffix == channels::kScene) {
     freeflex_msgs::scene_t scene;
-    if (decode_message(message.bytes, scene)) scene_.take(scene);
+    if (io::decode_message(message.bytes, scene)) scene_.take(scene);
   } else if (suffix == channels::kAck || suffix == channels::kApplied) {
     note((suffix == channels::kAck ? "ack      " : "applied  ") +
          decode_by_suffix(suffix, message.bytes).summary);

@@ -4,9 +4,9 @@
 #include <vector>
 
 #include "messages/channels.hpp"
+#include "service/io/wire/decode.hpp"
 #include "service/io/wire/reason.hpp"
 #include "tools/bus/bus.hpp"
-#include "tools/bus/wire_layout.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -315,7 +315,7 @@ template <class Message>
 DecodedMessage decode_as(std::span<const std::byte> bytes) {
   DecodedMessage out;
   Message message;
-  if (!decode_message(bytes, message)) {
+  if (!io::decode_message(bytes, message)) {
     out.summary = "damaged, or of another version";
     return out;
   }

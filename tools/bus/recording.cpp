@@ -6,7 +6,7 @@
 #include <tuple>
 
 #include "messages/channels.hpp"
-#include "tools/bus/wire_layout.hpp"
+#include "service/io/wire/decode.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -36,18 +36,18 @@ void take_fingerprint(const io::LogEvent& event, std::int64_t fingerprint, Recor
 bool index_event(const io::LogEvent& event, const std::string& prefix, Recording& recording) {
   if (event.channel == prefix + channels::kApplied) {
     applied_t message;
-    if (!decode_message(event.bytes, message)) return false;
+    if (!io::decode_message(event.bytes, message)) return false;
     RecordedSession& session = session_of(recording, message.session);
     session.applied.push_back({message.applied_sequence, message.tick, message.kind, event.offset});
     take_fingerprint(event, message.plan_fingerprint, session);
   } else if (event.channel == prefix + channels::kState) {
     freeflex_msgs::state_t message;
-    if (!decode_message(event.bytes, message)) return false;
+    if (!io::decode_message(event.bytes, message)) return false;
     session_of(recording, message.session)
         .states.push_back({message.epoch, message.tick, message.applied_count, event.offset});
   } else if (event.channel == prefix + channels::kScene) {
     freeflex_msgs::scene_t message;
-    if (!decode_message(event.bytes, message)) return false;
+    if (!io::decode_message(event.bytes, message)) return false;
     RecordedSession& session = session_of(recording, message.session);
     session.scene_name = message.name;
     session.plan_file = message.plan_file;
@@ -156,7 +156,7 @@ std::string CommandFeed::take_commands(std::int64_t tick, std::vector<ForceComma
     applied_t message;
     const AppliedRecord& record = session_.applied[next_++];
     if (!log_.read_at(record.offset, event)) return log_.error();
-    if (!decode_message(event.bytes, message))
+    if (!io::decode_message(event.bytes, message))
       return "applied sequence " + std::to_string(record.sequence) + " is damaged";
     if (kind == applied_t::FORCE) {
       const io::Admission admission = io::from_message(message.command, names_, commands.emplace_back());

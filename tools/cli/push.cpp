@@ -11,11 +11,11 @@
 #include "core/step/command.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"
+#include "service/io/wire/decode.hpp"
 #include "service/io/wire/reason.hpp"
 #include "tools/bus/bus.hpp"
 #include "tools/bus/push_command.hpp"
 #include "tools/bus/push_words.hpp"
-#include "tools/bus/wire_layout.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/usage.hpp"
@@ -79,17 +79,17 @@ int push(const CLI::App& command, const PushOptions& options) {
   Daemon daemon;
   bus.subscribe(options.bus.prefix + channels::kStatus, [&](const BusMessage& message) {
     status_t status;
-    if (decode_message(message.bytes, status)) daemon.status = status;
+    if (io::decode_message(message.bytes, status)) daemon.status = status;
   });
   bus.subscribe(options.bus.prefix + channels::kScene, [&](const BusMessage& message) {
     freeflex_msgs::scene_t page;
-    if (decode_message(message.bytes, page)) daemon.scene.take(page);
+    if (io::decode_message(message.bytes, page)) daemon.scene.take(page);
   });
   std::optional<freeflex_msgs::ack_t> answer;
   std::int64_t sequence = 0;
   bus.subscribe(options.bus.prefix + channels::kAck, [&](const BusMessage& message) {
     freeflex_msgs::ack_t ack;
-    if (decode_message(message.bytes, ack) && ack.sender == options.sender && ack.sequence == sequence)
+    if (io::decode_message(message.bytes, ack) && ack.sender == options.sender && ack.sequence == sequence)
       answer = ack;
   });
 

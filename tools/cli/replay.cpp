@@ -10,9 +10,9 @@
 #include "core/plan/compile.hpp"
 #include "core/plan/rates.hpp"
 #include "messages/channels.hpp"
+#include "service/io/wire/decode.hpp"
 #include "service/io/wire/outbound.hpp"
 #include "tools/bus/recording.hpp"
-#include "tools/bus/wire_layout.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/usage.hpp"
@@ -175,7 +175,7 @@ class Replay {
   void check(const StateRecord& record) {
     io::LogEvent event;
     state_t recorded;
-    if (!log_.read_at(record.offset, event) || !decode_message(event.bytes, recorded)) {
+    if (!log_.read_at(record.offset, event) || !io::decode_message(event.bytes, recorded)) {
       return fail("the state at byte " + std::to_string(record.offset) + " cannot be read again");
     }
     io::Stamp stamp;

@@ -8,6 +8,7 @@
 #include "freeflex_msgs/control_t.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec_wire.hpp"
+#include "service/io/wire/decode.hpp"
 
 namespace freeflex::io {
 namespace {
@@ -48,13 +49,6 @@ void check_head(std::span<const std::byte> bytes, std::int64_t session, Admissio
   }
 }
 
-/// Generated decode of bytes that passed their layout check.
-template <class Message>
-bool decode_exactly(std::span<const std::byte> bytes, Message& message) {
-  const int size = static_cast<int>(bytes.size());
-  return message.decode(bytes.data(), 0, size) == size;
-}
-
 /// Out of memory is the only way here: decode is given lengths that fit.
 Admission out_of_memory(Admission admission) {
   admission.reason = Reason::kQueueFull;
@@ -90,12 +84,12 @@ void fill_name_table(const Plan& plan, NameTable& table) {
 Admission decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
                        ForceCommand& command) noexcept {
   Admission admission;
-  admission.reason = check_force_layout(bytes, admission.text);
+  admission.reason = check_layout<freeflex_msgs::force_t>(bytes, admission.text);
   check_head(bytes, session, admission);
   if (admission.reason != Reason::kAccepted) return admission;
   try {
     freeflex_msgs::force_t message;
-    if (decode_exactly(bytes, message)) return from_message(message, table, command);
+    if (decode_walked(bytes, message)) return from_message(message, table, command);
   } catch (const std::exception&) {
     return out_of_memory(admission);
   }
@@ -107,12 +101,12 @@ Admission decode_force(std::span<const std::byte> bytes, std::int64_t session, c
 Admission decode_control(std::span<const std::byte> bytes, std::int64_t session,
                          ControlCommand& command) noexcept {
   Admission admission;
-  admission.reason = check_control_layout(bytes, admission.text);
+  admission.reason = check_layout<freeflex_msgs::control_t>(bytes, admission.text);
   check_head(bytes, session, admission);
   if (admission.reason != Reason::kAccepted) return admission;
   try {
     freeflex_msgs::control_t message;
-    if (!decode_exactly(bytes, message)) {
+    if (!decode_walked(bytes, message)) {
       admission.reason = Reason::kMalformed;
       print(admission.text, "%zu bytes do not decode as control_t", bytes.size());
       return admission;

@@ -20,12 +20,13 @@
 
 namespace freeflex::io {
 
-/// kAccepted when the bytes are exactly one force_t or control_t: every count non-negative and within its
-/// limit, every string terminated, and the length the one the counts imply; else kMalformed, kWrongType or
-/// kTooManyPoints. Of more than channels::kMaxMessageBytes it reads nothing at all. Reads nothing outside the
-/// span, allocates nothing; must hold before a generated decode sees the bytes.
-Reason wire_check_force(std::span<const std::byte> bytes) noexcept;
-Reason wire_check_control(std::span<const std::byte> bytes) noexcept;
+/// kAccepted when the bytes are exactly one command: every count non-negative and within its limit, every
+/// string terminated, and the length the one the counts imply; else kMalformed, kWrongType or kTooManyPoints,
+/// and text (may be empty) gets what was found and what is allowed. Of more than channels::kMaxMessageBytes
+/// it reads nothing at all. Reads nothing outside the span, allocates nothing; must hold before a generated
+/// decode sees the bytes. \tparam Command  force_t or control_t
+template <class Command>
+Reason check_layout(std::span<const std::byte> bytes, std::span<char> text = {}) noexcept;
 
 /// What a command may name, trivially copyable so that it can stand in shared memory.
 struct NameTable {
@@ -73,8 +74,9 @@ std::optional<std::int64_t> read_status_session(std::span<const std::byte> bytes
 bool is_valid_sender(std::string_view sender) noexcept;
 bool is_valid_sender(const std::array<char, kSenderSize>& sender) noexcept;
 
-/// Reasons 6 to 16 over a command, the first that holds; text (may be empty) gets what was found and what is
-/// allowed. Allocates nothing; touches no entry outside the arrays whatever the command holds.
+/// kBadSlot to kUnreachableTorque in the order of the list, then kLeftOut: the first that holds of a command.
+/// text (may be empty) gets what was found and what is allowed. Allocates nothing; touches no entry outside
+/// the arrays whatever the command holds.
 Reason check_command(const ForceCommand& command, const NameTable& table, std::span<char> text) noexcept;
 
 /// The same for a control command: kBadControl when the command is unknown or its count out of range. The
@@ -88,10 +90,11 @@ bool is_sane(const ControlCommand& command) noexcept;
 /// A rejection that may be answered: a reason of the list, a valid sender or none, printable text.
 bool is_sane(const Admission& admission) noexcept;
 
-/// Checks everything about a command that does not depend on the tick: all reasons but 5, 17 to 20, 22 to 24.
-/// kUnreachableTorque about the line of a collinear group for body axes only: in world axes that part is
-/// dropped at each tick. Session and sender are checked before the contents, so a rejection from 5 on is of a
-/// command whose sender and sequence stand in the admission.
+/// Checks everything about a command that depends neither on the tick nor on what came before: layout,
+/// session, sender and contents; kQueueFull only when there is no memory to decode in. kUnreachableTorque
+/// about the line of a collinear group for body axes only: in world axes that part is dropped at each tick.
+/// Session and sender are checked before the contents, so a rejection after kBadSender is of a command whose
+/// sender and sequence stand in the admission.
 Admission decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
                        ForceCommand& command) noexcept;
 Admission decode_control(std::span<const std::byte> bytes, std::int64_t session,

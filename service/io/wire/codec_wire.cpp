@@ -1,87 +1,125 @@
 #include "service/io/wire/codec_wire.hpp"
 
+#include <algorithm>
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
+#include <functional>
 
 #include "core/step/command.hpp"
-#include "freeflex_msgs/control_t.hpp"
-#include "freeflex_msgs/force_t.hpp"
-#include "freeflex_msgs/status_t.hpp"
+#include "freeflex_msgs/wire_layouts.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"
+#include "service/io/wire/wire_walk.hpp"
 
 namespace freeflex::io {
 namespace {
 
-// encoded sizes [B], LCM being packed and big-endian
-constexpr std::size_t kForceAfterHead = 4 + 4 + 8 + 4 + 8 + 8;  // slot to lease_ticks
-constexpr std::size_t kCounts = 4 + 4;
-constexpr std::size_t kControlAfterHead = 4 + 8;  // command, count
-constexpr std::int64_t kPointForceSize = 4 + 3 * 8;
-constexpr std::int64_t kWrenchSize = 4 + 6 * 8;
+using freeflex_msgs::control_t;
+using freeflex_msgs::force_t;
+using freeflex_msgs::status_t;
+using wire::layout_of;
 
-/// Reads forward through a span and never past its end.
-class Walker {
- public:
-  explicit Walker(std::span<const std::byte> bytes) : bytes_(bytes) {}
+/// Most that each count of a command may say, in the order of its counts.
+template <class Command>
+constexpr std::array<std::int32_t, 0> kCountLimits{};
+template <>
+constexpr std::array<std::int32_t, 2> kCountLimits<force_t>{kMaxCommandPoints, kMaxCommandWrenches};
 
-  template <class Integer>
-  bool read(Integer& value) {
-    if (bytes_.size() - at_ < sizeof(Integer)) return false;
-    std::uint64_t bits = 0;
-    for (std::size_t i = 0; i < sizeof(Integer); ++i) {
-      bits = bits << 8 | std::to_integer<std::uint64_t>(bytes_[at_ + i]);
-    }
-    value = static_cast<Integer>(bits);
-    at_ += sizeof(Integer);
-    return true;
-  }
+/// True when the fields of one value each, by name and kind, are the first of the layout.
+template <std::size_t kSize>
+constexpr bool starts_with(const wire::Layout& layout, const wire::Field (&front)[kSize]) {
+  return layout.fields.size() >= kSize &&
+         std::equal(front, front + kSize, layout.fields.begin(), [](const auto& a, const auto& b) {
+           return a.name == b.name && a.kind == b.kind && b.num_dimensions == 0;
+         });
+}
+constexpr wire::Field kFront[] = {{"utime", wire::Kind::kInt64}, {"session", wire::Kind::kInt64}};
+constexpr wire::Field kHead[] = {
+    kFront[0], kFront[1], {"sender", wire::Kind::kString}, {"sequence", wire::Kind::kInt64}};
+static_assert(starts_with(*layout_of<force_t>, kHead), "read_head");
+static_assert(starts_with(*layout_of<control_t>, kHead), "read_head");
+static_assert(starts_with(*layout_of<status_t>, kFront), "read_status_session");
+constexpr std::int64_t kSessionAt = wire::kFingerprintBytes + 8;  // [bytes]
+constexpr std::int64_t kSenderAt = kSessionAt + 8;
 
-  /// A length that counts the terminator, characters, the only NUL last.
-  bool read(std::string_view& value) {
-    std::int32_t length = 0;
-    if (!read(length) || length < 1) return false;
-    const auto size = static_cast<std::size_t>(length);
-    if (bytes_.size() - at_ < size) return false;
-    const char* first = reinterpret_cast<const char*>(bytes_.data()) + at_;
-    if (std::memchr(first, '\0', size) != first + size - 1) return false;
-    value = {first, size - 1};
-    at_ += size;
-    return true;
-  }
-
-  std::size_t at() const { return at_; }
-
- private:
-  std::span<const std::byte> bytes_;
-  std::size_t at_ = 0;
-};
-
-/// Fingerprint and total size: what both commands share.
+/// Fingerprint and total size.
 Reason check_envelope(std::span<const std::byte> bytes, std::int64_t fingerprint, std::span<char> text) {
   // first, because of an oversized message nothing may be read: its length may be untrue
   if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) {
     print(text, "more than %d bytes", channels::kMaxMessageBytes);
     return Reason::kMalformed;
   }
-  std::int64_t found = 0;
-  if (!Walker(bytes).read(found)) {
+  const std::optional<std::int64_t> found = integer_at<std::int64_t>(bytes, 0);
+  if (!found) {
     print(text, "%zu bytes: too short for the fingerprint of a message", bytes.size());
     return Reason::kMalformed;
   }
-  if (found != fingerprint) {
+  if (*found != fingerprint) {
     print(text, "fingerprint %016llx: another type or version of the protocol, must be %016llx",
-          static_cast<unsigned long long>(found), static_cast<unsigned long long>(fingerprint));
+          static_cast<unsigned long long>(*found), static_cast<unsigned long long>(fingerprint));
     return Reason::kWrongType;
   }
   return Reason::kAccepted;
 }
 
-Reason report_bad_head(std::span<const std::byte> bytes, std::span<char> text) {
-  print(text, "%zu bytes: ends before the sequence, or the sender is not one terminated string",
-        bytes.size());
+using Phrase = std::array<char, 96>;
+
+void append(Phrase& phrase, std::int32_t number, std::string_view name) {
+  const std::size_t length = std::strlen(phrase.data());
+  print(std::span(phrase).subspan(length), "%s%d%s%.*s", length == 0 ? "" : " and ", number,
+        name.empty() ? "" : " ", static_cast<int>(name.size()), name.data());
+}
+
+/// "3 forces and 2 wrenches": each count with the name of the first array that it counts.
+Phrase describe(const wire::Layout& layout, std::span<const std::int32_t> counts) {
+  Phrase phrase{};
+  for (int i = 0; i < layout.num_counts; ++i) {
+    const auto is_counted = [i](const wire::Field& field) {
+      return std::any_of(field.dimensions.begin(), field.dimensions.end(),
+                         [i](const wire::Dimension& dimension) { return dimension.count == i; });
+    };
+    const auto array = std::find_if(layout.fields.begin(), layout.fields.end(), is_counted);
+    append(phrase, counts[static_cast<std::size_t>(i)], array->name);
+  }
+  return phrase;
+}
+
+/// Counts and length against what the bytes hold.
+Reason check_walk(std::span<const std::byte> bytes, const wire::Layout& layout, const WireWalk& walk,
+                  std::span<char> text) {
+  const auto size = static_cast<long long>(walk.size);
+  switch (walk.stop) {
+    case WireWalk::Stop::kBadString:
+      print(text, "%zu bytes: a string is not terminated within them", bytes.size());
+      return Reason::kMalformed;
+    case WireWalk::Stop::kMissingCount:
+      print(text, "%zu bytes: ends before the counts, which need %lld", bytes.size(), size);
+      return Reason::kMalformed;
+    case WireWalk::Stop::kNegativeCount:
+      print(text, "%s: a count is negative", describe(layout, walk.counts).data());
+      return Reason::kMalformed;
+    case WireWalk::Stop::kEnd:
+      break;
+  }
+  if (walk.size == static_cast<std::int64_t>(bytes.size())) return Reason::kAccepted;
+  if (layout.num_counts == 0) {
+    print(text, "%zu bytes, must be %lld", bytes.size(), size);
+  } else {
+    print(text, "%zu bytes, but %s make %lld", bytes.size(), describe(layout, walk.counts).data(), size);
+  }
   return Reason::kMalformed;
+}
+
+/// \param limits  one a count
+Reason check_limits(const wire::Layout& layout, std::span<const std::int32_t> counts,
+                    std::span<const std::int32_t> limits, std::span<char> text) {
+  if (std::equal(limits.begin(), limits.end(), counts.begin(), std::greater_equal<>{}))
+    return Reason::kAccepted;
+  Phrase most{};
+  for (const std::int32_t limit : limits) append(most, limit, "");
+  print(text, "%s, must be at most %s", describe(layout, counts).data(), most.data());
+  return Reason::kTooManyPoints;
 }
 
 }  // namespace
@@ -96,81 +134,36 @@ void print(std::span<char> text, const char* format, ...) noexcept {
 }
 
 std::optional<Head> read_head(std::span<const std::byte> bytes) noexcept {
-  Walker walker(bytes);
-  Head head;
-  std::int64_t fingerprint = 0;
-  std::int64_t utime = 0;
-  if (!walker.read(fingerprint) || !walker.read(utime) || !walker.read(head.session) ||
-      !walker.read(head.sender) || !walker.read(head.sequence)) {
-    return std::nullopt;
-  }
-  head.size = walker.at();
-  return head;
+  const std::optional<std::int64_t> session = integer_at<std::int64_t>(bytes, kSessionAt);
+  const std::optional<std::string_view> sender = string_at(bytes, kSenderAt);
+  if (!session || !sender || sender->find('\0') != std::string_view::npos) return std::nullopt;
+  const std::int64_t sequence_at = kSenderAt + 4 + static_cast<std::int64_t>(sender->size()) + 1;
+  const std::optional<std::int64_t> sequence = integer_at<std::int64_t>(bytes, sequence_at);
+  if (!sequence) return std::nullopt;
+  return Head{*session, *sender, *sequence};
 }
 
-Reason check_force_layout(std::span<const std::byte> bytes, std::span<char> text) noexcept {
-  const Reason envelope = check_envelope(bytes, freeflex_msgs::force_t::getHash(), text);
+template <class Command>
+Reason check_layout(std::span<const std::byte> bytes, std::span<char> text) noexcept {
+  constexpr const wire::Layout& kLayout = *layout_of<Command>;
+  static_assert(kCountLimits<Command>.size() == kLayout.num_counts, "one limit a count");
+  const Reason envelope = check_envelope(bytes, Command::getHash(), text);
   if (envelope != Reason::kAccepted) return envelope;
-  const std::optional<Head> head = read_head(bytes);
-  if (!head) return report_bad_head(bytes, text);
-  const std::size_t fixed = head->size + kForceAfterHead + kCounts;
-  if (bytes.size() < fixed) {
-    print(text, "%zu bytes: ends before the counts, which need %zu", bytes.size(), fixed);
+  if (!read_head(bytes)) {
+    print(text, "%zu bytes: ends before the sequence, or the sender is not one terminated string",
+          bytes.size());
     return Reason::kMalformed;
   }
-  Walker counts(bytes.subspan(head->size + kForceAfterHead));
-  std::int32_t num_forces = 0;
-  std::int32_t num_wrenches = 0;
-  counts.read(num_forces);
-  counts.read(num_wrenches);
-  if (num_forces < 0 || num_wrenches < 0) {
-    print(text, "%d forces and %d wrenches: a count is negative", num_forces, num_wrenches);
-    return Reason::kMalformed;
-  }
-  // in 64 bits no pair of 32-bit counts overflows
-  const std::int64_t implied =
-      static_cast<std::int64_t>(fixed) + num_forces * kPointForceSize + num_wrenches * kWrenchSize;
-  if (static_cast<std::int64_t>(bytes.size()) != implied) {
-    print(text, "%zu bytes, but %d forces and %d wrenches make %lld", bytes.size(), num_forces, num_wrenches,
-          static_cast<long long>(implied));
-    return Reason::kMalformed;
-  }
-  if (num_forces > kMaxCommandPoints || num_wrenches > kMaxCommandWrenches) {
-    print(text, "%d forces and %d wrenches, must be at most %d and %d", num_forces, num_wrenches,
-          kMaxCommandPoints, kMaxCommandWrenches);
-    return Reason::kTooManyPoints;
-  }
-  return Reason::kAccepted;
+  const WireWalk walk = walk_message(bytes, kLayout);
+  const Reason fit = check_walk(bytes, kLayout, walk, text);
+  return fit == Reason::kAccepted ? check_limits(kLayout, walk.counts, kCountLimits<Command>, text) : fit;
 }
-
-Reason check_control_layout(std::span<const std::byte> bytes, std::span<char> text) noexcept {
-  const Reason envelope = check_envelope(bytes, freeflex_msgs::control_t::getHash(), text);
-  if (envelope != Reason::kAccepted) return envelope;
-  const std::optional<Head> head = read_head(bytes);
-  if (!head) return report_bad_head(bytes, text);
-  if (bytes.size() != head->size + kControlAfterHead) {
-    print(text, "%zu bytes, must be %zu", bytes.size(), head->size + kControlAfterHead);
-    return Reason::kMalformed;
-  }
-  return Reason::kAccepted;
-}
-
-Reason wire_check_force(std::span<const std::byte> bytes) noexcept { return check_force_layout(bytes, {}); }
-
-Reason wire_check_control(std::span<const std::byte> bytes) noexcept {
-  return check_control_layout(bytes, {});
-}
+template Reason check_layout<force_t>(std::span<const std::byte> bytes, std::span<char> text) noexcept;
+template Reason check_layout<control_t>(std::span<const std::byte> bytes, std::span<char> text) noexcept;
 
 std::optional<std::int64_t> read_status_session(std::span<const std::byte> bytes) noexcept {
-  Walker walker(bytes);
-  std::int64_t fingerprint = 0;
-  std::int64_t utime = 0;
-  std::int64_t session = 0;
-  if (!walker.read(fingerprint) || fingerprint != freeflex_msgs::status_t::getHash() || !walker.read(utime) ||
-      !walker.read(session)) {
-    return std::nullopt;
-  }
-  return session;
+  if (integer_at<std::int64_t>(bytes, 0) != status_t::getHash()) return std::nullopt;
+  return integer_at<std::int64_t>(bytes, kSessionAt);
 }
 
 }  // namespace freeflex::io

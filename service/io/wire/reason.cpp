@@ -3,17 +3,53 @@
 #include <array>
 
 namespace freeflex::io {
+namespace {
+
+struct NamedReason {
+  Reason reason;
+  const char* name;
+};
+constexpr std::array<NamedReason, kNumReasons> kNames = {{
+    {Reason::kAccepted, "accepted"},
+    {Reason::kMalformed, "malformed"},
+    {Reason::kWrongType, "wrong_type"},
+    {Reason::kWrongSession, "wrong_session"},
+    {Reason::kBadSender, "bad_sender"},
+    {Reason::kStaleSequence, "stale_sequence"},
+    {Reason::kBadSlot, "bad_slot"},
+    {Reason::kBadAxes, "bad_axes"},
+    {Reason::kBadTiming, "bad_timing"},
+    {Reason::kTooManyPoints, "too_many_points"},
+    {Reason::kUnknownPoint, "unknown_point"},
+    {Reason::kNotPushable, "not_pushable"},
+    {Reason::kUnknownGroup, "unknown_group"},
+    {Reason::kDuplicatePoint, "duplicate_point"},
+    {Reason::kNotFinite, "not_finite"},
+    {Reason::kOverLimit, "over_limit"},
+    {Reason::kUnreachableTorque, "unreachable_torque"},
+    {Reason::kLate, "late"},
+    {Reason::kTooFarAhead, "too_far_ahead"},
+    {Reason::kNoSlotFree, "no_slot_free"},
+    {Reason::kQueueFull, "queue_full"},
+    {Reason::kBadControl, "bad_control"},
+    {Reason::kWrongMode, "wrong_mode"},
+    {Reason::kTooManySenders, "too_many_senders"},
+    {Reason::kEpochEnded, "epoch_ended"},
+    {Reason::kLeftOut, "left_out"},
+}};
+
+constexpr bool is_in_order() {
+  for (int i = 0; i < kNumReasons; ++i)
+    if (kNames[static_cast<std::size_t>(i)].reason != static_cast<Reason>(i)) return false;
+  return true;
+}
+static_assert(is_in_order(), "one name for each reason, at its number");
+
+}  // namespace
 
 const char* reason_name(Reason reason) noexcept {
-  static constexpr std::array<const char*, kNumReasons> kNames = {
-      "accepted",       "malformed",          "wrong_type",    "wrong_session",    "bad_sender",
-      "stale_sequence", "bad_slot",           "bad_axes",      "bad_timing",       "too_many_points",
-      "unknown_point",  "not_pushable",       "unknown_group", "duplicate_point",  "not_finite",
-      "over_limit",     "unreachable_torque", "late",          "too_far_ahead",    "no_slot_free",
-      "queue_full",     "bad_control",        "wrong_mode",    "too_many_senders", "epoch_ended",
-      "left_out"};
   const auto index = static_cast<std::int32_t>(reason);
-  return index >= 0 && index < kNumReasons ? kNames[static_cast<std::size_t>(index)] : "unknown_reason";
+  return index >= 0 && index < kNumReasons ? kNames[static_cast<std::size_t>(index)].name : "unknown_reason";
 }
 
 }  // namespace freeflex::io

@@ -28,13 +28,12 @@ enum class Reason : std::int32_t {
   kNoSlotFree = 19,         // all slots of the daemon are taken
   kQueueFull = 20,          // more commands than the rings or the pending list hold
   kBadControl = 21,         // unknown control command or count outside its range
-  kWrongMode =
-      22,  // the control does not apply now (run in lockstep, anything while faulted but reset, stop)
+  kWrongMode = 22,  // the control does not apply now (run in lockstep, all but reset, stop while faulted)
   kTooManySenders = 23,  // more senders than the daemon keeps sequences for
   kEpochEnded = 24,      // a reset came before the command's start_tick
   kLeftOut = 25,         // the command needs a part that the plan leaves out
 };
-inline constexpr int kNumReasons = 26;
+inline constexpr int kNumReasons = static_cast<int>(Reason::kLeftOut) + 1;
 
 inline constexpr std::int64_t kMaxAheadTicks = 100'000'000;
 /// Longest duration or lease: 31,000 years at 1 kHz, and no sum of ticks overflows.
