@@ -22,12 +22,7 @@ void Checker::check_points() {
     positive(each.origin, who + ": mass", each.mass, "kg");
     finite(each.origin, who + ": position", each.position);
   }
-  if (scene.points.size() > std::size_t{kMaxPoints})
-    error(scene.points[kMaxPoints].origin,
-          join_text("this is point ", kMaxPoints + 1, " of ", scene.points.size(), "; at most ", kMaxPoints,
-                    " are taken, rigid or not: 3 N - 6 is at most ", kMaxElastic,
-                    ", the elastic freedoms that one state message of 60 kB can carry; join points, or leave "
-                    "some out"));
+  check_num_points(scene, true, faults);
 }
 
 void Checker::check_group(const Group& group, int index) {
@@ -181,6 +176,16 @@ void check_scene(const Scene& scene, Faults& faults) {
   checker.check_attractor();
   checker.check_initial();
   checker.check_publication();
+}
+
+void check_num_points(const Scene& scene, bool is_whole, Faults& faults) {
+  if (scene.points.size() <= std::size_t{kMaxPoints}) return;
+  add_error(
+      faults, scene.points[kMaxPoints].origin,
+      join_text("this is point ", kMaxPoints + 1, " of ", scene.points.size(), is_whole ? "" : " or more",
+                "; at most ", kMaxPoints, " are taken, rigid or not: 3 N - 6 is at most ", kMaxElastic,
+                ", the elastic freedoms that one state message of 60 kB can carry; join points, or leave "
+                "some out"));
 }
 
 void check_modes(const Scene& scene, int num_elastic, Faults& faults) {

@@ -9,6 +9,10 @@ namespace freeflex {
 /// range, indices that name nothing, links of no length.
 void check_scene(const Scene& scene, Faults& faults);
 
+/// Appends a fault at the first point beyond the most that are taken, if there is one.
+/// \param is_whole  false: there are more points than the scene holds
+void check_num_points(const Scene& scene, bool is_whole, Faults& faults);
+
 /// Appends faults of what names elastic modes by number: damping and initial state.
 void check_modes(const Scene& scene, int num_elastic, Faults& faults);
 

@@ -47,7 +47,8 @@ INSTANTIATE_TEST_SUITE_P(
              "scene.yaml:6:13: error: tolerance: unknown key 'positon' (did you mean 'position'?); allowed: "
              "position, attitude, elastic, horizon"}),
         bad_line("BudgetIsANumber", "error_budget: 3",
-                 {"scene.yaml:5:15: error: error_budget is the text '3', must be a mapping of horizon"}),
+                 {"scene.yaml:5:15: error: error_budget is the text '3', must be a mapping of horizon: write "
+                  "error_budget: {horizon: 3}"}),
         bad_line("BudgetWithoutHorizon", "error_budget: {}",
                  {"scene.yaml:5:15: error: error_budget: horizon is missing, must be a number > 0 [s]"}),
         bad_line("BudgetIntoThePast", "error_budget: {horizon: -3}",

@@ -22,7 +22,7 @@ INSTANTIATE_TEST_SUITE_P(
         bad_line(
             "IsANumber", "leave_out: 1e-3",
             {"scene.yaml:5:12: error: leave_out is the text '1e-3', must be a mapping of tolerance, horizon, "
-             "on_need, keep"}),
+             "on_need, keep: write leave_out: {tolerance: 1e-3}"}),
         bad_line("Unknown", "leave_out: {tolerence: 1e-3}",
                  {"scene.yaml:5:13: error: leave_out: unknown key 'tolerence' (did you mean 'tolerance'?); "
                   "allowed: "

@@ -11,6 +11,55 @@ BadScene bad_link(const std::string& name, const std::string& link, std::vector<
 
 const std::string kBeam = "{name: l, beam: [hub, mid], EA: 1, GJ: 1, EIy: 1, EIz: 1, ";
 
+class ListOfLinks : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(ListOfLinks, IsRefusedWithThePlaceOfEachFaultyItem) { expect_refused(GetParam()); }
+
+const std::string kKinds =
+    "must have one of spring, bar, beam, bending, torsion, plate, matrix, flexibility, rigid, dashpot";
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, ListOfLinks,
+    ::testing::Values(
+        bad_link(
+            "EveryItemIsFaulty",
+            "{spring: [hub, tpi], stiffness: 1}\n"
+            "  - {sprng: [hub, tip], stiffness: 1}\n"
+            "  - {bar: [hub], EA: 1}\n"
+            "  - {spring: [[hub, mid], [mid, tip]], stiffness: 1}\n"
+            "  - {spring: [hub, mid, mid], stiffness: 1}\n"
+            "  - {name: strut, bar: [hub, tip], EA: 0}\n"
+            "  - {bar: [hub, tip], EA: -5}",
+            {"scene.yaml:6:20: error: link 1: spring names the point 'tpi', which the scene does not have "
+             "(did you mean 'tip'?)",
+             "scene.yaml:7:5: error: link 2 has no kind (did you mean 'spring'?); " + kKinds,
+             "scene.yaml:8:11: error: link 3: bar has 1 point, must be a list of 2 or more",
+             "scene.yaml:9:15: error: link 4: spring holds a list, must be the name of a point",
+             "scene.yaml:9:27: error: link 4: spring holds a list, must be the name of a point",
+             "scene.yaml:10:14: error: link 5: spring joins the point 'mid' to itself",
+             "scene.yaml:11:40: error: link 'strut': EA 0 N, must be > 0",
+             "scene.yaml:12:27: error: link 7: EA -5 N, must be > 0"}),
+        bad_link("BehindAChain",
+                 "{spring: [hub..tip, hub], stiffness: 1}\n"
+                 "  - {spring: [hub, tip], stiffness: -5}",
+                 {"scene.yaml:7:37: error: link 2: stiffness -5 N/m, must be > 0"}),
+        // a link that could not be read has a number too
+        BadScene{
+            "PhysicsBesideReading",
+            {{"scene.yaml",
+              "points:\n"
+              "  - {name: a, mass: 1, at: [0, 0, 0]}\n"
+              "  - {name: b, mass: 1, at: [0, 0, 0]}\n"
+              "  - {name: c, mass: 1, at: [1, 0, 0]}\n"
+              "links:\n"
+              "  - {spring: [a, d], stiffness: 1}\n"
+              "  - {spring: [a, b], stiffness: 1}\n"}},
+            {"scene.yaml:6:18: error: link 1: spring names the point 'd', which the scene does not have; "
+             "it has a, b, c",
+             "scene.yaml:7:5: error: link '2' joins 'a', 'b', which are in one place; a link needs a "
+             "length > 0: move a point or remove the link"}}),
+    bad_scene_name);
+
 class BeamKeys : public ::testing::TestWithParam<BadScene> {};
 
 TEST_P(BeamKeys, AreRefusedWithTheirMessages) { expect_refused(GetParam()); }

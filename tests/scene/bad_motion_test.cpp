@@ -23,7 +23,8 @@ INSTANTIATE_TEST_SUITE_P(
                  {"scene.yaml:5:11: error: scene: fidelity is a list, must be rigid, separated, spin-loaded, "
                   "coupled, exact-bars, full or auto"}),
         bad_line("AttractorIsANumber", "attractor: 3.986e14",
-                 {"scene.yaml:5:12: error: attractor is the text '3.986e14', must be a mapping of at, mu"}),
+                 {"scene.yaml:5:12: error: attractor is the text '3.986e14', must be a mapping of at, mu: "
+                  "write attractor: {mu: 3.986e14}"}),
         bad_line("AttractorWithoutStrength", "attractor: {at: [0, 0, 7e6]}",
                  {"scene.yaml:5:12: error: attractor: mu is missing, must be a number > 0 [m^3/s^2]"}),
         bad_line("AttractorThatRepels", "attractor: {mu: -1, at: [0, 0]}",

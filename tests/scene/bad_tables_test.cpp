@@ -60,6 +60,16 @@ INSTANTIATE_TEST_SUITE_P(
                  {"K.mtx:3:5: error: stiffness 'nan' is not finite, must be a number [N/m]",
                   "K.mtx:4:5: error: stiffness '1e999' is too large or too small for a double, must be a "
                   "number [N/m]"}},
+        BadScene{
+            "DecimalComma",
+            {{"scene.yaml", kMatrixScene},
+             {"K.mtx", kMatrixHeader + "6 6 2\n"
+                                       "1 1 1,5\n"
+                                       "4 4 -,5e3\n"}},
+            {"K.mtx:3:5: error: stiffness '1,5' has a comma, must be a number with a decimal point: write "
+             "1.5",
+             "K.mtx:4:5: error: stiffness '-,5e3' has a comma, must be a number with a decimal point: "
+             "write -.5e3"}},
         BadScene{"EntryTwice",
                  {{"scene.yaml", kMatrixScene},
                   {"K.mtx", kMatrixHeader + "6 6 3\n"
@@ -151,8 +161,9 @@ INSTANTIATE_TEST_SUITE_P(
                    "\n"
                    "a,1,0,0\n"
                    "b,1,1,0,0,7\n"}},
-                 {"points.csv:3:1: error: row has 4 fields, the header has 5",
-                  "points.csv:4:1: error: row has 6 fields, the header has 5"}},
+                 {"points.csv:3:1: error: row 1 has 4 fields, the header has 5: name, mass, x, y, z",
+                  "points.csv:4:1: error: row 2 has 6 fields, the header has 5: name, mass, x, y, z; a comma "
+                  "parts fields, decimals take a point"}},
         BadScene{"BadNumbers",
                  {{"scene.yaml", "points: {csv: points.csv}\n"},
                   {"points.csv",
@@ -177,12 +188,43 @@ INSTANTIATE_TEST_SUITE_P(
                  {{"scene.yaml", "points: {csv: points.csv}\n"}, {"points.csv", "\n"}},
                  {"points.csv:1:1: error: the table is empty; its first line names the columns: name, mass, "
                   "x, y, z"}},
-        BadScene{"Quotes",
+        BadScene{
+            "Quotes",
+            {{"scene.yaml", "points: {csv: points.csv}\n"},
+             {"points.csv",
+              "name,mass,x,y,z\n"
+              "\"a\",1,0,0,0\n"}},
+            {"points.csv:2:1: error: point in row 1: name '\"a\"' must be 1 to 63 of A-Z a-z 0-9 _ . -"}},
+        BadScene{"RowsWithoutAName",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: a, mass: 1, at: [5, 0, 0]}\n"
+                   "  - {csv: points.csv}\n"
+                   "  - {mass: 0, at: [6, 0, 0]}\n"},
+                  {"points.csv",
+                   "mass,x,y,z\n"
+                   "1,0,0\n"
+                   "# a comment is no row\n"
+                   "1,0\n"
+                   "-1,0,0,0\n"
+                   "1,5,0,0,0\n"}},
+                 {"scene.yaml:4:12: error: point 3: mass 0 kg, must be > 0",
+                  "points.csv:2:1: error: row 1 has 3 fields, the header has 4: mass, x, y, z",
+                  "points.csv:4:1: error: row 2 has 2 fields, the header has 4: mass, x, y, z",
+                  "points.csv:5:1: error: point in row 3: mass -1 kg, must be > 0",
+                  "points.csv:6:1: error: row 4 has 5 fields, the header has 4: mass, x, y, z; a comma parts "
+                  "fields, decimals take a point"}},
+        BadScene{"RowWithABadName",
                  {{"scene.yaml", "points: {csv: points.csv}\n"},
                   {"points.csv",
                    "name,mass,x,y,z\n"
-                   "\"a\",1,0,0,0\n"}},
-                 {"points.csv:2:1: error: point 1: name '\"a\"' must be 1 to 63 of A-Z a-z 0-9 _ . -"}},
+                   "a,1,0,0,0\n"
+                   ",0,1,0,0\n"
+                   "c d,0,1,0,0\n"}},
+                 {"points.csv:3:1: error: point in row 2: name '' must be 1 to 63 of A-Z a-z 0-9 _ . -",
+                  "points.csv:3:2: error: point in row 2: mass 0 kg, must be > 0",
+                  "points.csv:4:1: error: point in row 3: name 'c d' must be 1 to 63 of A-Z a-z 0-9 _ . -",
+                  "points.csv:4:5: error: point in row 3: mass 0 kg, must be > 0"}},
         BadScene{"PointTwiceAcrossFiles",
                  {{"scene.yaml",
                    "points:\n"
@@ -194,21 +236,22 @@ INSTANTIATE_TEST_SUITE_P(
                    "b,1,1,0,0\n"}},
                  {"points.csv:2:1: error: point 'a' is defined twice, first at scene.yaml:2:5; give each "
                   "point a name of its own"}},
-        BadScene{"UnknownEnd",
-                 {{"scene.yaml",
-                   "points: {csv: points.csv}\n"
-                   "links: {csv: links.csv}\n"},
-                  {"points.csv",
-                   "name,mass,x,y,z\n"
-                   "a,1,0,0,0\n"
-                   "b,1,1,0,0\n"},
-                  {"links.csv",
-                   "from,to,stiffness\n"
-                   "a,c,10\n"
-                   "b,b,10\n"}},
-                 {"links.csv:2:3: error: link '1': to names the point 'c', which the scene does not have; it "
-                  "has a, b",
-                  "links.csv:3:3: error: link '2' joins the point 'b' to itself"}},
+        BadScene{
+            "UnknownEnd",
+            {{"scene.yaml",
+              "points: {csv: points.csv}\n"
+              "links: {csv: links.csv}\n"},
+             {"points.csv",
+              "name,mass,x,y,z\n"
+              "a,1,0,0,0\n"
+              "b,1,1,0,0\n"},
+             {"links.csv",
+              "from,to,stiffness\n"
+              "a,c,10\n"
+              "b,b,10\n"}},
+            {"links.csv:2:3: error: link in row 1: to names the point 'c', which the scene does not have; it "
+             "has a, b",
+             "links.csv:3:3: error: link in row 2 joins the point 'b' to itself"}},
         BadScene{
             "NoKindOfLink",
             {{"scene.yaml",
@@ -271,27 +314,33 @@ INSTANTIATE_TEST_SUITE_P(
                    "damping, or add a spring",
                    "links.csv:1:1: error: column 'loss_factor' is not for dashpots: they have no stiffness; "
                    "use damping, or add a spring"}),
-        bad_links("Values", "from,to,third,E,nu,thickness,loss_factor\na,b,c,70 GPa,0.6,0,-1\n",
-                  {"links.csv:2:7: error: link '1': E '70 GPa' has a unit, must be SI without a unit [Pa]: "
-                   "write 70000000000",
-                   "links.csv:2:14: error: link '1': nu 0.6, must be > -1 and < 0.5",
-                   "links.csv:2:18: error: link '1': thickness 0 m, must be > 0",
-                   "links.csv:2:20: error: link '1': loss_factor -1, must be >= 0"}),
-        bad_links("BeamValues", "from,to,EA,GJ,EIy,EIz,GAy,GAz\na,b,1,1,1,1,0,\n",
-                  {"links.csv:2:13: error: link '1': GAy 0 N, must be > 0",
-                   "links.csv:2:15: error: link '1': GAz is empty, must be a number > 0 [N]"}),
-        bad_links("SpringValues", "from,to,stiffness,viscous,loss_factor\na,b,1,-1,2 %\na,c,1,,0\n",
-                  {"links.csv:2:7: error: link '1': viscous -1 s, must be >= 0",
-                   "links.csv:2:10: error: link '1': loss_factor '2 %' has a unit, must be SI without a "
-                   "unit: write 0.02",
-                   "links.csv:3:7: error: link '2': viscous is empty, must be a number >= 0 [s]"}),
-        bad_links("DashpotValues", "from,to,damping\na,b,-1\n",
-                  {"links.csv:2:5: error: link '1': damping -1 N s/m, must be > 0"}),
         bad_links(
-            "PlatePoints", "from,to,third,E,nu,thickness\na,b,a,1,0,1\na,b,d,1,0,1\n",
-            {"links.csv:2:5: error: link '1' names the point 'a' twice; a plate needs three different points",
-             "links.csv:3:5: error: link '2': third names the point 'd', which the scene does not have; it "
-             "has a, b, c"})),
+            "Values", "from,to,third,E,nu,thickness,loss_factor\na,b,c,70 GPa,0.6,0,-1\n",
+            {"links.csv:2:7: error: link in row 1: E '70 GPa' has a unit, must be SI without a unit [Pa]: "
+             "write 70000000000",
+             "links.csv:2:14: error: link in row 1: nu 0.6, must be > -1 and < 0.5",
+             "links.csv:2:18: error: link in row 1: thickness 0 m, must be > 0",
+             "links.csv:2:20: error: link in row 1: loss_factor -1, must be >= 0"}),
+        bad_links("BeamValues", "from,to,EA,GJ,EIy,EIz,GAy,GAz\na,b,1,1,1,1,0,\n",
+                  {"links.csv:2:13: error: link in row 1: GAy 0 N, must be > 0",
+                   "links.csv:2:15: error: link in row 1: GAz is empty, must be a number > 0 [N]"}),
+        bad_links("SpringValues", "from,to,stiffness,viscous,loss_factor\na,b,1,-1,2 %\na,c,1,,0\n",
+                  {"links.csv:2:7: error: link in row 1: viscous -1 s, must be >= 0",
+                   "links.csv:2:10: error: link in row 1: loss_factor '2 %' has a unit, must be SI without a "
+                   "unit: write 0.02",
+                   "links.csv:3:7: error: link in row 2: viscous is empty, must be a number >= 0 [s]"}),
+        bad_links("RowsOfTwoNames", "name,from,to,stiffness\nl,a,b,-1\nm n,a,b,-1\n",
+                  {"links.csv:2:7: error: link 'l': stiffness -1 N/m, must be > 0",
+                   "links.csv:3:1: error: link in row 2: name 'm n' must be 1 to 63 of A-Z a-z 0-9 _ . -",
+                   "links.csv:3:9: error: link in row 2: stiffness -1 N/m, must be > 0"}),
+        bad_links("DashpotValues", "from,to,damping\na,b,-1\n",
+                  {"links.csv:2:5: error: link in row 1: damping -1 N s/m, must be > 0"}),
+        bad_links("PlatePoints", "from,to,third,E,nu,thickness\na,b,a,1,0,1\na,b,d,1,0,1\n",
+                  {"links.csv:2:5: error: link in row 1 names the point 'a' twice; a plate needs three "
+                   "different points",
+                   "links.csv:3:5: error: link in row 2: third names the point 'd', which the scene does not "
+                   "have; it "
+                   "has a, b, c"})),
     bad_scene_name);
 
 class Resource : public ::testing::TestWithParam<BadScene> {};

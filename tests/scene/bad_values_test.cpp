@@ -273,10 +273,102 @@ INSTANTIATE_TEST_SUITE_P(
                    "    mass: 1,5\n"
                    "    at: [1_000, 0, 0]\n"}},
                  {"scene.yaml:2:22: error: point 'a': mass '1,5' has a comma, must be a number with a "
-                  "decimal point",
+                  "decimal point: write 1.5",
                   "scene.yaml:4:11: error: point 'b': mass '1,5' has a comma, must be a number with a "
-                  "decimal point",
-                  "scene.yaml:5:10: error: point 'b': at '1_000' has an underscore, must be digits only"}}),
+                  "decimal point: write 1.5",
+                  "scene.yaml:5:10: error: point 'b': at '1_000' has an underscore, must be digits only"}},
+        BadScene{
+            "DecimalCommaInBraces",
+            {{"scene.yaml",
+              "points:\n"
+              "  - {name: a, mass: 1,5, at: [0, 0, 0]}\n"
+              "links:\n"
+              "  - {spring: [a, b], stiffness: 1,5e3, viscous: 0,5}\n"
+              "damping: {modes: {1: 0,02, 2: 0,03}, ratio: -1,5}\n"}},
+            {"scene.yaml:2:21: error: point 'a': mass '1,5' has a comma, must be a number with a decimal "
+             "point: write 1.5",
+             "scene.yaml:4:18: error: link 1: spring names the point 'b', which the scene does not have; "
+             "it has a",
+             "scene.yaml:4:33: error: link 1: stiffness '1,5e3' has a comma, must be a number with a "
+             "decimal point: write 1.5e3",
+             "scene.yaml:4:49: error: link 1: viscous '0,5' has a comma, must be a number with a decimal "
+             "point: write 0.5",
+             "scene.yaml:5:22: error: damping: mode 1 '0,02' has a comma, must be a number with a decimal "
+             "point: write 0.02",
+             "scene.yaml:5:31: error: damping: mode 2 '0,03' has a comma, must be a number with a decimal "
+             "point: write 0.03",
+             "scene.yaml:5:45: error: damping: ratio '-1,5' has a comma, must be a number with a decimal "
+             "point: write -1.5"}},
+        BadScene{
+            "DecimalCommaInLists",
+            {{"scene.yaml",
+              "points:\n"
+              "  - {name: a, mass: 1, at: [0,5, 1, -2,25]}\n"
+              "  - {name: b, mass: 1, at: [0,5,1,0]}\n"
+              "  - {name: c, mass: 1, at: [0, 5, 1, 0]}\n"
+              "loads: {forces: {a: [0, 0, 1]}, table: {times: [0, 1,5], values: [0, 1]}}\n"
+              "feedback: {at: a, velocity: [1,5, 2, 3]}\n"}},
+            {"scene.yaml:2:28: error: point 'a': at has 5 items, must be a list of 3 numbers [m]: a comma "
+             "parts items, write 0.5, -2.25",
+             "scene.yaml:3:28: error: point 'b': at has 4 items, must be a list of 3 numbers [m]: a comma "
+             "parts items, decimals take a point",
+             "scene.yaml:4:28: error: point 'c': at has 4 items, must be a list of 3 numbers [m]",
+             "scene.yaml:5:66: error: load 1: table has 3 times and 2 values; must be as many of each: a "
+             "comma parts items, write 1.5",
+             "scene.yaml:6:29: error: feedback 1: velocity has 4 items, must be a number, a list of 3 "
+             "(one for each body axis) or 3 lists of 3 (rows of a matrix) [N s/m]: a comma parts items, "
+             "write 1.5"}},
+        BadScene{
+            "CommasOfOtherKinds",
+            {{"scene.yaml",
+              "rate: 1,000\n"
+              "points: {mass: 2, at: [0, 0, 0]}\n"
+              "leave_out:\n"
+              "  horizon: 1,000,000\n"
+              "commands:\n"
+              "  force_limit: 1,5 kN\n"
+              "  torque_limit: 1,2,3\n"}},
+            {"scene.yaml:1:7: error: scene: rate '1,000' has a comma, must be a number with a decimal "
+             "point: write 1.000, or 1000",
+             "scene.yaml:4:12: error: leave_out: horizon '1,000,000' has a comma, must be a number with "
+             "a decimal point: write 1000000",
+             "scene.yaml:6:16: error: commands: force_limit '1,5 kN' has a comma, must be a number with a "
+             "decimal point",
+             "scene.yaml:7:17: error: commands: torque_limit '1,2,3' has a comma, must be a number with a "
+             "decimal point"}}),
+    bad_scene_name);
+
+class NumberForAMapping : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(NumberForAMapping, IsRefusedWithTheMappingToWrite) { expect_refused(GetParam()); }
+
+// line 5 is the text
+BadScene bad_number(const std::string& name, const std::string& text, std::vector<std::string> messages) {
+  return {name, {{"scene.yaml", kThreePoints + text + "\n"}}, std::move(messages)};
+}
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, NumberForAMapping,
+    ::testing::Values(
+        bad_number("Damping", "damping: 0.02",
+                   {"scene.yaml:5:10: error: damping is the text '0.02', must be a mapping of ratio, modes, "
+                    "rayleigh: write damping: {ratio: 0.02}"}),
+        bad_number("DampingInPercent", "damping: 2 %",
+                   {"scene.yaml:5:10: error: damping is the text '2 %', must be a mapping of ratio, modes, "
+                    "rayleigh: write damping: {ratio: NUMBER}"}),
+        bad_number("DampingIsAWord", "damping: none",
+                   {"scene.yaml:5:10: error: damping is the text 'none', must be a mapping of ratio, modes, "
+                    "rayleigh"}),
+        bad_number(
+            "Publication", "publish: {points: 50}",
+            {"scene.yaml:5:19: error: publish: points is the text '50', must be a mapping of rate, of: "
+             "write points: {rate: 50}"}),
+        bad_number("Histories",
+                   "loads: [{forces: {tip: [0, 0, 1]}, pulse: 1}, {forces: {tip: [0, 0, 1]}, sine: 2}]",
+                   {"scene.yaml:5:43: error: load 1: pulse is the text '1', must be a mapping of start, "
+                    "duration: write pulse: {duration: 1}",
+                    "scene.yaml:5:80: error: load 2: sine is the text '2', must be a mapping of frequency, "
+                    "phase: write sine: {frequency: 2}"})),
     bad_scene_name);
 
 }  // namespace

@@ -14,7 +14,7 @@ INSTANTIATE_TEST_SUITE_P(
         BadScene{"UnclosedBracket",
                  {{"scene.yaml", "points: [{name: a, mass: 1, at: [0, 0, 0]}\n"}},
                  {"scene.yaml:2:1: error: YAML syntax: flow sequence without a closing bracket; it was "
-                  "opened on line 1, column 9"}},
+                  "opened on line 1, column 9: close it with ']'"}},
         BadScene{
             "UnclosedQuote",
             {{"scene.yaml",
@@ -69,6 +69,99 @@ INSTANTIATE_TEST_SUITE_P(
                    "points:\n"
                    "  - {name: a, mass: 1, at: *hbu}\n"}},
                  {"scene.yaml:3:29: error: alias 'hbu' has no anchor before it (did you mean 'hub'?)"}}),
+    bad_scene_name);
+
+class Bracket : public ::testing::TestWithParam<BadScene> {};
+
+TEST_P(Bracket, IsRefusedWithThePlaceWhereItWasOpened) { expect_refused(GetParam()); }
+
+const std::string kOpenBrace =
+    "YAML syntax: flow mapping without a closing brace; it was opened on line 2, column 5: close it with '}'";
+
+INSTANTIATE_TEST_SUITE_P(
+    BadScene, Bracket,
+    ::testing::Values(
+        BadScene{"BraceOpenBeforeTheNextItem",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: hub, mass: 40\n"
+                   "  - {name: tip, mass: 40, at: [1, 0, 0]}\n"}},
+                 {"scene.yaml:3:3: error: " + kOpenBrace}},
+        BadScene{"BraceOpenBehindAList",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: hub, mass: 40, at: [0, 0, 0]\n"
+                   "  # a '}' in a comment closes nothing, nor does one in quotes\n"
+                   "  - {name: \"}\", mass: 40, at: [1, 0, 0]}\n"}},
+                 {"scene.yaml:4:3: error: " + kOpenBrace}},
+        BadScene{"BraceOpenBehindAComma",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: hub, mass: 40,\n"
+                   "  - {name: tip, mass: 40, at: [1, 0, 0]}\n"
+                   "links: []\n"}},
+                 {"scene.yaml:3:3: error: " + kOpenBrace}},
+        BadScene{"BraceOpenBeforeTheNextSection",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - {name: hub, mass: 40, at: [0, 0, 0]\n"
+                   "\n"
+                   "links: []\n"}},
+                 {"scene.yaml:4:1: error: " + kOpenBrace}},
+        BadScene{"BraceOpenAtTheEnd",
+                 {{"scene.yaml",
+                   "links: []\n"
+                   "xx: {ratio: 0.01, modes: {1: 0.02}"}},
+                 {"scene.yaml:2:35: error: " + kOpenBrace}},
+        BadScene{
+            "BracketAndBraceOpen",
+            {{"scene.yaml",
+              "points:\n"
+              "  - {name: hub, mass: 40, at: [0, 0, 0\n"
+              "  - {name: tip, mass: 40, at: [1, 0, 0]}\n"}},
+            {"scene.yaml:3:3: error: YAML syntax: flow sequence without a closing bracket; it was opened "
+             "on line 2, column 31: close it with ']', and the '{' on line 2, column 5 with '}'"}},
+        BadScene{
+            "BracketOpenInABrace",
+            {{"scene.yaml",
+              "points:\n"
+              "  - {name: hub, mass: 40, at: [0, 0, 0}\n"}},
+            {"scene.yaml:2:39: error: YAML syntax: flow sequence without a closing bracket; it was opened "
+             "on line 2, column 31: close it with ']' before this '}', or remove this one"}},
+        BadScene{
+            "CommaMissingInABraceThatStaysOpen",
+            {{"scene.yaml",
+              "points:\n"
+              "  - {name: hub mass: 40\n"
+              "  - {name: tip, mass: 40, at: [1, 0, 0]}\n"}},
+            {"scene.yaml:2:20: error: YAML syntax: missing comma in flow mapping; separate items by commas",
+             "scene.yaml:3:3: error: " + kOpenBrace}},
+        BadScene{
+            "CommaMissingInABraceThatIsClosed",
+            {{"scene.yaml",
+              "points:\n"
+              "  - {name: hub, mass: 40\n"
+              "    at: [0, 0, 0]}\n"}},
+            {"scene.yaml:3:7: error: YAML syntax: missing comma in flow mapping; separate items by commas"}},
+        BadScene{"BraceNeverOpened",
+                 {{"scene.yaml",
+                   "points:\n"
+                   "  - name: hub, mass: 40, at: [0, 0, 0]}\n"}},
+                 {"scene.yaml:2:20: error: YAML syntax: invalid nested block mapping on the same line; give "
+                  "each key a line of its own, or open a brace before the first: {name: hub, mass: 40}"}},
+        BadScene{
+            "CommaAtTheStart",
+            {{"scene.yaml", "rate: ,5\n"}},
+            {"scene.yaml:1:7: error: YAML syntax: did not find expected node content; a value is missing "
+             "here, or begins with a comma: write 0.5, not ,5"}},
+        BadScene{
+            "BracketNotIndented",
+            {{"scene.yaml",
+              "points: [\n"
+              "  {name: a, mass: 1, at: [0, 0, 0]}\n"
+              "]\n"}},
+            {"scene.yaml:3:1: error: YAML syntax: wrongly indented sequence end in flow mode; indent the "
+             "closing bracket deeper than the line that opens it"}}),
     bad_scene_name);
 
 class Type : public ::testing::TestWithParam<BadScene> {};

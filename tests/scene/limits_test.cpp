@@ -8,6 +8,11 @@
 namespace freeflex::testing {
 namespace {
 
+const std::string kWhyPoints =
+    "3 N - 6 is at most 3700, the elastic freedoms that one state message of 60 kB can carry; join points, "
+    "or "
+    "leave some out";
+
 class Limits : public ::testing::Test {
  protected:
   std::vector<std::string> read(const std::string& path) {
@@ -53,7 +58,22 @@ TEST_F(Limits, PointsBeyondTheTableAreRefused) {
   for (int i = 0; i < 10000; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
   folder_.write("points.csv", csv);
   EXPECT_EQ(read_text("points: {csv: points.csv}\n"),
-            Messages{"points.csv:8194:1: error: more than 8192 points; the rest is not read"});
+            Messages{"points.csv:1237:1: error: this is point 1236 of 8193 or more; at most 1235 are taken, "
+                     "rigid or not: " +
+                     kWhyPoints});
+}
+
+// at once, not when the faulty point is mended
+TEST_F(Limits, PointsThatAreTooManyAreSaidBesideOtherFaults) {
+  std::string csv = "mass,x,y,z\n-1,0,0,0\n";
+  for (int i = 1; i < 1300; ++i) csv += "1," + std::to_string(i) + ",0,0\n";
+  folder_.write("points.csv", csv);
+  EXPECT_EQ(
+      read_text("points: {csv: points.csv}\n"),
+      (Messages{"points.csv:2:1: error: point in row 1: mass -1 kg, must be > 0",
+                "points.csv:1237:1: error: this is point 1236 of 1300; at most 1235 are taken, rigid or "
+                "not: " +
+                    kWhyPoints}));
 }
 
 TEST_F(Limits, GroupsBeyondTheTableAreRefused) {
@@ -136,7 +156,7 @@ TEST_F(Limits, FaultsAreListedUpToAThousand) {
   folder_.write("points.csv", csv);
   const Messages messages = read_text("points: {csv: points.csv}\n");
   ASSERT_EQ(messages.size(), 1001u);
-  EXPECT_EQ(messages[999], "points.csv:1001:1: error: point '1000': mass -1 kg, must be > 0");
+  EXPECT_EQ(messages[999], "points.csv:1001:1: error: point in row 1000: mass -1 kg, must be > 0");
   EXPECT_EQ(messages[1000], "scene.yaml: error: more than 1000 faults; the rest is not listed");
 }
 
@@ -147,8 +167,12 @@ TEST_F(Limits, MatrixThatPromisesTooMuchAllocatesNothing) {
     return csv;
   }());
   folder_.write("K.mtx", "%%MatrixMarket matrix array real general\n24576 24576\n");
-  EXPECT_EQ(read_text("points: {csv: points.csv}\nlinks: {matrix: K.mtx, points: all}\n"),
-            Messages{"K.mtx:2:1: error: 603979776 entries, at most 16777216 are read"});
+  EXPECT_EQ(
+      read_text("points: {csv: points.csv}\nlinks: {matrix: K.mtx, points: all}\n"),
+      (Messages{"points.csv:1237:1: error: this is point 1236 of 8192; at most 1235 are taken, rigid or "
+                "not: " +
+                    kWhyPoints,
+                "K.mtx:2:1: error: 603979776 entries, at most 16777216 are read"}));
 }
 
 }  // namespace

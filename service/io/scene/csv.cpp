@@ -42,6 +42,12 @@ double CsvRow::number(std::size_t column, const std::string& label, const Quanti
   return 0.0;
 }
 
+std::string CsvRow::label(const std::string& noun, std::size_t name_column) const {
+  const std::string_view name = fields_[name_column];
+  if (!name_problem(name).empty()) return noun + " in row " + std::to_string(number_);
+  return noun + " " + quote(name);
+}
+
 CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> known,
                    const std::vector<std::string_view>& required)
     : report_(report), source_(source), rest_(report.text(source)), known_(std::move(known)) {
@@ -101,16 +107,24 @@ bool CsvTable::next_line(std::string_view& line) {
   return false;
 }
 
+void CsvTable::report_length(std::size_t num_fields) {
+  std::vector<std::string_view> header;
+  for (const int index : known_of_field_) header.push_back(known_[static_cast<std::size_t>(index)]);
+  report_.error({source_, line_, 1},
+                "row " + std::to_string(num_rows_) + " has " + std::to_string(num_fields) +
+                    (num_fields == 1 ? " field" : " fields") + ", the header has " +
+                    std::to_string(header.size()) + ": " + join(header) +
+                    (num_fields > header.size() ? "; a comma parts fields, decimals take a point" : ""));
+}
+
 bool CsvTable::each_row(const std::function<bool(const CsvRow&)>& take) {
   std::string_view line;
   bool is_whole = is_good_;
   while (is_good_ && next_line(line)) {
     const std::vector<Field> fields = split(line);
-    CsvRow row(report_, {source_, line_, fields.front().column}, known_);
+    CsvRow row(report_, {source_, line_, fields.front().column}, ++num_rows_, known_);
     if (fields.size() != known_of_field_.size()) {
-      report_.error({source_, line_, 1}, "row has " + std::to_string(fields.size()) +
-                                             " fields, the header has " +
-                                             std::to_string(known_of_field_.size()));
+      report_length(fields.size());
       is_whole = false;
       continue;
     }

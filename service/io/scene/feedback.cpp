@@ -25,7 +25,7 @@ std::optional<Eigen::Matrix3d> read_gain(Report& report, const Node& node, const
     report.error(node.origin, label + found +
                                   ", must be a number, a list of 3 (one for each body axis) or 3 "
                                   "lists of 3 (rows of a matrix) [" +
-                                  std::string(unit) + "]");
+                                  std::string(unit) + "]" + (num_rows == 0 ? comma_hint(node, 3) : ""));
     return std::nullopt;
   }
   Eigen::Matrix3d gain = Eigen::Matrix3d::Zero();
@@ -59,7 +59,7 @@ void SceneReader::read_feedbacks(const Node& node) {
 
 void SceneReader::read_feedback(const Node& node) {
   const std::string number = std::to_string(scene_.feedbacks.size() + 1);
-  const Fields fields(report_, node, item_label("feedback", node, number),
+  const Fields fields(report_, node, item_label("feedback", node, scene_.feedbacks.size() + 1),
                       {"name", "at", "from", "displacement", "velocity", "acceleration"});
   Feedback feedback;
   feedback.origin = node.origin;

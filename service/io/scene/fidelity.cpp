@@ -49,7 +49,7 @@ void SceneReader::read_fidelity(const Node* fidelity, const Node* tolerance) {
 }
 
 void SceneReader::read_error_budget(const Node& node) {
-  const Fields fields(report_, node, "error_budget", {"horizon"});
+  const Fields fields(report_, node, "error_budget", {"horizon"}, {}, "horizon");
   scene_.error_budget.origin = node.origin;
   if (fields.is_mapping()) fields.require("horizon", kHorizon, scene_.error_budget.horizon);
 }

@@ -31,7 +31,7 @@ std::optional<std::vector<double>> read_numbers(Report& report, const Node& node
   }
   if (count && node.items.size() != *count) {
     report.error(node.origin, label + " has " + std::to_string(node.items.size()) +
-                                  " items, must be a list of " + length + unit);
+                                  " items, must be a list of " + length + unit + comma_hint(node, *count));
     return std::nullopt;
   }
   if (!report.count_mentions(node.items.size(), node.origin)) return std::nullopt;
@@ -40,6 +40,21 @@ std::optional<std::vector<double>> read_numbers(Report& report, const Node& node
     if (const auto value = read_number(report, *item, label, quantity)) values.push_back(*value);
   if (values.size() != node.items.size()) return std::nullopt;
   return values;
+}
+
+std::string comma_hint(const Node& list, std::size_t wanted) {
+  std::string joined;
+  std::size_t num_pairs = 0;
+  for (std::size_t i = 1; i < list.items.size(); ++i) {
+    if (!is_split_number(*list.items[i - 1], *list.items[i])) continue;
+    const std::string point = list.items[i - 1]->text + "." + list.items[i]->text;
+    joined += (joined.empty() ? "" : ", ") + point;
+    ++num_pairs;
+    ++i;
+  }
+  if (num_pairs == 0 || list.items.size() <= wanted) return {};
+  if (list.items.size() != wanted + num_pairs) return ": a comma parts items, decimals take a point";
+  return ": a comma parts items, write " + joined;
 }
 
 std::optional<Eigen::Vector3d> read_vector(Report& report, const Node& node, const std::string& label,
@@ -76,22 +91,40 @@ std::optional<std::string> read_name(Report& report, const Node& node, const std
   return name;
 }
 
-std::string item_label(const std::string& noun, const Node& node, const std::string& number) {
+std::string item_label(const std::string& noun, const Node& node, std::size_t position) {
   for (const auto& [key, value] : node.entries)
     if (key->text == "name" && value->kind == Node::Kind::kText && name_problem(value->text).empty())
       return noun + " " + quote(value->text);
-  return noun + " " + number;
+  return noun + " " + std::to_string(position);
 }
 
+namespace {
+
+// "damping: {ratio: 0.02}" for a number in place of a mapping, as far as it can be read; empty for anything
+// else
+std::string advise_mapping(const Node& node, const std::string& label, std::string_view number_key) {
+  constexpr std::string_view kStart = "+-.,0123456789";
+  if (number_key.empty() || node.kind != Node::Kind::kText || node.text.empty() ||
+      kStart.find(node.text.front()) == std::string_view::npos)
+    return {};
+  const std::size_t colon = label.rfind(": ");
+  const bool is_good = parse_number(node.text, {"-"}).value.has_value();
+  return ": write " + (colon == std::string::npos ? label : label.substr(colon + 2)) + ": {" +
+         std::string(number_key) + ": " + (is_good ? node.text : "NUMBER") + "}";
+}
+
+}  // namespace
+
 Fields::Fields(Report& report, const Node& node, std::string label, std::vector<std::string_view> keys,
-               const std::vector<RefusedKey>& refused)
+               const std::vector<RefusedKey>& refused, std::string_view number_key)
     : report_(report),
       node_(node),
       label_(std::move(label)),
       keys_(std::move(keys)),
       is_mapping_(node.kind == Node::Kind::kMapping) {
   if (!is_mapping_) {
-    report.error(node.origin, label_ + " is " + describe(node) + ", must be a mapping of " + join(keys_));
+    report.error(node.origin, label_ + " is " + describe(node) + ", must be a mapping of " + join(keys_) +
+                                  advise_mapping(node, label_, number_key));
     return;
   }
   std::vector<std::string_view> absent;  // keys a misspelt one may stand for

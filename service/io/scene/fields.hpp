@@ -20,6 +20,10 @@ std::optional<std::vector<double>> read_numbers(Report& report, const Node& node
 std::optional<Eigen::Vector3d> read_vector(Report& report, const Node& node, const std::string& label,
                                            std::string_view unit);
 
+/// What to say of a list that is longer than wanted because commas stand in it for decimal points, as in
+/// [0,5, 1, 0]; empty when that cannot be.
+std::string comma_hint(const Node& list, std::size_t wanted);
+
 /// Text that may be a file name or word; a mapping, list or nothing is reported.
 std::optional<std::string> read_text(Report& report, const Node& node, const std::string& label);
 /// Index of one of the words allowed.
@@ -28,8 +32,8 @@ std::optional<std::size_t> read_word(Report& report, const Node& node, const std
 /// A name as name_problem allows.
 std::optional<std::string> read_name(Report& report, const Node& node, const std::string& label);
 
-/// "point 'hub'" when the mapping has a good name, "point 3" by its number otherwise.
-std::string item_label(const std::string& noun, const Node& node, const std::string& number);
+/// "point 'hub'" when the mapping has a good name, "point 3" by its place in the list, from 1, otherwise.
+std::string item_label(const std::string& noun, const Node& node, std::size_t position);
 
 /// A key with a meaning elsewhere, and why it has none here: "is not for beams: ...".
 struct RefusedKey {
@@ -39,8 +43,9 @@ struct RefusedKey {
 /// A mapping whose keys are known: unknown and refused ones are reported at once.
 class Fields {
  public:
+  /// \param number_key  the key that a number in place of the mapping is for: it goes into the advice
   Fields(Report& report, const Node& node, std::string label, std::vector<std::string_view> keys,
-         const std::vector<RefusedKey>& refused = {});
+         const std::vector<RefusedKey>& refused = {}, std::string_view number_key = {});
 
   bool is_mapping() const { return is_mapping_; }
   const std::string& label() const { return label_; }

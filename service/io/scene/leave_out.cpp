@@ -18,7 +18,8 @@ std::vector<std::string_view> keep_words() {
 }  // namespace
 
 void SceneReader::read_leave_out(const Node& node) {
-  const Fields fields(report_, node, "leave_out", {"tolerance", "horizon", "on_need", "keep"});
+  const Fields fields(report_, node, "leave_out", {"tolerance", "horizon", "on_need", "keep"}, {},
+                      "tolerance");
   LeaveOut& leave_out = scene_.leave_out;
   leave_out.origin = node.origin;
   fields.read("tolerance", {"-", Bound::kNonNegative}, leave_out.tolerance);

@@ -132,11 +132,10 @@ void SceneReader::read_links_table(const Node& node) {
   const bool is_whole = table.each_row([&](const CsvRow& row) {
     Link link;
     link.origin = row.origin();
-    link.name = table.has("name") ? std::string(row.text(kName)) : std::to_string(scene_.links.size() + 1);
-    const std::string label = "link " + quote(link.name);
+    link.name = table.has("name") ? std::string(row.text(kName)) : next_link_name();
+    const std::string label = row.label("link", kName);
     if (const std::string problem = name_problem(link.name); !problem.empty()) {
-      report_.error(row.origin(kName),
-                    "link " + std::to_string(scene_.links.size() + 1) + ": name " + problem);
+      report_.error(row.origin(kName), label + ": name " + problem);
       links_.mark_incomplete();
     }
     link.kind = form->read(table, row, label);

@@ -184,13 +184,25 @@ std::vector<std::string_view> keys_of(const LinkForm& form, std::vector<RefusedK
 }  // namespace
 
 void SceneReader::read_links(const Node& node) {
+  std::size_t position = 0;
   for (const Node* item : read_list(node, "links", "links or {csv: FILE}")) {
+    ++position;
     if (scene_.links.size() > kMaxLinks) break;  // reported
     if (is_table(*item))
       read_links_table(*item);
     else
-      read_link(*item);
+      read_link(*item, position);
   }
+}
+
+std::string SceneReader::next_link_name() const {
+  return std::to_string(scene_.links.size() + num_unread_links_ + 1);
+}
+
+void SceneReader::leave_link_unread(const Origin& origin) {
+  other_places_.push_back(origin);
+  links_.mark_incomplete();
+  ++num_unread_links_;
 }
 
 bool SceneReader::add_link(Link link) {
@@ -225,22 +237,21 @@ const LinkForm* SceneReader::find_form(const Node& node, const std::string& labe
   return nullptr;
 }
 
-void SceneReader::read_link(const Node& node) {
-  const std::string number = std::to_string(scene_.links.size() + 1);
-  const std::string label = item_label("link", node, number);
+void SceneReader::read_link(const Node& node, std::size_t position) {
+  const std::string label = item_label("link", node, position);
   if (node.kind != Node::Kind::kMapping) {
     report_.error(node.origin, label + " is " + describe(node) + ", must be a mapping with one of " +
                                    join(kinds_of_link()));
-    return links_.mark_incomplete();
+    return leave_link_unread(node.origin);
   }
   const LinkForm* form = find_form(node, label);
-  if (!form) return links_.mark_incomplete();
+  if (!form) return leave_link_unread(node.origin);
   std::vector<RefusedKey> refused;
   const std::vector<std::string_view> keys = keys_of(*form, refused);
   const Fields fields(report_, node, label, keys, refused);
   Link link;
   link.origin = node.origin;
-  link.name = number;
+  link.name = next_link_name();
   if (const Node* given = fields.find("name"))
     if (const auto text = read_name(report_, *given, label + ": name")) link.name = *text;
   link.kind = form->read(report_, fields);
@@ -257,13 +268,13 @@ void SceneReader::read_chain(const Fields& fields, const LinkForm& form, Link li
   const std::string label = fields.label() + ": " + std::string(form.key);
   const bool is_chain = form.extent == Extent::kChain;
   const auto points = read_selection(report_, ends, label, points_, is_chain);
-  if (!points) return links_.mark_incomplete();
+  if (!points) return leave_link_unread(link.origin);
   const std::size_t count = points->size();
   if (count < form.num_points || (form.extent == Extent::kOne && count > form.num_points)) {
     report_.error(ends.origin, label + " has " + count_points(count) + ", must be a list of " +
                                    std::to_string(form.num_points) +
                                    (form.extent == Extent::kOne ? "" : " or more"));
-    return links_.mark_incomplete();
+    return leave_link_unread(link.origin);
   }
   const std::size_t size = is_chain ? form.num_points : count;
   const std::size_t num_links = count - size + 1;
@@ -275,14 +286,13 @@ void SceneReader::read_chain(const Fields& fields, const LinkForm& form, Link li
   for (std::size_t i = 0; i < num_links; ++i) {
     // a chain's links are name.1, name.2, ...; one without a name numbers them on
     if (num_links > 1)
-      link.name =
-          fields.find("name") ? name + "." + std::to_string(i + 1) : std::to_string(scene_.links.size() + 1);
+      link.name = fields.find("name") ? name + "." + std::to_string(i + 1) : next_link_name();
     const auto first = points->begin() + static_cast<std::ptrdiff_t>(i);
     link.points.assign(first, first + static_cast<std::ptrdiff_t>(size));
     if (const auto point = is_chain ? find_repeated(link.points) : std::nullopt) {
       const std::string& name_twice = scene_.points[static_cast<std::size_t>(*point)].name;
       report_.error(ends.origin, describe_repeated(label, name_twice, size));
-      return;
+      return leave_link_unread(link.origin);
     }
     if (!add_link(link)) return;
   }

@@ -17,7 +17,7 @@ void SceneReader::read_loads(const Node& node) {
 
 void SceneReader::read_load(const Node& node) {
   const std::string number = std::to_string(scene_.loads.size() + 1);
-  const Fields fields(report_, node, item_label("load", node, number),
+  const Fields fields(report_, node, item_label("load", node, scene_.loads.size() + 1),
                       {"name", "axes", "forces", "wrenches", "pulse", "sine", "table"});
   Load load;
   load.origin = node.origin;
@@ -84,14 +84,16 @@ History SceneReader::read_history(const Fields& fields) {
     if (node) given = node;
   }
   if (const Node* node = fields.find("pulse")) {
-    const Fields pulse_fields(report_, *node, fields.label() + ": pulse", {"start", "duration"});
+    const Fields pulse_fields(report_, *node, fields.label() + ": pulse", {"start", "duration"}, {},
+                              "duration");
     PulseHistory pulse;
     pulse_fields.read("start", {"s", Bound::kNonNegative}, pulse.start);
     pulse_fields.require("duration", {"s", Bound::kPositive}, pulse.duration);
     return pulse;
   }
   if (const Node* node = fields.find("sine")) {
-    const Fields sine_fields(report_, *node, fields.label() + ": sine", {"frequency", "phase"});
+    const Fields sine_fields(report_, *node, fields.label() + ": sine", {"frequency", "phase"}, {},
+                             "frequency");
     SineHistory sine;
     sine_fields.require("frequency", {"Hz", Bound::kPositive}, sine.frequency);
     sine_fields.read("phase", {"rad", Bound::kAny}, sine.phase);
@@ -110,9 +112,11 @@ History SceneReader::read_history(const Fields& fields) {
   if (times->empty())
     report_.error(times_node->origin, label + ": times is empty; a table has at least one row");
   if (times->size() != values->size())
-    report_.error(values_node->origin, label + " has " + std::to_string(times->size()) + " times and " +
-                                           std::to_string(values->size()) +
-                                           " values; must be as many of each");
+    report_.error(values_node->origin,
+                  label + " has " + std::to_string(times->size()) + " times and " +
+                      std::to_string(values->size()) + " values; must be as many of each" +
+                      (times->size() > values->size() ? comma_hint(*times_node, values->size())
+                                                      : comma_hint(*values_node, times->size())));
   for (std::size_t i = 1; i < times->size(); ++i)
     if ((*times)[i] <= (*times)[i - 1])
       report_.error(times_node->items[i]->origin, label + ": times " + format_number((*times)[i]) +

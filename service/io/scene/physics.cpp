@@ -3,6 +3,7 @@
 #include <set>
 #include <tuple>
 
+#include "core/scene/check_scene.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/scene/reader.hpp"
 
@@ -22,15 +23,24 @@ std::set<Place> find_items(const Scene& scene) {
   add(scene.links);
   add(scene.groups);
   add(scene.loads);
+  add(scene.feedbacks);
   places.insert(place_of(scene.damping.origin));
   places.insert(place_of(scene.initial.origin));
+  places.insert(place_of(scene.attractor.origin));
   return places;
 }
 
 }  // namespace
 
-void report_physics(const Scene& scene, Report& report) {
-  const std::set<Place> items = find_items(scene);
+void report_num_points(const Scene& scene, bool is_whole, Report& report) {
+  Faults found;
+  check_num_points(scene, is_whole, found);
+  for (const Fault& fault : found) report.error(fault.origin, fault.message);
+}
+
+void report_physics(const Scene& scene, const std::vector<Origin>& other_places, Report& report) {
+  std::set<Place> items = find_items(scene);
+  for (const Origin& origin : other_places) items.insert(place_of(origin));
   // the last item that begins before a place
   const auto owner = [&](const Origin& origin) {
     const auto after = items.upper_bound(place_of(origin));
@@ -43,7 +53,7 @@ void report_physics(const Scene& scene, Report& report) {
   const bool has_broken_point =
       std::any_of(scene.points.begin(), scene.points.end(),
                   [&](const PointMass& point) { return broken.contains(place_of(point.origin)); });
-  if (has_broken_point) return;
+  if (has_broken_point) return report_num_points(scene, true, report);
   Faults found;
   check_physics(scene, found);
   for (const Fault& fault : found)

@@ -9,12 +9,14 @@ constexpr Quantity kMass{"kg", Bound::kPositive};
 }  // namespace
 
 void SceneReader::read_points(const Node& node) {
+  std::size_t position = 0;
   for (const Node* item : read_list(node, "points", "points or {csv: FILE}")) {
+    ++position;
     if (scene_.points.size() > kMaxPoints) break;  // reported
     if (is_table(*item))
       read_points_table(*item);
     else
-      read_point(*item);
+      read_point(*item, position);
   }
   if (scene_.points.empty() && !report_.has_error())
     report_.error(node.origin, "points is empty; a scene has at least one point");
@@ -22,20 +24,19 @@ void SceneReader::read_points(const Node& node) {
 
 bool SceneReader::add_point(PointMass point) {
   points_.add(report_, point.name, point.origin);
-  if (scene_.points.size() == kMaxPoints)
-    report_.error(point.origin, "more than " + std::to_string(kMaxPoints) + " points; the rest is not read");
   scene_.points.push_back(std::move(point));
   if (scene_.points.size() <= kMaxPoints) return true;
+  // more than is read, and many more than are taken: the latter is what to mend
+  report_num_points(scene_, false, report_);
   points_.mark_incomplete();
   return false;
 }
 
-void SceneReader::read_point(const Node& node) {
-  const std::string number = std::to_string(scene_.points.size() + 1);
-  const Fields fields(report_, node, item_label("point", node, number), {"name", "mass", "at"});
+void SceneReader::read_point(const Node& node, std::size_t position) {
+  const Fields fields(report_, node, item_label("point", node, position), {"name", "mass", "at"});
   PointMass point;
   point.origin = node.origin;
-  point.name = number;
+  point.name = std::to_string(scene_.points.size() + 1);
   if (!fields.is_mapping()) points_.mark_incomplete();
   if (const Node* name = fields.find("name")) {
     if (const auto text = read_name(report_, *name, fields.label() + ": name")) {
@@ -59,10 +60,9 @@ void SceneReader::read_points_table(const Node& node) {
     PointMass point;
     point.origin = row.origin();
     point.name = table.has("name") ? std::string(row.text(kName)) : std::to_string(scene_.points.size() + 1);
-    const std::string label = "point " + quote(point.name);
+    const std::string label = row.label("point", kName);
     if (const std::string problem = name_problem(point.name); !problem.empty()) {
-      report_.error(row.origin(kName),
-                    "point " + std::to_string(scene_.points.size() + 1) + ": name " + problem);
+      report_.error(row.origin(kName), label + ": name " + problem);
       points_.mark_incomplete();
     }
     point.mass = row.number(kMassColumn, label, kMass);

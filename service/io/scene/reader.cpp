@@ -20,7 +20,8 @@ SceneResult read_scene(const std::string& path) {
   result.sources = report.sources();
   const bool is_read = !report.has_error();
   // beside faults of reading, those of physics in what was read well
-  if (!is_read && scene_reader.is_judged()) reader::report_physics(scene, report);
+  if (!is_read && scene_reader.is_judged())
+    reader::report_physics(scene, scene_reader.other_places(), report);
   if (is_read) result.scene = std::move(scene);
   result.faults = report.take_faults();
   return result;
@@ -70,6 +71,7 @@ Scene SceneReader::read() {
 void SceneReader::read_sections(const Node& root) {
   const Fields fields(report_, root, "scene", kSections);
   if (!fields.is_mapping()) return;
+  for (const auto& entry : root.entries) other_places_.push_back(entry.first->origin);
   scene_.name = name_from_path(path_);
   if (const Node* name = fields.find("name"))
     if (const auto text = read_name(report_, *name, "scene: name")) scene_.name = *text;
@@ -143,7 +145,7 @@ void SceneReader::read_groups(const Node& node) {
 }
 
 void SceneReader::read_damping(const Node& node) {
-  const Fields fields(report_, node, "damping", {"ratio", "modes", "rayleigh"});
+  const Fields fields(report_, node, "damping", {"ratio", "modes", "rayleigh"}, {}, "ratio");
   scene_.damping.origin = node.origin;
   fields.read("ratio", kRatio, scene_.damping.modal_ratio);
   if (const Node* rayleigh = fields.find("rayleigh")) {
@@ -167,7 +169,7 @@ void SceneReader::read_damping(const Node& node) {
 }
 
 void SceneReader::read_attractor(const Node& node) {
-  const Fields fields(report_, node, "attractor", {"at", "mu"});
+  const Fields fields(report_, node, "attractor", {"at", "mu"}, {}, "mu");
   scene_.attractor.origin = node.origin;
   fields.read("at", "m", scene_.attractor.position);
   fields.require("mu", {"m^3/s^2", Bound::kPositive}, scene_.attractor.mu);
@@ -237,7 +239,7 @@ void SceneReader::check_publication_rate(const Node* node, const std::string& la
 
 void SceneReader::read_rate_and_selection(const Node& node, const std::string& label, const Names& names,
                                           double& rate, std::vector<int>& chosen) {
-  const Fields fields(report_, node, label, {"rate", "of"});
+  const Fields fields(report_, node, label, {"rate", "of"}, {}, "rate");
   fields.read("rate", kPublicationRate, rate);
   check_publication_rate(fields.find("rate"), label + ": rate", rate);
   const Node* of = fields.find("of");

@@ -24,6 +24,9 @@ class SceneReader {
   /// be said.
   bool is_judged() const { return points_.size() > 0 && points_.is_complete() && links_.size() <= kMaxLinks; }
 
+  /// Where sections begin, and links that could not be read.
+  const std::vector<Origin>& other_places() const { return other_places_; }
+
  private:
   // scene_reader.cpp
   void read_sections(const Node& root);
@@ -46,13 +49,17 @@ class SceneReader {
 
   // scene_points.cpp
   void read_points(const Node& node);
-  void read_point(const Node& node);
+  void read_point(const Node& node, std::size_t position);
   void read_points_table(const Node& node);
   bool add_point(PointMass point);
 
   // scene_links.cpp
   void read_links(const Node& node);
-  void read_link(const Node& node);
+  /// \param position  in the list of links, from 1: what messages call a link without a name
+  void read_link(const Node& node, std::size_t position);
+  /// Name of a link without one: its number. A link that could not be read has one too.
+  std::string next_link_name() const;
+  void leave_link_unread(const Origin& origin);
   /// How the one kind of link in the mapping is written; nullptr after reporting none or two.
   const LinkForm* find_form(const Node& node, const std::string& label);
   /// Adds the link, or one like it along each part of a chain.
@@ -85,12 +92,20 @@ class SceneReader {
   Scene scene_;
   Names points_{"point"};
   Names links_{"link"};
+  std::size_t num_unread_links_ = 0;
+  std::vector<Origin> other_places_;
   Names groups_{"group"};
   Names loads_{"load"};
   Names feedbacks_{"feedback"};
 };
 
+/// Reports, if there are more points than a scene may have, the first of them.
+/// \param is_whole  false: there are more points than the scene holds
+void report_num_points(const Scene& scene, bool is_whole, Report& report);
+
 /// Reports faults of physics in those items of a scene that have no fault of reading.
-void report_physics(const Scene& scene, Report& report);
+/// \param other_places  where something begins that is no item of the scene: faults in it are not of the item
+/// before
+void report_physics(const Scene& scene, const std::vector<Origin>& other_places, Report& report);
 
 }  // namespace freeflex::io::reader

@@ -16,11 +16,18 @@ namespace freeflex::io::reader {
 /// One row of a CSV table: fields in the order of the known columns, absent columns empty.
 class CsvRow {
  public:
-  CsvRow(Report& report, Origin line, const std::vector<std::string_view>& columns)
-      : report_(report), line_(line), columns_(columns), fields_(columns.size()), places_(columns.size()) {}
+  CsvRow(Report& report, Origin line, int number, const std::vector<std::string_view>& columns)
+      : report_(report),
+        line_(line),
+        number_(number),
+        columns_(columns),
+        fields_(columns.size()),
+        places_(columns.size()) {}
   const Origin& origin() const { return line_; }
   std::string_view text(std::size_t column) const { return fields_[column]; }
   const Origin& origin(std::size_t column) const { return places_[column]; }
+  /// "point 'hub'" when the row has a good name, "point in row 3" otherwise, counted from 1 below the header.
+  std::string label(const std::string& noun, std::size_t name_column) const;
   /// Number of a column, or 0 after reporting "<label>: <column> ...".
   double number(std::size_t column, const std::string& label, const Quantity& quantity) const;
 
@@ -28,6 +35,7 @@ class CsvRow {
   friend class CsvTable;
   Report& report_;
   Origin line_;
+  int number_;
   const std::vector<std::string_view>& columns_;
   std::vector<std::string_view> fields_;
   std::vector<Origin> places_;
@@ -50,11 +58,13 @@ class CsvTable {
 
  private:
   bool next_line(std::string_view& line);
+  void report_length(std::size_t num_fields);
 
   Report& report_;
   int source_;
   std::string_view rest_;
   int line_ = 0;
+  int num_rows_ = 0;
   std::vector<std::string_view> known_;
   Origin header_;
   std::vector<int> known_of_field_;  // index into known_ per field, -1 for one that is not

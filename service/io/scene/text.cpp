@@ -5,6 +5,7 @@
 #include <charconv>
 #include <cmath>
 #include <cstdio>
+#include <iterator>
 #include <numeric>
 
 namespace freeflex::io::reader {
@@ -138,13 +139,37 @@ constexpr auto kUnits = std::to_array<UnitName>({
     {"%", "-", 1e-2},
 });
 
+// what to write for a number with commas: one stands for the decimal point, more of them between thousands;
+// empty when that cannot be told
+std::string without_commas(std::string_view text) {
+  const auto num_commas = std::count(text.begin(), text.end(), ',');
+  std::string point(text), whole;
+  std::replace(point.begin(), point.end(), ',', '.');
+  std::copy_if(text.begin(), text.end(), std::back_inserter(whole), [](char c) { return c != ','; });
+  const auto is_number = [](std::string_view number) { return number_length(number) == number.size(); };
+  bool has_thousands = is_number(whole);
+  for (std::size_t at = text.find(','); at != std::string_view::npos; at = text.find(',', at + 1)) {
+    const std::size_t digits = text.substr(at + 1).find_first_not_of("0123456789");
+    has_thousands =
+        has_thousands && at > 0 && is_digit(text[at - 1]) && std::min(digits, text.size() - at - 1) == 3;
+  }
+  if (num_commas == 1 && is_number(point)) return point + (has_thousands ? ", or " + whole : "");
+  return has_thousands ? whole : "";
+}
+
+std::string explain_comma(std::string_view text) {
+  const std::string better = without_commas(text);
+  return quote(text) + " has a comma, must be a number with a decimal point" +
+         (better.empty() ? "" : ": write " + better);
+}
+
 // what to say about a number followed by more text
 std::string explain_tail(std::string_view number, std::string_view tail, std::string_view text,
                          const Quantity& quantity) {
   const std::string found = quote(text);
   if ((number == "0" || number == "-0" || number == "+0") && lower(tail.front()) == 'x')
     return found + " is hexadecimal, must be a decimal number";
-  if (tail.front() == ',') return found + " has a comma, must be a number with a decimal point";
+  if (tail.front() == ',') return explain_comma(text);
   if (tail.front() == '_') return found + " has an underscore, must be digits only";
   std::string unit;
   for (const char c : tail)
@@ -256,6 +281,8 @@ NumberResult parse_number(std::string_view text, const Quantity& quantity) {
     if (!word.empty() && word[0] == '.') word.erase(0, 1);
     if (word == "nan" || word == "inf" || word == "infinity")
       return {{}, quote(text) + " is not finite, must be " + describe(quantity)};
+    if (text.find(',') != std::string_view::npos && !without_commas(text).empty())
+      return {{}, explain_comma(text)};
     return {{}, quote(text) + " is not a number, must be " + describe(quantity)};
   }
   if (length < text.size())

@@ -6,6 +6,7 @@
 #include <string_view>
 #include <unordered_map>
 
+#include "service/io/scene/brackets.hpp"
 #include "service/io/scene/text.hpp"
 
 namespace freeflex::io::reader {
@@ -26,6 +27,11 @@ std::string_view hint(std::string_view message) {
       {"expected key", "items of one mapping or list start in the same column"},
       {"invalid indentation", "items of one mapping or list start in the same column"},
       {"missing comma", "separate items by commas"},
+      {"nested block mapping",
+       "give each key a line of its own, or open a brace before the first: {name: hub, mass: 40}"},
+      {"wrongly indented sequence end", "indent the closing bracket deeper than the line that opens it"},
+      {"wrongly indented mapping end", "indent the closing brace deeper than the line that opens it"},
+      {"expected node content", "a value is missing here, or begins with a comma: write 0.5, not ,5"},
       {"double-quoted", "close the quote"},
       {"single-quoted", "close the quote"},
   };
@@ -89,8 +95,6 @@ class TreeBuilder {
   /// nullptr with no content, or with content that an unknown alias leaves open.
   const Node* root() const { return is_broken_ ? nullptr : root_; }
   bool is_empty() const { return root_ == nullptr; }
-  /// Where the container under construction was opened; nullptr outside all.
-  const Origin* open_place() const { return stack_.empty() ? nullptr : &stack_.back().node->origin; }
 
  private:
   struct Open {
@@ -191,8 +195,28 @@ class TreeBuilder {
       report_.error(place_, "tag " + quote(token_text(tag)) + " has no meaning in a scene; remove it");
   }
 
+  // `mass: 1,5` in braces comes as the value 1 and a key 5 of no value: what was written is the value
+  bool join_split_numbers(Node& mapping) {
+    std::vector<std::pair<const Node*, const Node*>> entries;
+    for (const auto& [key, value] : mapping.entries) {
+      const Node* before = entries.empty() ? nullptr : entries.back().second;
+      if (!before || value->kind != Node::Kind::kEmpty || !is_split_number(*before, *key)) {
+        entries.emplace_back(key, value);
+        continue;
+      }
+      Node* joined = create(Node::Kind::kText);
+      if (!joined) return false;
+      joined->origin = before->origin;
+      joined->text = before->text + "," + key->text;
+      entries.back().second = joined;
+    }
+    mapping.entries = std::move(entries);
+    return true;
+  }
+
   // distinct keys, and the entries of merged mappings where the mapping has no such key itself
   bool finish_mapping(Node& mapping) {
+    if (!join_split_numbers(mapping)) return false;
     std::unordered_map<std::string_view, const Node*> seen;
     std::vector<std::pair<const Node*, const Node*>> entries;
     std::vector<const Node*> merged;
@@ -252,6 +276,37 @@ std::string describe(const Node& node) {
   return "the text " + quote(node.text);
 }
 
+bool is_split_number(const Node& whole, const Node& fraction) {
+  const auto is_plain = [](const Node& node) {
+    return node.kind == Node::Kind::kText && !node.is_quoted && !node.text.empty();
+  };
+  if (!is_plain(whole) || !is_plain(fraction) || whole.origin.source != fraction.origin.source ||
+      whole.origin.line != fraction.origin.line ||
+      fraction.origin.column != whole.origin.column + static_cast<int>(whole.text.size()) + 1)
+    return false;
+  const std::size_t sign = whole.text.find_first_not_of("+-") == 1 ? 1 : 0;
+  return whole.text.size() > sign && whole.text.find_first_not_of("0123456789", sign) == std::string::npos &&
+         fraction.text.find_first_of("0123456789") == 0;
+}
+
+namespace {
+
+// the first fault of the parser, or the brackets that nothing closes: they lead it astray further on
+void report_syntax(Report& report, int source, std::string_view text, const fy_diag_error* fault) {
+  const int line = fault ? fault->line : 0, column = fault ? fault->column : 0;
+  const auto unclosed = find_unclosed(text);
+  const bool is_open = unclosed && (line <= 0 || unclosed->brackets.back().place.line <= line);
+  if (is_open)
+    report.error({source, unclosed->noticed.line, unclosed->noticed.column},
+                 "YAML syntax: " + describe(*unclosed));
+  if (is_open && (line <= 0 || line >= unclosed->noticed.line)) return;
+  const std::string message = fault && fault->msg ? fault->msg : "cannot be read on";
+  const std::string advice(hint(message));
+  report.error({source, line, column}, "YAML syntax: " + message + (advice.empty() ? "" : "; ") + advice);
+}
+
+}  // namespace
+
 const Node* YamlTree::parse(Report& report, int source) {
   std::string_view text = report.text(source);
   if (text.starts_with("\xef\xbb\xbf")) text.remove_prefix(3);  // byte order mark
@@ -293,13 +348,7 @@ const Node* YamlTree::parse(Report& report, int source) {
   if (fy_parser_get_stream_error(parser.get())) {
     void* position = nullptr;
     const fy_diag_error* fault = fy_diag_errors_iterate(diag.get(), &position);
-    const std::string message = fault && fault->msg ? fault->msg : "cannot be read on";
-    std::string advice(hint(message));
-    if (message.find("without a closing") != std::string::npos && builder.open_place())
-      advice = "it was opened on line " + std::to_string(builder.open_place()->line) + ", column " +
-               std::to_string(builder.open_place()->column);
-    report.error({source, fault ? fault->line : 0, fault ? fault->column : 0},
-                 "YAML syntax: " + message + (advice.empty() ? "" : "; ") + advice);
+    report_syntax(report, source, text, fault);
     return nullptr;
   }
   if (builder.is_empty()) report.error({source, 1, 1}, "the file is empty; a scene has at least points");

@@ -23,6 +23,9 @@ struct Node {
 /// What a node is, for messages: "a list", "the text 'abc'".
 std::string describe(const Node& node);
 
+/// True for `1` and `5` in brackets from `1,5`: a decimal comma, which YAML takes to separate items.
+bool is_split_number(const Node& whole, const Node& fraction);
+
 /// One YAML document; aliases share nodes, so a node may be reached by more than one way.
 class YamlTree {
  public:
