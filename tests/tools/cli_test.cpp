@@ -119,8 +119,10 @@ TEST(CommandLine, NothingIsWrittenOverWhatIsRead) {
   const TemporaryFolder folder;
   const std::string scene = read_text(kScenes + "boom.yaml");
   write_text(folder / "a.yaml", scene);
+  std::filesystem::create_symlink("a.yaml", folder / "b.log");
   for (const char* arguments :
-       {"compile a.yaml -o ./a.yaml", "run a.yaml --until 1 --out ../$(basename $PWD)/a.yaml"}) {
+       {"compile a.yaml -o ./a.yaml", "run a.yaml --until 1 --out ../$(basename $PWD)/a.yaml",
+        "run a.yaml --until 1 --out ../$(basename $PWD)/b.log"}) {
     const Outcome outcome = run("cd " + folder.path() + " && " + kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments << outcome.err;
     EXPECT_EQ(read_text(folder / "a.yaml"), scene);

@@ -1,4 +1,4 @@
-// freeflex report --stability: stiff and extreme cases, each beside the figure that it must meet.
+// freeflex stability: stiff and extreme cases, each beside the figure that it must meet.
 #pragma once
 
 #include <cmath>
