@@ -149,8 +149,9 @@ void print_rungs(const Plan& plan) {
   for (const PlanShadow& shadow : plan.budget.shadows)
     beside += std::string(beside.empty() ? "" : ", ") + name_of(shadow.plan.fidelity) +
               (shadow.substeps > 1 ? " " + std::to_string(shadow.substeps) + " times a tick" : "");
-  std::printf("error budget       over %.6g s; steps beside the state: %s\n", plan.budget.horizon,
-              beside.c_str());
+  const std::string text =
+      format_text("over %.6g s; steps beside the state: %s", plan.budget.horizon, beside.c_str());
+  std::printf("error budget       %s\n", wrapped(text, 19).c_str());
 }
 
 Json parts_json(const Plan& plan) {
@@ -225,7 +226,7 @@ void print_parts(const Plan& plan) {
   for (const PlanPart& part : plan.parts) {
     const std::string count = part.count > 0 ? std::to_string(part.count) : "";
     std::printf("  %-16s %-9s %6s  %s\n", name_of(part.part), part.is_left_out ? "left out" : "kept",
-                count.c_str(), part.why.c_str());
+                count.c_str(), wrapped(part.why, 37).c_str());
     if (part.is_left_out) print_errors(plan, part);
   }
   std::string absent, present;
@@ -274,10 +275,11 @@ int show(const Options& options) {
     return kExitOk;
   }
   const Plan& plan = *plans.plan;
-  std::printf("%s: %s", plan.name.c_str(), counted(plan.num_elastic, "mode").c_str());
+  std::string head = plan.name + ": " + counted(plan.num_elastic, "mode");
   if (plans.whole && plans.whole->num_elastic != plan.num_elastic)
-    std::printf(" of %d, of the scene's numbers %s", plans.whole->num_elastic, mode_list(plan).c_str());
-  std::printf("\n");
+    head +=
+        format_text(" of %d, of the scene's numbers %s", plans.whole->num_elastic, mode_list(plan).c_str());
+  std::printf("%s\n", wrapped(head, 0).c_str());
   if (plan.parts.empty())
     std::printf("everything is kept\n");
   else

@@ -79,7 +79,7 @@ std::string format_text(const char* format, ...) {
 }
 
 std::string wrapped(const std::string& text, std::size_t indent) {
-  const std::size_t width = kColumns - indent;
+  const std::size_t width = kLineWidth - indent;
   std::string lines;
   std::size_t begin = 0;
   while (text.size() - begin > width) {

@@ -41,8 +41,8 @@ bool would_overwrite(const std::string& input, const std::string& output);
 __attribute__((format(printf, 1, 2))) std::string format_text(const char* format, ...);
 
 /// Columns that a line of a table takes at most.
-inline constexpr std::size_t kColumns = 120;
-/// Text that begins in column `indent` of its line, broken at blanks within kColumns; what follows is
+inline constexpr std::size_t kLineWidth = 120;
+/// Text that begins in column `indent` of its line, broken at blanks within kLineWidth; what follows is
 /// indented as much.
 std::string wrapped(const std::string& text, std::size_t indent);
 
