@@ -34,7 +34,8 @@ constexpr const char* kFooter = R"(Timing:
 Environment:
   LCM_DEFAULT_URL  bus to use when --lcm-url is not given
 
-Exit status: 0 ended as told (SIGINT, SIGTERM, SIGHUP, STOP, --until), 1 failed at run time, 2 wrong usage or scene.)";
+Exit status:
+  0 ended as told (SIGINT, SIGTERM, SIGHUP, STOP, --until), 1 failed at run time, 2 wrong usage or scene)";
 
 /// A number as scenes take it, that is_right takes, as a CLI11 check.
 auto must_be(const char* allowed, bool (*is_right)(double)) {
@@ -104,6 +105,9 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       throw CLI::ValidationError(
           "--time", "found '" + timing + "', must be realtime, scaled=K with K > 0, lockstep or asap");
     options.timing = *parsed;
+  } catch (const CLI::RequiredError&) {
+    std::fprintf(stderr, "freeflexd: SCENE is missing\n\n%s", app.help().c_str());
+    return freeflex::service::kUsage;
   } catch (const CLI::ParseError& error) {
     return app.exit(error) == 0 ? freeflex::service::kClean : freeflex::service::kUsage;
   }

@@ -137,6 +137,7 @@ TEST_F(Daemon, SaysWhatIsWrongAndHowToMendIt) {
   };
   const std::string scene = scene_path("boom.yaml");
   expect({}, 2, "SCENE");
+  expect({}, 2, "Usage: freeflexd");
   expect({"--help"}, 0, "LCM_DEFAULT_URL");
   expect({scene, "--rat", "5"}, 2, "--rat");
   expect({scene, "--time", "fast"}, 2, "lockstep");

@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <cctype>
+#include <sstream>
 
 namespace freeflex::tools {
 namespace {
@@ -28,8 +29,7 @@ TEST_P(Stability, HoldsItsFigureOrIsNamed) {
   options.is_quick = true;
   options.has_peers = false;
   const Outcome outcome = what.run(options);
-  std::printf("%s: %.2e, at most %.1e; %s\n", what.name.c_str(), outcome.measured, what.limit,
-              outcome.said.c_str());
+  print_row({what, outcome});
   EXPECT_LE(outcome.measured, what.limit) << what.group << ": " << what.name << ": " << outcome.said;
 }
 
@@ -54,6 +54,27 @@ TEST(StabilityTable, WhatIsNotANumberFails) {
   report.rows = {row_of(1e-9, 1e-8), row_of(NAN, 1e-8)};
   EXPECT_FALSE(report.holds());
   EXPECT_FALSE(to_json(report)["holds"].get<bool>());
+}
+
+TEST(StabilityTable, LinesFitTheScreen) {
+  StabilityReport report;
+  const std::string words =
+      "the words of a message that says at length what is wrong, where, and the way out";
+  report.machine.processor = words;
+  report.machine.compiler = words;
+  StabilityRow long_name = row_of(1e-9, 1e-8), refused = long_name;
+  long_name.what.name = "stiffness ratio 1e15, mass ratio 1e12, nearly planar, askew";
+  long_name.outcome.said = words;
+  long_name.outcome.peers = {{"ARKODE implicit 5", NAN, words + ": " + words}};
+  refused.what.must_refuse = true;
+  refused.outcome.said = words + "; " + words + "; " + words;
+  report.rows = {long_name, refused};
+  ::testing::internal::CaptureStdout();
+  print_text(report);
+  std::istringstream text(::testing::internal::GetCapturedStdout());
+  std::string line, all;
+  for (; std::getline(text, line); all += line) EXPECT_LE(line.size(), 120U) << line;
+  EXPECT_NE(all.find("way out; "), std::string::npos) << "every word is there";
 }
 
 TEST(StabilityTable, TextOfCasesIsQuoted) {

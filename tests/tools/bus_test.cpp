@@ -5,6 +5,7 @@
 #include <sstream>
 
 #include "tests/support/private_network.hpp"
+#include "tests/tools/json_fields.hpp"
 #include "tests/tools/shell.hpp"
 
 namespace freeflex::testing {
@@ -123,6 +124,26 @@ TEST_F(OnTheBus, MonitorPrintsOneJsonObjectALineForAChannel) {
   int count = 0;
   for (; std::getline(lines, line); ++count) EXPECT_EQ(Json::parse(line)["message"]["q"].size(), 6u);
   EXPECT_EQ(count, 3);
+}
+
+TEST_F(OnTheBus, JsonFieldsStandInTheHelp) {
+  const Json answer = Json::parse(with_daemon("$F push --json --point tip --force 0,0,1").out);
+  EXPECT_EQ(unsaid(answer, run(kFreeflex + " push --help").out), "") << answer;
+  const std::string help = run(kFreeflex + " monitor --help").out;
+  Json table = Json::parse(with_daemon("$F monitor --json --count 3 --duration 30 --interval 20").out);
+  Json& channels = table["channels"];
+  ASSERT_FALSE(channels.empty());
+  // names of channels and fields of messages are no fields of ours
+  for (auto& [name, channel] : channels.items()) {
+    channel["last"] = nullptr;
+    EXPECT_EQ(unsaid(channel, help), "") << name;
+  }
+  table["channels"] = nullptr;
+  EXPECT_EQ(unsaid(table, help), "");
+  Json message = Json::parse(with_daemon("$F monitor --channel SCENE --json --count 1").out);
+  EXPECT_EQ(message["message"]["plan_fingerprint"].get<std::string>().size(), 16u) << message;
+  message["message"] = nullptr;
+  EXPECT_EQ(unsaid(message, help), "");
 }
 
 TEST_F(OnTheBus, MonitorThatHearsTooLittleIsExitOne) {

@@ -13,8 +13,8 @@ namespace {
 using Json = nlohmann::json;
 
 TEST(CommandLine, HelpOfEveryCommandShowsAnExampleAndExitCodes) {
-  for (const char* command :
-       {"check", "modes", "inspect", "loads", "compile", "run", "push", "monitor", "replay"}) {
+  for (const char* command : {"check", "modes", "inspect", "loads", "plan", "report", "stability", "compile",
+                              "run", "push", "monitor", "replay"}) {
     const Outcome outcome = run(kFreeflex + " " + command + " --help");
     EXPECT_EQ(outcome.exit_code, 0) << command;
     EXPECT_TRUE(contains(outcome.out, std::string("freeflex ") + command)) << outcome.out;
@@ -95,6 +95,33 @@ TEST(CommandLine, AMisspeltWordIsAnsweredWithTheNearest) {
   }
 }
 
+TEST(CommandLine, WhatIsNotThreeNumbersIsToldSo) {
+  const std::vector<std::pair<std::string, std::string>> refused{
+      {"push --point a --force 5", "--force 5: three numbers X,Y,Z in newton are wanted, as 0,5,0"},
+      {"push --point a --force 1,2,3,4", "--force 1,2,3,4: three numbers X,Y,Z in newton are wanted"},
+      {"push --point a --force 1,x,3", "--force 1,x,3: three numbers X,Y,Z in newton are wanted"},
+      {"push --group a --torque 1,2", "--torque 1,2: three numbers X,Y,Z in newton metre are wanted"},
+      {"loads a.yaml --spin 1", "--spin 1: three numbers X,Y,Z in rad/s are wanted"}};
+  for (const auto& [arguments, text] : refused) {
+    const Outcome outcome = run(kFreeflex + " " + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_TRUE(contains(outcome.err, "error: " + text)) << outcome.err;
+  }
+  // also apart, before a scene, and below zero
+  for (const char* taken : {"--spin 0,0,-1 ", "--spin 0 0 -1 "})
+    EXPECT_TRUE(contains(run(kFreeflex + " loads " + taken + kScenes + "boom.yaml").err, "spin-loaded"))
+        << taken;
+}
+
+TEST(CommandLine, TheFormerSpellingOfStabilityNamesTheNewOne) {
+  for (const char* arguments : {"report --stability", "report --stability --quick --out x"}) {
+    const Outcome outcome = run(kFreeflex + " " + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_TRUE(contains(outcome.err, "--stability: use freeflex stability")) << outcome.err;
+  }
+  EXPECT_FALSE(contains(run(kFreeflex + " report --help").out, "--stability"));
+}
+
 TEST(CommandLine, OutputThatCannotBeWrittenIsExitOne) {
   for (const char* arguments : {"check", "modes", "modes --json"}) {
     const Outcome outcome = run(kFreeflex + " " + arguments + " " + kScenes + "boom.yaml >/dev/full");
@@ -119,8 +146,10 @@ TEST(CommandLine, NothingIsWrittenOverWhatIsRead) {
   const TemporaryFolder folder;
   const std::string scene = read_text(kScenes + "boom.yaml");
   write_text(folder / "a.yaml", scene);
+  std::filesystem::create_symlink("a.yaml", folder / "b.log");
   for (const char* arguments :
-       {"compile a.yaml -o ./a.yaml", "run a.yaml --until 1 --out ../$(basename $PWD)/a.yaml"}) {
+       {"compile a.yaml -o ./a.yaml", "run a.yaml --until 1 --out ../$(basename $PWD)/a.yaml",
+        "run a.yaml --until 1 --out ../$(basename $PWD)/b.log"}) {
     const Outcome outcome = run("cd " + folder.path() + " && " + kFreeflex + " " + arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments << outcome.err;
     EXPECT_EQ(read_text(folder / "a.yaml"), scene);
@@ -333,6 +362,15 @@ TEST(CommandLine, TheDaemonTakesNumbersAsScenesDo) {
     EXPECT_EQ(outcome.exit_code, 2) << number << outcome.err;
     EXPECT_TRUE(contains(outcome.err, "--rate: found '")) << outcome.err;
   }
+}
+
+TEST(CommandLine, TheDaemonWithoutASceneSaysItsUsage) {
+  const Outcome outcome = run(kFreeflexd);
+  EXPECT_EQ(outcome.exit_code, 2);
+  for (const char* part :
+       {"SCENE is missing", "Usage: freeflexd [OPTIONS] SCENE", "--lcm-url", "Exit status:"})
+    EXPECT_TRUE(contains(outcome.err, part)) << outcome.err;
+  EXPECT_EQ(outcome.out, "");
 }
 
 TEST(Scripts, WrongArgumentsAreAnsweredWithUsage) {

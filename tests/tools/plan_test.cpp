@@ -72,6 +72,15 @@ TEST(Plan, SaysWhatARungInPartsAndItsBudgetCost) {
   EXPECT_GT(plan["ns"]["budget"].get<double>(), 0.0);
 }
 
+TEST(Plan, LinesFitTheScreen) {
+  for (const char* scene : {"mast.yaml", "truss104.yaml"}) {
+    const Outcome outcome = run(kFreeflex + " plan " + kScenes + scene);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+    std::istringstream lines(outcome.out);
+    for (std::string line; std::getline(lines, line);) EXPECT_LE(line.size(), 120u) << line;
+  }
+}
+
 TEST(Plan, KeepForcesPartsBackIn) {
   const std::string yaml = square("damping: {ratio: 0}\nleave_out: {on_need: refuse}\n");
   const Json rotation = plan_json(yaml, "--keep rotation damping");

@@ -44,27 +44,58 @@ TEST_F(Run, NothingOfASceneIsWrittenOver) {
   const std::string in_folder = "cd " + folder_.path() + " && " + kFreeflex + " ";
   ASSERT_EQ(run(in_folder + "run rotor.yaml --until 0.01 --out flight.log").exit_code, 0);
   ASSERT_EQ(
-      run("cd " + folder_.path() + " && ln -s rotor_stiffness.mtx link.log && cp rotor.yaml next.partial")
+      run("cd " + folder_.path() + " && ln -s rotor_stiffness.mtx link.log && cp rotor.yaml next.log.partial")
           .exit_code,
       0);
   const auto whole = [&] {
     std::string text;
     for (const char* name :
-         {"rotor.yaml", "rotor_points.csv", "rotor_stiffness.mtx", "flight.log", "next.partial"})
+         {"rotor.yaml", "rotor_points.csv", "rotor_stiffness.mtx", "flight.log", "next.log.partial"})
       text += read_text(folder_ / name);
     return text;
   };
   const std::string before = whole();
   for (const char* arguments :
        {"compile rotor.yaml -o rotor_points.csv", "compile rotor.yaml -o ./rotor_stiffness.mtx",
-        "run rotor.yaml --until 0.01 --out rotor_points.csv",
-        "run rotor.yaml --until 0.01 --out rotor_stiffness.mtx", "run rotor.yaml --until 0.01 --out link.log",
-        "run next.partial --until 0.01 --out next", "run rotor.yaml --log flight.log --out flight.log"}) {
+        "run rotor.yaml --until 0.01 --out rotor_points.csv", "run rotor.yaml --until 0.01 --out link.log",
+        "run next.log.partial --until 0.01 --out next.log",
+        "run rotor.yaml --log flight.log --out flight.log"}) {
     const Outcome outcome = run(in_folder + arguments);
     EXPECT_EQ(outcome.exit_code, 2) << arguments << outcome.err;
     EXPECT_TRUE(contains(outcome.err, "name another file to write")) << outcome.err;
     EXPECT_TRUE(whole() == before) << arguments;
   }
+}
+
+TEST_F(Run, TheEndingInAnyCaseSaysWhatIsWritten) {
+  ASSERT_EQ(run_scene(pair(""), "--until 0.1 --out a.csv").exit_code, 0);
+  ASSERT_EQ(run_scene(pair(""), "--until 0.1 --out b.CSV").exit_code, 0);
+  ASSERT_EQ(run_scene(pair(""), "--until 0.1 --out c.Log").exit_code, 0);
+  EXPECT_EQ(read_text(folder_ / "a.csv"), read_text(folder_ / "b.CSV"));
+  EXPECT_EQ(run("cd " + folder_.path() + " && " + kFreeflex + " replay c.Log").exit_code, 0);
+  for (const char* name : {"a.txt", "flight", "a.csv.gz", ".csv", "'a csv'"}) {
+    const Outcome outcome = run_scene(pair(""), "--until 0.1 --out " + std::string(name));
+    EXPECT_EQ(outcome.exit_code, 2) << name;
+    EXPECT_TRUE(contains(outcome.err, "must be NAME.csv (a table), NAME.log (an LCM log) or - (a table on"))
+        << outcome.err;
+    EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
+  }
+}
+
+TEST_F(Run, OneDashIsTheTableAndNothingElseOnStandardOutput) {
+  ASSERT_EQ(run_scene(pair(""), "--until 0.1 --out a.csv").exit_code, 0);
+  const Outcome piped = run_scene(pair(""), "--until 0.1 --out -");
+  EXPECT_EQ(piped.exit_code, 0) << piped.err;
+  EXPECT_EQ(piped.out, read_text(folder_ / "a.csv"));
+  EXPECT_TRUE(contains(piped.err, "standard output: 100 ticks, 0.1 s; displacement ratio ")) << piped.err;
+  for (const char* name : {"-", "-.partial"}) EXPECT_FALSE(std::filesystem::exists(folder_ / name)) << name;
+  const Outcome json = run_scene(pair(""), "--until 0.1 --json --out -");
+  EXPECT_EQ(json.exit_code, 2);
+  EXPECT_EQ(json.out, "");
+  EXPECT_TRUE(contains(json.err, "--json goes with a file for --out")) << json.err;
+  const Outcome full = run_scene(pair(""), "--until 0.1 --out - >/dev/full");
+  EXPECT_EQ(full.exit_code, 1);
+  EXPECT_TRUE(contains(full.err, "standard output")) << full.err;
 }
 
 TEST_F(Run, ReportsTheRatiosOfAStretchedAndSpunPair) {

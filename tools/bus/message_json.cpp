@@ -20,6 +20,11 @@ Json array_of(const double (&values)[N]) {
   return out;
 }
 
+/// The wire's integers have a sign, fingerprints none.
+std::string hex(std::int64_t fingerprint) {
+  return fingerprint_text(static_cast<std::uint64_t>(fingerprint));
+}
+
 const char* reason_text(std::int32_t reason) {
   return reason >= 0 && reason < io::kNumReasons ? io::reason_name(static_cast<io::Reason>(reason))
                                                  : "unknown";
@@ -98,7 +103,7 @@ Json fields_of(const ack_t& m) {
 
 Json fields_of(const applied_t& m) {
   Json out{{"utime", m.utime}, {"session", m.session},         {"applied_sequence", m.applied_sequence},
-           {"tick", m.tick},   {"kind", applied_kind(m.kind)}, {"plan_fingerprint", m.plan_fingerprint}};
+           {"tick", m.tick},   {"kind", applied_kind(m.kind)}, {"plan_fingerprint", hex(m.plan_fingerprint)}};
   if (m.kind != applied_t::RESET) out["command"] = fields_of(m.command);
   return out;
 }
@@ -150,9 +155,10 @@ Json fields_of(const loads_t& m) {
 }
 
 Json fields_of(const shapes_t& m) {
-  Json out{{"utime", m.utime},         {"session", m.session},     {"plan_fingerprint", m.plan_fingerprint},
-           {"mode", m.mode},           {"frequency", m.frequency}, {"page", m.page},
-           {"num_pages", m.num_pages}, {"point", m.point}};
+  Json out{
+      {"utime", m.utime},         {"session", m.session},     {"plan_fingerprint", hex(m.plan_fingerprint)},
+      {"mode", m.mode},           {"frequency", m.frequency}, {"page", m.page},
+      {"num_pages", m.num_pages}, {"point", m.point}};
   out["shape"] = Json::array();
   for (const auto& row : m.shape) out["shape"].push_back(row);
   return out;
@@ -161,8 +167,8 @@ Json fields_of(const shapes_t& m) {
 Json fields_of(const scene_t& m) {
   Json out{{"utime", m.utime},
            {"session", m.session},
-           {"plan_fingerprint", m.plan_fingerprint},
-           {"scene_hash", m.scene_hash},
+           {"plan_fingerprint", hex(m.plan_fingerprint)},
+           {"scene_hash", hex(m.scene_hash)},
            {"name", m.name},
            {"plan_file", m.plan_file},
            {"rate", m.rate},
@@ -205,8 +211,8 @@ Json fields_of(const status_t& m) {
   };
   Json out{{"utime", m.utime},
            {"session", m.session},
-           {"plan_fingerprint", m.plan_fingerprint},
-           {"scene_hash", m.scene_hash},
+           {"plan_fingerprint", hex(m.plan_fingerprint)},
+           {"scene_hash", hex(m.scene_hash)},
            {"mode", mode_name(m.mode)},
            {"fault", m.fault},
            {"time_mode", m.time_mode},

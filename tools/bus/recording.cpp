@@ -1,12 +1,11 @@
 #include "tools/bus/recording.hpp"
 
 #include <algorithm>
-#include <cinttypes>
-#include <cstdio>
 #include <tuple>
 
 #include "messages/channels.hpp"
 #include "service/io/wire/decode.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -58,12 +57,6 @@ bool index_event(const io::LogEvent& event, const std::string& prefix, Recording
 }
 
 }  // namespace
-
-std::string fingerprint_text(std::uint64_t fingerprint) {
-  char text[17];
-  std::snprintf(text, sizeof text, "%016" PRIx64, fingerprint);
-  return text;
-}
 
 Recording read_recording(io::LogReader& log, const std::string& prefix) {
   Recording recording;

@@ -43,9 +43,6 @@ struct Recording {
   bool is_readable = true;                // false: the file could not be opened
 };
 
-/// A fingerprint as it is printed: 16 hexadecimal digits.
-std::string fingerprint_text(std::uint64_t fingerprint);
-
 /// Reads the index of a whole log. \param prefix  of the channel names
 Recording read_recording(io::LogReader& log, const std::string& prefix);
 

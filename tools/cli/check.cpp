@@ -19,6 +19,15 @@ struct Options {
   bool json = false;
 };
 
+constexpr const char* kFooter = R"(Example:
+  freeflex check service/scenes/rotor.yaml
+JSON fields:
+  scene        the file;  ok: whether it is good
+  faults       of each: file, line, column, severity (error or warning), message
+  points, links, rigid_freedoms, elastic_freedoms, mechanisms
+               numbers of them, when it is good
+Exit codes: 0 the scene is good (warnings allowed), 2 it has errors or cannot be read.)";
+
 struct Checked {
   std::optional<Plan> plan;
   Faults faults;
@@ -27,6 +36,7 @@ struct Checked {
 
 /// A scene through all of the set-up, or a plan as every program checks it when it loads it.
 Checked check_file(const std::string& path) {
+  const Progress progress("check");
   if (io::is_plan_file(path)) {
     io::PlanResult read = io::load_plan(path);
     return {std::move(read.plan), std::move(read.faults), std::move(read.sources)};
@@ -86,9 +96,7 @@ void add_check(CLI::App& app, int& exit_code) {
       app.add_subcommand("check", "all faults of a scene at once: file, line, column, what is allowed");
   command->add_option("SCENE", options->scene, "scene file (YAML), or a plan")->required();
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(
-      "Example:\n  freeflex check service/scenes/rotor.yaml\n"
-      "Exit codes: 0 the scene is good (warnings allowed), 2 it has errors or cannot be read.");
+  command->footer(kFooter);
   command->callback([options, &exit_code] { exit_code = check(*options); });
 }
 

@@ -2,7 +2,6 @@
 #include "core/plan/compile.hpp"
 
 #include <CLI/App.hpp>
-#include <cinttypes>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -22,6 +21,13 @@ struct Options {
   bool json = false;
 };
 
+constexpr const char* kFooter = R"(Example:
+  freeflex compile service/scenes/rotor.yaml -o rotor.plan --rate 2000
+JSON fields:
+  plan         the file;  bytes: its size;  fingerprint: 16 hexadecimal digits
+  rate         [Hz];  elastic_freedoms: number of them
+Exit codes: 0 written, 1 cannot be written, 2 the scene has errors.)";
+
 int compile(const Options& options) {
   const std::optional<Plan> plan = load_or_explain(options.scene, options.rate, options.plan);
   if (!plan) return kExitUsage;
@@ -30,20 +36,18 @@ int compile(const Options& options) {
     print_error(error);
     return kExitDiffers;
   }
-  const std::uint64_t fingerprint = plan_fingerprint(*plan);
+  const std::string fingerprint = fingerprint_text(plan_fingerprint(*plan));
   std::error_code ignored;
   const std::uintmax_t bytes = std::filesystem::file_size(options.plan, ignored);
   if (options.json) {
-    char text[17];
-    std::snprintf(text, sizeof text, "%016" PRIx64, fingerprint);
     print_json({{"plan", options.plan},
                 {"bytes", bytes},
-                {"fingerprint", text},
+                {"fingerprint", fingerprint},
                 {"rate", 1.0 / plan->period},
                 {"elastic_freedoms", plan->num_elastic}});
   } else {
-    std::printf("%s: fingerprint %016" PRIx64 ", %d elastic freedoms, %.10g Hz, %ju bytes\n",
-                options.plan.c_str(), fingerprint, plan->num_elastic, 1.0 / plan->period, bytes);
+    std::printf("%s: fingerprint %s, %d elastic freedoms, %.10g Hz, %ju bytes\n", options.plan.c_str(),
+                fingerprint.c_str(), plan->num_elastic, 1.0 / plan->period, bytes);
   }
   return kExitOk;
 }
@@ -63,9 +67,7 @@ void add_compile(CLI::App& app, int& exit_code) {
       ->check(rate_in_hertz())
       ->type_name("HZ");
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(
-      "Example:\n  freeflex compile service/scenes/rotor.yaml -o rotor.plan --rate 2000\n"
-      "Exit codes: 0 written, 1 cannot be written, 2 the scene has errors.");
+  command->footer(kFooter);
   command->callback([options, &exit_code] { exit_code = compile(*options); });
 }
 

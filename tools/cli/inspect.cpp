@@ -21,6 +21,27 @@ struct Options {
   bool json = false;
 };
 
+constexpr const char* kFooter = R"(Example:
+  freeflex inspect service/scenes/boom.yaml --basis formal
+JSON fields:
+  name, points, links, shape, rigid_freedoms, constraints, redundant_constraints, elastic_freedoms
+               shape is collinear, planar or spatial, the others after name are numbers of them
+  mass, masses [kg] of all and of each point;  centre [m], scene axes
+  inertia, principal_moments, principal_axes
+               [kg m^2], about the centre of mass; the axes are unit vectors, one a row
+  basis        recipe, rank, expected; gram_error, force_residual, moment_residual, constraint_residual; b, the
+               unit elastic displacements; with force groups rank_as_numbered, numbering, groups, kept, skipped,
+               least_kept, most_skipped, C [N], flat_points
+  delta, c     Maxwell [m/N] and influence [N/m] coefficients: exists, reason or else size, least_diagonal,
+               largest_diagonal, largest_beside, symmetry_error, matrix; of delta redundant_links
+  inverse_error, conditioning
+               max |c delta - 1| (null where one is missing), of c
+  mechanisms   of each: names of the points that it moves
+  frequencies  [Hz];  frequency_accuracy [-] of the lowest
+  b, C and matrix are there up to 200 elastic freedoms.
+Exit codes: 0 done, 1 the basis is not complete, 2 the scene has errors or another shape than the recipe
+needs.)";
+
 constexpr std::array kRecipes{Recipe::kCollinear, Recipe::kPlanar,      Recipe::kSpatial,
                               Recipe::kFormal,    Recipe::kHouseholder, Recipe::kModes};
 
@@ -46,13 +67,18 @@ int inspect(const Options& options) {
   }
   io::SceneResult read = io::read_scene(options.scene);
   std::optional<Structure> structure;
-  if (read.scene) structure = build_structure(*read.scene, read.faults);
+  if (read.scene) {
+    const Progress progress("set-up");
+    structure = build_structure(*read.scene, read.faults);
+  }
   print_faults(read.faults, read.sources);
   if (!structure || has_error(read.faults)) return kExitUsage;
 
   std::string why_not;
-  const std::optional<Inspection> inspection =
-      inspect_scene(std::move(*read.scene), std::move(*structure), recipe_named(options.basis), why_not);
+  const std::optional<Inspection> inspection = [&] {
+    const Progress progress("inspect");
+    return inspect_scene(std::move(*read.scene), std::move(*structure), recipe_named(options.basis), why_not);
+  }();
   if (!inspection) {
     print_error(why_not);
     return kExitUsage;
@@ -80,10 +106,7 @@ void add_inspect(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember(basis_names()));
   command->add_flag("--json", options->json,
                     "one JSON object on standard output, with full matrices up to 200 elastic freedoms");
-  command->footer(
-      "Example:\n  freeflex inspect service/scenes/boom.yaml --basis formal\n"
-      "Exit codes: 0 done, 1 the basis is not complete, 2 the scene has errors or another shape than the "
-      "recipe needs.");
+  command->footer(kFooter);
   command->callback([options, &exit_code] { exit_code = inspect(*options); });
 }
 

@@ -27,6 +27,15 @@ struct Options {
   bool json = false;
 };
 
+constexpr const char* kFooter = R"(Shows published points and links.
+Example:
+  freeflex loads service/scenes/boom.yaml --force tip=0,5,0
+JSON fields:
+  name         of the scene;  force [N] and torque [N m]: the resultant about the centre of mass, body axes
+  points       of each: name, displacement [m], body axes, in the frame of mean axes
+  links        of each: name, kind, values [N, N m] by kind (messages/README.md, section 7)
+Exit codes: 0 done, 2 the scene, plan or load has errors.)";
+
 /// Index of a name among items, or -1.
 template <class Items>
 std::int32_t find_name(const Items& items, const std::string& name) {
@@ -152,9 +161,12 @@ std::optional<Plan> load_whole_or_explain(const std::string& path) {
   }
   io::SceneResult read = io::read_scene(path);
   std::optional<Structure> structure;
-  if (read.scene) structure = build_structure(*read.scene, read.faults);
   std::optional<Plan> plan;
-  if (structure) plan = make_whole_plan(*read.scene, *structure, read.faults);
+  {
+    const Progress progress("set-up");
+    if (read.scene) structure = build_structure(*read.scene, read.faults);
+    if (structure) plan = make_whole_plan(*read.scene, *structure, read.faults);
+  }
   print_faults(read.faults, read.sources);
   return plan;
 }
@@ -194,17 +206,11 @@ void add_loads(CLI::App& app, int& exit_code) {
   command
       ->add_option("--wrench", options->wrenches, "force and torque on a group, body axes; may be repeated")
       ->type_name("GROUP=FX,FY,FZ,TX,TY,TZ");
-  command
-      ->add_option("--spin", options->spin, "steady spin, body axes [rad/s]; the scene must be spin-loaded")
-      ->delimiter(',')
-      ->expected(3)
-      ->check(finite_number())
+  add_vector(*command, "--spin", options->spin,
+             "steady spin, body axes [rad/s]; the scene must be spin-loaded", "rad/s")
       ->type_name("WX,WY,WZ");
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(
-      "Shows published points and links.\n"
-      "Example:\n  freeflex loads service/scenes/boom.yaml --force tip=0,5,0\n"
-      "Exit codes: 0 done, 2 the scene, plan or load has errors.");
+  command->footer(kFooter);
   command->callback([options, &exit_code] { exit_code = loads(*options); });
 }
 

@@ -40,6 +40,7 @@ int run_command_line(int argc, char** argv) {
   add_inspect(app, exit_code);
   add_plan(app, exit_code);
   add_report(app, exit_code);
+  add_stability(app, exit_code);
   add_compile(app, exit_code);
   add_run(app, exit_code);
   add_push(app, exit_code);

@@ -21,6 +21,22 @@ struct Options {
   bool json = false;
 };
 
+constexpr const char* kFooter = R"(Example:
+  freeflex modes service/scenes/rotor.yaml --count 8
+JSON fields:
+  name, points, links, rigid_freedoms, elastic_freedoms
+               the last four are numbers of them
+  mass         [kg];  centre [m], scene axes
+  principal_moments, principal_axes
+               [kg m^2] ascending; unit vectors in body axes, one a row
+  frequency_accuracy
+               [-] of the lowest
+  modes        of each: mode (number from 1), frequency [Hz], damping_ratio, cluster (the same for equal ones)
+  mechanisms   of each: names of the points that it moves
+  coupling     what keeps modes from being independent, in words;  dependent_loads: names of loads that
+               follow the elastic motion
+Exit codes: 0 done, 2 the scene or plan has errors.)";
+
 struct Frequency {
   double hertz = 0.0;    // [Hz]
   double damping = 0.0;  // [-] ratio; 0 for a mechanism
@@ -225,9 +241,7 @@ void add_modes(CLI::App& app, int& exit_code) {
       ->check(whole_number(0, kMost<int>))
       ->type_name("N");
   command->add_flag("--json", options->json, "one JSON object on standard output, all frequencies");
-  command->footer(
-      "Example:\n  freeflex modes service/scenes/rotor.yaml --count 8\n"
-      "Exit codes: 0 done, 2 the scene or plan has errors.");
+  command->footer(kFooter);
   command->callback([options, &exit_code] { exit_code = modes(*options); });
 }
 

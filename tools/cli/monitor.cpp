@@ -33,6 +33,21 @@ struct Options {
   bool json = false;
 };
 
+constexpr const char* kFooter = R"(Examples:
+  freeflex monitor
+  freeflex monitor --live
+  freeflex monitor --channel STATE --json --count 10
+Gaps count messages that are missing between two that came, where the messages are numbered.
+JSON fields of a table:
+  utime        [us] since 1970, when it was made
+  channels     by name: rate [Hz] and bytes_per_second (null: too short for a rate), count, bytes, smallest,
+               largest [bytes], gaps, last (fields of the last message)
+JSON fields of a message:
+  channel      its name;  received [us] since 1970;  bytes: its size
+  message      the fields of its .lcm file, in the units there; fingerprints and hashes in 16 hexadecimal digits
+Exit codes: 0 ended as told or by Ctrl-C, 1 nothing heard, fewer than --count messages in --duration, or no
+message bus, 2 wrong arguments.)";
+
 // NOLINTNEXTLINE(bugprone-exception-escape): the move of Json is noexcept, whatever it calls
 struct Channel {
   std::int64_t count = 0;
@@ -274,14 +289,7 @@ void add_monitor(CLI::App& app, int& exit_code) {
   command->add_flag("--json", options->json,
                     "one JSON object a line: a table each interval, or a message of --channel");
   add_bus_options(*command, options->bus);
-  command->footer(
-      "Examples:\n  freeflex monitor\n  freeflex monitor --live\n  freeflex monitor --channel STATE --json "
-      "--count 10\n"
-      "Gaps count messages that are missing between two that came, where the messages are numbered.\n"
-      "Exit codes: 0 ended as told or by Ctrl-C, 1 nothing heard, fewer than --count messages in --duration, "
-      "or "
-      "no\n"
-      "message bus, 2 wrong arguments.");
+  command->footer(kFooter);
   command->callback([options, &exit_code] { exit_code = monitor(*options); });
 }
 

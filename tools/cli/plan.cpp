@@ -23,6 +23,28 @@ struct Options {
   bool json = false;
 };
 
+constexpr const char* kFooter = R"(Example:
+  freeflex plan service/scenes/boom.yaml
+  freeflex plan boom.yaml --keep rotation small_modes
+JSON fields:
+  name, modes, modes_of_scene, mode_numbers
+               how many are kept, of how many, and which
+  tolerance, horizon, on_need
+               as the scene's leave_out says: [-], [s], keep, replan or refuse
+  rung, parts_of_a_tick
+               the fidelity, and in how many parts a coupled rung takes a tick
+  rungs_tried  by fidelity: auto; of each: rung, finite, position [m], attitude [rad], elastic, meets
+  budget_horizon, budget_steps
+               [s] of the error budget; of each rung beside the state: fidelity, steps_per_tick
+  parts        of each: part, left_out, count, why, error [m], share, error_per_force [m/N],
+               share_per_force, link_error [N, N m], link_error_per_force
+  features     whether the scene has loads, follower_forces, feedback, dashpots, spin_load, attractor,
+               coupled_rungs
+  ns, ns_with_everything_kept
+               [ns] a step: step, and its rigid, modes, loads, fields, coupling, stages; beside it push,
+               point (a point pushed, a point read), budget
+Exit codes: 0 done, 2 the scene or plan has errors.)";
+
 constexpr std::size_t kShownModes = 12;
 
 std::vector<std::string> keep_names() {
@@ -57,13 +79,17 @@ Plans load(const Options& options) {
   }
   io::SceneResult read = io::read_scene(options.input);
   std::optional<Structure> structure;
-  if (read.scene) {
-    keep_more(options.keep, read.scene->leave_out);
-    structure = build_structure(*read.scene, read.faults);
+  {
+    const Progress progress("set-up");
+    if (read.scene) {
+      keep_more(options.keep, read.scene->leave_out);
+      structure = build_structure(*read.scene, read.faults);
+    }
+    if (structure) plans.plan = make_plan(*read.scene, *structure, read.faults);
   }
-  if (structure) plans.plan = make_plan(*read.scene, *structure, read.faults);
   print_faults(read.faults, read.sources);
   if (!plans.plan) return plans;
+  const Progress progress("set-up");
   Faults repeated;
   plans.whole = make_whole_plan(*read.scene, *structure, repeated);
   return plans;
@@ -123,8 +149,9 @@ void print_rungs(const Plan& plan) {
   for (const PlanShadow& shadow : plan.budget.shadows)
     beside += std::string(beside.empty() ? "" : ", ") + name_of(shadow.plan.fidelity) +
               (shadow.substeps > 1 ? " " + std::to_string(shadow.substeps) + " times a tick" : "");
-  std::printf("error budget       over %.6g s; steps beside the state: %s\n", plan.budget.horizon,
-              beside.c_str());
+  const std::string text =
+      format_text("over %.6g s; steps beside the state: %s", plan.budget.horizon, beside.c_str());
+  std::printf("error budget       %s\n", wrapped(text, 19).c_str());
 }
 
 Json parts_json(const Plan& plan) {
@@ -199,7 +226,7 @@ void print_parts(const Plan& plan) {
   for (const PlanPart& part : plan.parts) {
     const std::string count = part.count > 0 ? std::to_string(part.count) : "";
     std::printf("  %-16s %-9s %6s  %s\n", name_of(part.part), part.is_left_out ? "left out" : "kept",
-                count.c_str(), part.why.c_str());
+                count.c_str(), wrapped(part.why, 37).c_str());
     if (part.is_left_out) print_errors(plan, part);
   }
   std::string absent, present;
@@ -248,10 +275,11 @@ int show(const Options& options) {
     return kExitOk;
   }
   const Plan& plan = *plans.plan;
-  std::printf("%s: %s", plan.name.c_str(), counted(plan.num_elastic, "mode").c_str());
+  std::string head = plan.name + ": " + counted(plan.num_elastic, "mode");
   if (plans.whole && plans.whole->num_elastic != plan.num_elastic)
-    std::printf(" of %d, of the scene's numbers %s", plans.whole->num_elastic, mode_list(plan).c_str());
-  std::printf("\n");
+    head +=
+        format_text(" of %d, of the scene's numbers %s", plans.whole->num_elastic, mode_list(plan).c_str());
+  std::printf("%s\n", wrapped(head, 0).c_str());
   if (plan.parts.empty())
     std::printf("everything is kept\n");
   else
@@ -272,10 +300,7 @@ void add_plan(CLI::App& app, int& exit_code) {
       ->check(CLI::IsMember(keep_names()))
       ->type_name("PART...");
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(
-      "Example:\n  freeflex plan service/scenes/boom.yaml\n  freeflex plan boom.yaml --keep rotation "
-      "small_modes\n"
-      "Exit codes: 0 done, 2 the scene or plan has errors.");
+  command->footer(kFooter);
   command->callback([options, &exit_code] { exit_code = show(*options); });
 }
 

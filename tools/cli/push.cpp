@@ -27,6 +27,19 @@ using freeflex_msgs::control_t;
 using freeflex_msgs::force_t;
 using freeflex_msgs::status_t;
 
+constexpr const char* kFooter = R"(Examples:
+  freeflex push --point tip --force 0,0,1 --duration 0.1
+  freeflex push --point tip=0,0,1 --point hub=0,0,-1      (both in one command)
+  freeflex push --group hub --torque 0,0,5 --axes body --lease 2 --slot 3
+  freeflex push --control step=100
+JSON fields:
+  accepted     true or false;  tick: from which it acts, or at which it was rejected
+  reason       accepted, or a name of messages/README.md, section 6;  text: the same in words
+  sequence, session
+               of the command and of the daemon
+The command is sent once.
+Exit codes: 0 accepted, 1 rejected or not answered, 2 wrong arguments or names.)";
+
 struct Daemon {
   std::optional<status_t> status;
   SceneCatalogue scene;
@@ -135,15 +148,8 @@ void add_force_options(CLI::App& command, PushOptions& options) {
   command.add_option("--group", options.groups, "group to push and turn; may be repeated")
       ->type_name("NAME")
       ->allow_extra_args(false);
-  const auto add_vector = [&](const char* name, std::vector<double>& vector, const char* meaning) {
-    command.add_option(name, vector, meaning)
-        ->type_name("X,Y,Z")
-        ->delimiter(',')
-        ->expected(3)
-        ->check(finite_number());
-  };
-  add_vector("--force", options.force, "force [N]");
-  add_vector("--torque", options.torque, "torque [N m], groups only");
+  add_vector(command, "--force", options.force, "force [N]", "newton");
+  add_vector(command, "--torque", options.torque, "torque [N m], groups only", "newton metre");
   command.add_option("--axes", options.axes, "axes of force and torque")
       ->check(CLI::IsMember({"world", "body"}))
       ->type_name("AXES")
@@ -195,13 +201,7 @@ void add_push(CLI::App& app, int& exit_code) {
                    "instead of a force: run, hold, reset, stop, step=N [ticks] or shapes=MODE")
       ->type_name("COMMAND");
   add_exchange_options(*command, *options);
-  command->footer(
-      "Examples:\n  freeflex push --point tip --force 0,0,1 --duration 0.1\n"
-      "  freeflex push --point tip=0,0,1 --point hub=0,0,-1      (both in one command)\n"
-      "  freeflex push --group hub --torque 0,0,5 --axes body --lease 2 --slot 3\n"
-      "  freeflex push --control step=100\n"
-      "The command is sent once. Exit codes: 0 accepted, 1 rejected or not answered, 2 wrong arguments or "
-      "names.");
+  command->footer(kFooter);
   command->callback([options, command, &exit_code] { exit_code = push(*command, *options); });
 }
 

@@ -31,6 +31,19 @@ struct Options {
   bool json = false;
 };
 
+constexpr const char* kFooter = R"(Example:
+  lcm-logger -c '^FREEFLEX_.*' flight.log      (then push, then Ctrl-C)
+  freeflex replay flight.log --plan rotor.plan
+JSON fields:
+  log          the file;  result: identical, differs, incomplete, interrupted or error
+  ticks, states, commands
+               over how many ticks, how many states compared, how many commands fed back
+  difference   where it differs: tick, what, recorded, replayed (with the bits, 16 hexadecimal digits)
+  error, warning
+               in words, where there is one
+Exit codes: 0 identical to the bit, 1 differs (first tick, coordinate and both values are printed), 2 wrong
+arguments or plan, 3 log damaged or incomplete.)";
+
 /// The first thing that is not as recorded.
 struct Difference {
   std::int64_t tick = 0;
@@ -242,7 +255,10 @@ std::optional<Plan> find_plan(const Options& options, const RecordedSession& ses
 Outcome replay(const Options& options) {
   io::LogReader log(options.log);
   if (!log.error().empty()) return usage(log.error());
-  const Recording recording = read_recording(log, options.prefix);
+  const Recording recording = [&] {
+    const Progress progress("reading");
+    return read_recording(log, options.prefix);
+  }();
   if (!recording.is_readable) return usage(recording.error);
   if (!recording.error.empty()) return incomplete(recording.error);
   std::string error;
@@ -316,11 +332,7 @@ void add_replay(CLI::App& app, int& exit_code) {
       ->type_name("NAME")
       ->capture_default_str();
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(
-      "Example:\n  lcm-logger -c '^FREEFLEX_.*' flight.log      (then push, then Ctrl-C)\n"
-      "  freeflex replay flight.log --plan rotor.plan\n"
-      "Exit codes: 0 identical to the bit, 1 differs (first tick, coordinate and both values are printed),\n"
-      "2 wrong arguments or plan, 3 log damaged or incomplete.");
+  command->footer(kFooter);
   command->callback([options, &exit_code] { exit_code = report(*options, replay(*options)); });
 }
 

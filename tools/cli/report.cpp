@@ -1,15 +1,10 @@
 // freeflex report: error against run time of scenes, beside other methods.
 #include "tools/report/report.hpp"
 
-#include <unistd.h>
-
 #include <CLI/App.hpp>
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <limits>
 #include <memory>
 #include <string>
@@ -18,7 +13,7 @@
 #include "core/reference/cartesian.hpp"
 #include "service/io/scene/input.hpp"
 #include "tools/cli/commands.hpp"
-#include "tools/stability/stability.hpp"
+#include "tools/cli/folder.hpp"
 #include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
@@ -32,43 +27,33 @@ struct Options {
   std::uint64_t seed = 2;               // the factor of the estimate was set on seed 1
   int num_estimates = 0;
   bool only_rungs = false;
-  bool stability = false;
-  bool quick = false;
   bool json = false;
 };
 
-bool write_file(const std::filesystem::path& path, const std::string& text) {
-  std::ofstream stream(path, std::ios::binary);
-  stream.write(text.data(), static_cast<std::streamsize>(text.size()));
-  stream.close();
-  if (stream) return true;
-  print_error(path.string() + ": cannot be written");
-  return false;
-}
-
-struct NamedText {
-  const char* name;
-  std::string text;
-};
-
-/// Makes the folder. What a long run is to fill must take files before it starts.
-bool prepare_folder(const std::filesystem::path& folder) {
-  if (folder.empty()) return true;
-  std::error_code error;
-  std::filesystem::create_directories(folder, error);
-  if (!error && !std::filesystem::is_directory(folder))
-    error = std::make_error_code(std::errc::not_a_directory);
-  if (!error && access(folder.c_str(), W_OK) != 0) error = std::error_code(errno, std::generic_category());
-  if (!error) return true;
-  print_error("--out " + folder.string() + ": " + error.message() + "; name a folder that can be written");
-  return false;
-}
-
-/// Writes the files that are named into a folder.
-bool write_folder(const std::filesystem::path& folder, const std::vector<NamedText>& files) {
-  return std::all_of(files.begin(), files.end(),
-                     [&folder](const NamedText& file) { return write_file(folder / file.name, file.text); });
-}
+constexpr const char* kFooter = R"(Example:
+  freeflex report service/scenes/truss-s1.yaml --out report
+  freeflex report service/scenes/truss-s1.yaml service/scenes/truss-s3.yaml --until 2,0.5
+  freeflex report --estimates 200 --out report
+JSON fields:
+  machine      processor, cores, system, compiler, flags, version, commit, date
+  scenes       of each: scene, file, points, links, elastic_freedoms, lowest_frequency and top_frequency
+               [rad/s], spin [rad/s], end [s], reference (method, accuracy of its elastic error, cpu [s]),
+               complete, runs, left_out (what, why), comparisons
+  runs         of each: family, method, step and free_step [s], tolerance, repeats, and failure, or else
+               elastic_error, integration_error, model_error (shares of the elastic displacements),
+               position_error [m rms], attitude_error [rad], frequency_error, energy_drift, CPU time
+               cpu_once, cpu_10ms, cpu_1ms [s] per simulated second by read-out, steps, ns_per_step, set_up
+               [s], memory [bytes]; null: does not apply
+  comparisons  of each: level, read_out, rung (null: none reaches the level), step and free_step [s],
+               elastic_error, model_error, error_asked_of_others, cpu [s/s], and best_other, hand_written,
+               packaged, linearised (null, or method, cpu, ratio to ours)
+  complete     whether all that was asked for is there;  findings: sentences
+  estimates    with --estimates: seed; summary (shares: inside, inside_lower_bound, within_factor_3, each of
+               position and elastic; good, watch, outside, auto_meets, auto_cheapest; numbers of scenes and
+               failed); histogram_elastic, histogram_position; scenes (of each: scene, shape, stiffness
+               [N/m], spin [rad/s], force [N], truth and estimate (position [m], elastic), validity, cause,
+               lost, tolerance, chosen, cheapest, chosen_error, error)
+Exit codes: 0 done, 1 not written, 2 wrong arguments or a scene without a full system, 130 interrupted.)";
 
 /// Every scene read before the first is measured; empty on an error, which is printed.
 std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
@@ -91,42 +76,13 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
   return scenes;
 }
 
-int stability(const Options& options) {
-  StabilityOptions settings;
-  settings.is_quick = options.quick;
-  settings.has_peers = !options.only_rungs;
-  settings.is_stopped = [] { return is_interrupted(); };
-  StabilityReport report;
-  {
-    Progress progress("stability");
-    report = check_stability(settings, [&progress](double share) { progress.update(share); });
-  }
-  if (options.json)
-    print_json(to_json(report));
-  else
-    print_text(report);
-  const bool is_written = options.folder.empty() ||
-                          write_folder(options.folder, {{"stability.csv", to_csv(report)},
-                                                        {"stability.json", to_json(report).dump(2) + "\n"},
-                                                        {"stability.html", to_html(report)}});
-  if (report.is_interrupted) return kExitInterrupted;
-  return is_written && report.holds() ? kExitOk : kExitDiffers;
-}
-
-/// Options that do not go together. Empty: none.
-std::string find_conflict(const CLI::App& command, const Options& options) {
-  const bool draws = options.num_estimates > 0;
-  if (!options.stability) {
-    if (options.scenes.empty() && !draws)
-      return "SCENE is needed, or --stability or --estimates N, which have scenes of their own";
-    if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
-      return format_text("--until has %zu times for %zu scenes: give one for all, or one a scene",
-                         options.ends.size(), options.scenes.size());
-    return options.quick ? "--quick goes with --stability" : "";
-  }
-  if (!options.scenes.empty()) return "--stability takes no SCENE: its cases are built in";
-  for (const char* option : {"--until", "--budget", "--estimates", "--seed", "--repeats"})
-    if (command.count(option) > 0) return std::string(option) + " does not go with --stability";
+/// What is wrong with the arguments as a whole. Empty: nothing.
+std::string find_fault(const Options& options) {
+  if (options.scenes.empty() && options.num_estimates == 0)
+    return "SCENE is needed, or --estimates N, which has scenes of its own";
+  if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
+    return format_text("--until has %zu times for %zu scenes: give one for all, or one a scene",
+                       options.ends.size(), options.scenes.size());
   return {};
 }
 
@@ -160,12 +116,14 @@ int report(const Options& options) {
   study.has_rivals = !options.only_rungs;
   bool is_interrupted_now = is_interrupted(), failed = false;
   for (std::size_t k = 0; k < scenes.size() && !is_interrupted_now; ++k) {
-    Progress progress(scenes[k].name);
     study.end = options.ends[options.ends.size() == 1 ? 0 : k];
-    report.studies.push_back(study_scene(options.scenes[k], scenes[k], study, [&](double share) {
-      if (share >= 0.0) progress.update(share);
-      return !is_interrupted();
-    }));
+    {
+      Progress progress(scenes[k].name);
+      report.studies.push_back(study_scene(options.scenes[k], scenes[k], study, [&](double share) {
+        if (share >= 0.0) progress.update(share);
+        return !is_interrupted();
+      }));
+    }
     is_interrupted_now = is_interrupted();
     if (is_interrupted_now && report.studies.back().runs.empty()) {
       report.studies.pop_back();
@@ -212,7 +170,7 @@ void add_report(CLI::App& app, int& exit_code) {
   command
       ->add_option("--out", options->folder,
                    "folder for report.csv, report.json, report.html and work-precision.svg, with --estimates "
-                   "estimates.csv; with --stability stability.csv, stability.json and stability.html")
+                   "estimates.csv")
       ->check(file_name());
   command->add_option("--until", options->ends, "simulated time [s], one for all or one a scene")
       ->default_str("2")
@@ -227,27 +185,21 @@ void add_report(CLI::App& app, int& exit_code) {
       ->check(whole_number(1, 1000));
   command->add_flag("--rungs", options->only_rungs,
                     "no other methods, only the rungs against the full system");
-  command->add_flag("--stability", options->stability,
-                    "stiff and extreme cases in place of scenes, each beside the figure that it must meet");
-  command->add_flag("--quick", options->quick, "with --stability: fewer ticks");
+  // as it was called up to version 0.3; not in the help
+  command
+      ->add_flag_callback(
+          "--stability",
+          [] { throw CLI::ValidationError("--stability", "use freeflex stability, a command of its own"); })
+      ->group("");
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(
-      "Example:\n  freeflex report service/scenes/truss-s1.yaml --out report\n"
-      "  freeflex report service/scenes/truss-s1.yaml service/scenes/truss-s3.yaml --until 2,0.5\n"
-      "  freeflex report --stability --out report\n  freeflex report --estimates 200 --out report\n"
-      "Exit codes: 0 done, 1 not written, or a case of --stability fails, 2 wrong arguments or a scene "
-      "without a full system, 130 "
-      "interrupted.");
-  command->callback([options, command, &exit_code] {
-    const std::string conflict = find_conflict(*command, *options);
-    if (!conflict.empty()) {
-      print_error(conflict);
+  command->footer(kFooter);
+  command->callback([options, &exit_code] {
+    if (const std::string fault = find_fault(*options); !fault.empty()) {
+      print_error(fault);
       exit_code = kExitUsage;
       return;
     }
-    exit_code = !prepare_folder(options->folder) ? kExitDiffers
-                : options->stability             ? stability(*options)
-                                                 : report(*options);
+    exit_code = prepare_folder(options->folder) ? report(*options) : kExitDiffers;
   });
 }
 

@@ -34,6 +34,25 @@ struct Options {
   bool json = false;
 };
 
+constexpr const char* kFooter = R"(Example:
+  freeflex run service/scenes/rotor.yaml --until 10 --out rotor.log
+  freeflex run rotor.plan --log flight.log --out flight.csv
+  freeflex run boom.yaml --until 1 --out - | cut -d, -f 2-5
+A log holds STATE, POINTS, LOADS, APPLIED and SCENE at the scene's rates, time stamps in simulated time.
+Columns of a table, one row a STATE: tick; time [s]; x y z [m] and vx vy vz [m/s] of the centre of mass, world
+axes; qw qx qy qz; wx wy wz [rad/s], body axes; hx hy hz [kg m^2/s], world axes; q1.. [m]; q_dot1.. [m/s];
+point.NAME.x point.NAME.y point.NAME.z [m], world axes, of each published point; link.NAME.axial [N] of each
+published spring or bar, link.NAME.1 to link.NAME.12 [N, N m] of each published beam.
+JSON fields:
+  output       the file;  ticks, time [s]: how far it went;  complete: whether to the end
+  displacement_ratio, spin_ratio
+               null when no points are published
+  errors       null without error_budget in the scene, else: age [s], lost, validity (0 good, 1 watch,
+               2 outside), cause, and estimate, integration, truncation, model, each null when lost, else
+               position [m], attitude [rad], elastic
+Exit codes: 0 written, 1 not written, 2 wrong arguments, scene or plan, 3 --log damaged or incomplete,
+130 interrupted: what was done stands in FILE.partial.)";
+
 struct Commands {
   std::unique_ptr<io::LogReader> log;
   Recording recording;
@@ -105,8 +124,10 @@ void warn_beyond_limits(const Plan& plan, const Extremes& extremes, const std::o
   }
 }
 
-/// Options that would have no effect. Empty: none.
+/// Options that would have no effect or write into each other. Empty: none.
 std::string find_idle_option(const CLI::App& command, const Options& options) {
+  if (options.json && is_standard_output(options.out))
+    return "--json goes with a file for --out: standard output holds the table of --out -";
   if (!options.log.empty()) return {};
   if (options.session) return "--session goes with --log: it names one of the sessions there";
   if (command.count("--prefix") > 0 && is_table(options.out))
@@ -128,7 +149,10 @@ bool has_states(const Plan& plan, const std::string& out) {
 int open_commands(const Options& options, const Plan& plan, Commands& commands) {
   commands.log = std::make_unique<io::LogReader>(options.log);
   if (!commands.log->error().empty()) return print_error(commands.log->error()), kExitUsage;
-  commands.recording = read_recording(*commands.log, options.prefix);
+  {
+    const Progress progress("reading");
+    commands.recording = read_recording(*commands.log, options.prefix);
+  }
   if (!commands.recording.is_readable) return print_error(commands.recording.error), kExitUsage;
   if (!commands.recording.error.empty())
     return print_error("log incomplete: " + commands.recording.error), kExitIncomplete;
@@ -237,15 +261,15 @@ Json json_of(const ErrorSize& error, bool is_lost) {
 }
 
 /// The error budget at the end of a run.
-void print_budget(const BudgetReading& reading, const Verdict& verdict) {
+void print_budget(std::FILE* to, const BudgetReading& reading, const Verdict& verdict) {
   static constexpr std::array kWords{"good", "watch", "outside"};
-  std::printf("errors over the last %.3g s: %s%s%s\n", reading.age,
-              kWords[static_cast<std::size_t>(verdict.word)], verdict.cause.empty() ? "" : ", ",
-              verdict.cause.c_str());
+  std::fprintf(to, "errors over the last %.3g s: %s%s%s\n", reading.age,
+               kWords[static_cast<std::size_t>(verdict.word)], verdict.cause.empty() ? "" : ", ",
+               verdict.cause.c_str());
   if (reading.is_lost) return;
-  const auto row = [](const char* name, const ErrorSize& error) {
-    std::printf("  %-12s position %.1e m, attitude %.1e rad, elastic %.1e\n", name, error.position,
-                error.attitude, error.elastic);
+  const auto row = [to](const char* name, const ErrorSize& error) {
+    std::fprintf(to, "  %-12s position %.1e m, attitude %.1e rad, elastic %.1e\n", name, error.position,
+                 error.attitude, error.elastic);
   };
   row("estimate", reading.total);
   row("integration", reading.integration);
@@ -282,9 +306,10 @@ void report(const Options& options, const std::string& file, const Result& resul
                 {"spin_ratio", known(extremes.spin_ratio())},
                 {"errors", errors}});
   } else if (is_complete) {
-    std::printf("%s: %s, %.10g s; %s\n", file.c_str(), counted(result.ticks, "tick").c_str(), seconds,
-                ratios_text(extremes).c_str());
-    if (result.budget) print_budget(*result.budget, *verdict);
+    std::FILE* const to = is_standard_output(options.out) ? stderr : stdout;
+    std::fprintf(to, "%s: %s, %.10g s; %s\n", file.c_str(), counted(result.ticks, "tick").c_str(), seconds,
+                 ratios_text(extremes).c_str());
+    if (result.budget) print_budget(to, *result.budget, *verdict);
   } else {
     std::fprintf(stderr, "freeflex: interrupted: %s holds %" PRId64 " of %" PRId64 " ticks; %s\n",
                  file.c_str(), result.ticks, last, ratios_text(extremes).c_str());
@@ -312,9 +337,16 @@ int run(const CLI::App& command, const Options& options) {
   if (!output->has_error()) result = simulate(*plan, commands, *last, *output, extremes);
   const bool is_kept = result.exit_code == kExitInterrupted;
   const std::string error = is_kept || result.exit_code == kExitOk ? output->close(is_kept) : std::string();
-  if (!result.error.empty()) return print_error(result.error + "; nothing was written"), result.exit_code;
-  if (!error.empty()) return print_error(error), kExitDiffers;
-  report(options, is_kept ? output->working_path() : options.out, result, *last, *plan, extremes);
+  const bool is_piped = is_standard_output(options.out);
+  if (!result.error.empty())
+    return print_error(result.error + (is_piped ? "; the table ends there" : "; nothing was written")),
+           result.exit_code;
+  if (!error.empty()) {
+    // of standard output it is said at the end of every command
+    if (!is_piped) print_error(error);
+    return kExitDiffers;
+  }
+  report(options, is_kept || is_piped ? output->working_path() : options.out, result, *last, *plan, extremes);
   return result.exit_code;
 }
 
@@ -336,30 +368,18 @@ void add_run(CLI::App& app, int& exit_code) {
   command->add_option("--rate", options->rate, "ticks per second [Hz] instead of the scene's")
       ->check(rate_in_hertz())
       ->type_name("HZ");
-  command->add_option("--out", options->out, "file to write: NAME.csv is a table, any other name an LCM log")
+  command->add_option("--out", options->out, std::string("what to write: ") + kOutputs)
       ->required()
-      ->check(file_name())
+      ->check([](const std::string& path) {
+        return is_output(path) ? std::string() : "found '" + path + "', must be " + kOutputs;
+      })
       ->type_name("FILE");
   command->add_option("--prefix", options->prefix, "first part of the channel names")
       ->check(channel_prefix())
       ->type_name("NAME")
       ->capture_default_str();
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(
-      "Example:\n  freeflex run service/scenes/rotor.yaml --until 10 --out rotor.log\n"
-      "  freeflex run rotor.plan --log flight.log --out flight.csv\n"
-      "A log holds STATE, POINTS, LOADS, APPLIED and SCENE at the scene's rates, time stamps in simulated "
-      "time.\n"
-      "Columns of a CSV file, one row a STATE: tick; time [s]; x y z [m] and vx vy vz [m/s] of the centre of "
-      "mass,\n"
-      "world axes; qw qx qy qz; wx wy wz [rad/s], body axes; hx hy hz [kg m^2/s], world axes; q1.. [m]; "
-      "q_dot1.. [m/s];\n"
-      "point.NAME.x point.NAME.y point.NAME.z [m], world axes, of each published point; link.NAME.axial [N] "
-      "of each\n"
-      "published spring or bar, link.NAME.1 to link.NAME.12 [N, N m] of each published beam.\n"
-      "Exit codes: 0 written, 1 not written, 2 wrong arguments, scene or plan, 3 --log damaged or "
-      "incomplete,\n"
-      "130 interrupted: what was done stands in FILE.partial.");
+  command->footer(kFooter);
   command->callback([options, command, &exit_code] { exit_code = run(*command, *options); });
 }
 

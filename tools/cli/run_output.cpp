@@ -1,7 +1,9 @@
 #include "tools/cli/run_output.hpp"
 
 #include <algorithm>
+#include <cctype>
 #include <cmath>
+#include <cstdio>
 #include <filesystem>
 #include <vector>
 
@@ -23,6 +25,13 @@ std::int64_t ticks_between(double rate, double period) {
 
 bool is_due(std::int64_t every, std::int64_t tick, bool is_edge) {
   return every > 0 && (is_edge || tick % every == 0);
+}
+
+/// Capitals do not matter.
+bool has_ending(const std::string& path, const char* ending) {
+  std::string found = std::filesystem::path(path).extension().string();
+  for (char& c : found) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return found == ending;
 }
 
 class LogOutput : public RunOutput {
@@ -98,7 +107,9 @@ class LogOutput : public RunOutput {
 class CsvOutput : public RunOutput {
  public:
   CsvOutput(const Plan& plan, const std::string& path)
-      : plan_(plan), writer_(path), every_(ticks_between(plan.state_rate, plan.period)) {
+      : plan_(plan),
+        writer_(is_standard_output(path) ? io::CsvWriter(stdout, "standard output") : io::CsvWriter(path)),
+        every_(ticks_between(plan.state_rate, plan.period)) {
     std::vector<std::string> names{"tick", "time", "x",  "y",  "z",  "qw", "qx", "qy", "qz",
                                    "vx",   "vy",   "vz", "wx", "wy", "wz", "hx", "hy", "hz"};
     for (const char* name : {"q", "q_dot"}) {
@@ -171,7 +182,15 @@ class CsvOutput : public RunOutput {
 
 }  // namespace
 
-bool is_table(const std::string& path) { return path.ends_with(".csv"); }
+bool is_output(const std::string& path) {
+  if (is_table(path) || has_ending(path, ".log")) return true;
+  std::error_code ignored;
+  return std::filesystem::is_other(std::filesystem::status(path, ignored));
+}
+
+bool is_table(const std::string& path) { return is_standard_output(path) || has_ending(path, ".csv"); }
+
+bool is_standard_output(const std::string& path) { return path == "-"; }
 
 std::unique_ptr<RunOutput> make_run_output(const Plan& plan, const std::string& input,
                                            const std::string& prefix, const std::string& path) {

@@ -26,11 +26,19 @@ class RunOutput {
   virtual const std::string& working_path() const = 0;
 };
 
+/// What --out may name.
+inline constexpr const char* kOutputs =
+    "NAME.csv (a table), NAME.log (an LCM log) or - (a table on standard output)";
+
+/// kOutputs, endings in any case; or a device or pipe, which takes a log.
+bool is_output(const std::string& path);
 /// True for a path under which make_run_output writes a table.
 bool is_table(const std::string& path);
+bool is_standard_output(const std::string& path);
 
-/// \param path   NAME.csv: a table; else an LCM log with the daemon's channels, deterministic: session 1,
-///               time stamps in simulated time
+/// \param path   of a table, or of an LCM log with the daemon's channels, deterministic: session 1, time
+/// stamps
+///               in simulated time
 /// \param input  scene or plan file, for FREEFLEX_SCENE
 std::unique_ptr<RunOutput> make_run_output(const Plan& plan, const std::string& input,
                                            const std::string& prefix, const std::string& path);

@@ -13,24 +13,38 @@ std::string number(const std::optional<double>& value, const char* format = "%.1
   return format_text(format, *value);
 }
 
-void print_runs(const Study& study) {
-  std::printf("  %-18s %-18s %8s %8s %8s %8s %8s %8s %8s %8s %8s %8s %9s %8s %7s %8s\n", "method", "setting",
-              "elastic", "integr.", "model", "pos. m", "att. rad", "freq.", "energy", "once", "10 ms", "1 ms",
-              "steps", "ns/step", "set-up", "kB");
+/// What a run is known by, at the head of its line: kRunWidth columns.
+std::string name_of(const Run& run) {
+  return format_text("  %-17s %-19s ", run.method.c_str(), setting_of(run).c_str());
+}
+constexpr std::size_t kRunWidth = 40;
+
+void print_errors(const Study& study) {
+  std::printf("  %-17s %-19s %7s %7s %7s %7s %7s %7s %7s %7s %7s %7s\n", "method", "setting", "elastic",
+              "integr.", "model", "pos. m", "att.rad", "freq.", "energy", "once", "10 ms", "1 ms");
   for (const Run& run : study.runs) {
-    std::printf("  %-18s %-18s ", run.method.c_str(), setting_of(run).c_str());
+    std::printf("%s", name_of(run).c_str());
     if (!run.failure.empty()) {
-      std::printf("%s\n", run.failure.c_str());
+      std::printf("%s\n", wrapped(run.failure, kRunWidth).c_str());
       continue;
     }
-    std::printf("%8s %8s %8s ", number(run.elastic_error).c_str(), number(run.integration_error).c_str(),
-                number(run.model_error).c_str());
-    std::printf("%8s %8s %8s %8s ", number(run.position_error).c_str(), number(run.attitude_error).c_str(),
+    std::printf("%7s %7s %7s %7s %7s %7s %7s", number(run.elastic_error).c_str(),
+                number(run.integration_error).c_str(), number(run.model_error).c_str(),
+                number(run.position_error).c_str(), number(run.attitude_error).c_str(),
                 number(run.frequency_error).c_str(), number(run.energy_drift).c_str());
-    for (const auto& cpu : run.cpu) std::printf("%8s ", number(cpu).c_str());
-    std::printf("%9ld %8s %7s %8zu\n", run.steps, number(ns_per_step(study, run), "%.0f").c_str(),
-                format_text("%.1g", run.set_up).c_str(), run.memory / 1024);
+    for (const auto& cpu : run.cpu) std::printf(" %7s", number(cpu).c_str());
+    std::printf("\n");
   }
+}
+
+void print_costs(const Study& study) {
+  std::printf("\n  %-17s %-19s %10s %9s %10s %10s\n", "method", "setting", "steps", "ns/step", "set-up s",
+              "kB");
+  for (const Run& run : study.runs)
+    if (run.failure.empty())
+      std::printf("%s%10ld %9s %10s %10zu\n", name_of(run).c_str(), run.steps,
+                  number(ns_per_step(study, run), "%.0f").c_str(), format_text("%.1g", run.set_up).c_str(),
+                  run.memory / 1024);
 }
 
 std::string other(const Comparison::Other& other) {
@@ -38,8 +52,8 @@ std::string other(const Comparison::Other& other) {
 }
 
 void print_comparisons(const Study& study) {
-  std::printf("\n  %-8s %-26s %-22s %8s %8s  %-28s %-28s %-28s\n", "level", "read-out", "cheapest of ours",
-              "elastic", "CPU s/s", "by hand, full system", "packaged, full system", "linearised, sparse");
+  std::printf("\n  %-8s %-22s %-32s %8s %8s   and below it what others cost\n", "level", "read-out",
+              "cheapest of ours", "elastic", "CPU s/s");
   for (const double level : kLevels)
     for (std::size_t load = 0; load < kReadOuts; ++load) {
       const auto found = compare_at(study, level, static_cast<ReadOut>(load));
@@ -48,10 +62,11 @@ void print_comparisons(const Study& study) {
         continue;
       }
       const Run& ours = study.runs[found->ours];
-      std::printf("  %-8.0e %-26s %-22s %8.1e %8.1e  %-28s %-28s %-28s\n", level, kReadOutNames[load],
-                  (ours.method + ", " + setting_of(ours)).c_str(), ours.elastic_error, found->cpu,
-                  other(found->hand_written).c_str(), other(found->packaged).c_str(),
-                  other(found->linearised).c_str());
+      std::printf("  %-8.0e %-22s %-32s %8.1e %8.1e\n", level, kReadOutNames[load],
+                  (ours.method + ", " + setting_of(ours)).c_str(), ours.elastic_error, found->cpu);
+      const std::string others = "by hand " + other(found->hand_written) + "; packaged " +
+                                 other(found->packaged) + "; linearised " + other(found->linearised);
+      std::printf("           %s\n", wrapped(others, 11).c_str());
     }
 }
 
@@ -141,26 +156,32 @@ std::vector<std::string> findings(const Report& report) {
 
 void print_text(const Report& report) {
   const Machine& machine = report.machine;
-  std::printf("%s, %d cores; %s %s; commit %s; %s\n", machine.processor.c_str(), machine.cores,
-              machine.compiler.c_str(), machine.flags.c_str(), machine.commit.c_str(), machine.date.c_str());
+  std::printf("%s\n", wrapped(format_text("%s, %d cores; %s %s; commit %s; %s", machine.processor.c_str(),
+                                          machine.cores, machine.compiler.c_str(), machine.flags.c_str(),
+                                          machine.commit.c_str(), machine.date.c_str()),
+                              0)
+                          .c_str());
   if (!report.studies.empty())
     std::printf(
-        "errors at the end against the full system; CPU in seconds per simulated second, by read-out\n");
+        "errors at the end against the full system; CPU in seconds per simulated second, by read-out: once, "
+        "each 10 ms, 1 ms\n");
   for (const Study& study : report.studies) {
-    std::printf(
-        "\n%s: %zu points, %zu links, %zu elastic freedoms, %.4g to %.4g rad/s, spin %g rad/s, %g s\n",
+    const std::string head = format_text(
+        "%s: %zu points, %zu links, %zu elastic freedoms, %.4g to %.4g rad/s, spin %g rad/s, %g s",
         study.scene.c_str(), study.points, study.links, study.elastic_freedoms, study.lowest_frequency,
         study.top_frequency, study.spin, study.end);
+    std::printf("\n%s\n", wrapped(head, 0).c_str());
     std::printf("  reference: %s, good to %.0e elastic, %.1f s of CPU time\n", study.reference.c_str(),
                 study.reference_accuracy, study.reference_cpu);
-    print_runs(study);
+    print_errors(study);
     for (const LeftOut& item : study.left_out)
-      std::printf("  left out: %s: %s\n", item.what.c_str(), item.why.c_str());
+      std::printf("  %s\n", wrapped("left out: " + item.what + ": " + item.why, 2).c_str());
+    print_costs(study);
     print_comparisons(study);
   }
   std::printf("\n");
   if (!report.studies.empty())
-    for (const std::string& sentence : findings(report)) std::printf("%s\n", sentence.c_str());
+    for (const std::string& sentence : findings(report)) std::printf("%s\n", wrapped(sentence, 0).c_str());
   if (!report.estimates.empty()) print_estimates(report);
   if (report.is_interrupted) std::printf("\ninterrupted: not all that was asked for is here\n");
 }

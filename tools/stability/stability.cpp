@@ -19,20 +19,32 @@ std::string csv_text(const std::string& text) {
 
 std::string csv_number(double value) { return std::isfinite(value) ? format_text("%.6g", value) : ""; }
 
-void print_row(const StabilityRow& row) {
-  const auto& [what, outcome, cpu] = row;
-  if (what.must_refuse) {
-    std::printf("  %-8s %-58s %s\n", row.verdict(), what.name.c_str(), outcome.said.c_str());
-    return;
-  }
-  std::printf("  %-8s %-58s %8s %8s  %s\n", row.verdict(), what.name.c_str(),
-              number(outcome.measured).c_str(), number(what.limit).c_str(), outcome.said.c_str());
-  for (const PeerFigure& peer : outcome.peers)
-    std::printf("  %-8s   %-56s %8s           %s\n", "", peer.method.c_str(), number(peer.figure).c_str(),
-                peer.failure.c_str());
+/// Words behind what stands in the columns before, or where that is too narrow on lines of their own.
+void print_words(const std::string& text, std::size_t column) {
+  constexpr std::size_t kIndent = 13;
+  if (column + text.size() <= kLineWidth)
+    std::printf("%s%s\n", text.empty() ? "" : "  ", text.c_str());
+  else
+    std::printf("\n%*s%s\n", static_cast<int>(kIndent), "", wrapped(text, kIndent).c_str());
 }
 
 }  // namespace
+
+void print_row(const StabilityRow& row) {
+  const auto& [what, outcome, cpu] = row;
+  if (what.must_refuse) {
+    std::printf("  %-8s %-58s", row.verdict(), what.name.c_str());
+    print_words(outcome.said, 71);
+    return;
+  }
+  std::printf("  %-8s %-58s %8s %8s", row.verdict(), what.name.c_str(), number(outcome.measured).c_str(),
+              number(what.limit).c_str());
+  print_words(outcome.said, 89);
+  for (const PeerFigure& peer : outcome.peers) {
+    std::printf("  %-8s   %-56s %8s         ", "", peer.method.c_str(), number(peer.figure).c_str());
+    print_words(peer.failure, 89);
+  }
+}
 
 std::vector<StabilityCase> stability_cases() {
   std::vector<StabilityCase> cases;
@@ -73,8 +85,10 @@ StabilityReport check_stability(const StabilityOptions& options, const std::func
 
 void print_text(const StabilityReport& report) {
   const Machine& machine = report.machine;
-  std::printf("%s, %d cores; %s; commit %s; %s\n", machine.processor.c_str(), machine.cores,
-              machine.compiler.c_str(), machine.commit.c_str(), machine.date.c_str());
+  const std::string where =
+      format_text("%s, %d cores; %s; commit %s; %s", machine.processor.c_str(), machine.cores,
+                  machine.compiler.c_str(), machine.commit.c_str(), machine.date.c_str());
+  std::printf("%s\n", wrapped(where, 0).c_str());
   std::string group, quantity;
   for (const StabilityRow& row : report.rows) {
     if (row.what.group != group) std::printf("\n%s\n", row.what.group.c_str());

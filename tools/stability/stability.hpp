@@ -1,4 +1,4 @@
-// freeflex report --stability: stiff and extreme cases, each beside the figure that it must meet.
+// freeflex stability: stiff and extreme cases, each beside the figure that it must meet.
 #pragma once
 
 #include <cmath>
@@ -63,6 +63,7 @@ struct StabilityReport {
 /// Every case in turn.  \param told  called with the share done, 0 to 1
 StabilityReport check_stability(const StabilityOptions& options, const std::function<void(double)>& told);
 
+void print_row(const StabilityRow& row);
 void print_text(const StabilityReport& report);
 Json to_json(const StabilityReport& report);
 std::string to_csv(const StabilityReport& report);

@@ -3,11 +3,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <chrono>
+#include <cinttypes>
+#include <condition_variable>
 #include <csignal>
 #include <cstdarg>
 #include <cstdio>
 #include <filesystem>
+#include <mutex>
 #include <utility>
 
 #include "core/plan/automatic.hpp"
@@ -17,12 +19,6 @@ namespace freeflex::tools {
 namespace {
 
 volatile std::sig_atomic_t interrupted = 0;
-
-std::int64_t now_ns() {
-  return std::chrono::duration_cast<std::chrono::nanoseconds>(
-             std::chrono::steady_clock::now().time_since_epoch())
-      .count();
-}
 
 }  // namespace
 
@@ -43,7 +39,10 @@ void print_faults(const Faults& faults, const std::vector<std::string>& sources)
 
 std::optional<Plan> load_or_explain(const std::string& path, double rate, const std::string& output) {
   if (would_overwrite(path, output)) return std::nullopt;
-  io::PlanResult result = io::load_plan(path);
+  io::PlanResult result = [&path] {
+    const Progress progress("set-up");
+    return io::load_plan(path);
+  }();
   for (const std::string& source : result.sources) {
     if (would_overwrite(source, output)) return std::nullopt;
   }
@@ -80,6 +79,23 @@ std::string format_text(const char* format, ...) {
   return text;
 }
 
+std::string wrapped(const std::string& text, std::size_t indent) {
+  const std::size_t width = kLineWidth - indent;
+  std::string lines;
+  std::size_t begin = 0;
+  while (text.size() - begin > width) {
+    // a word longer than a line stands alone
+    std::size_t blank = text.rfind(' ', begin + width);
+    if (blank == std::string::npos || blank <= begin) blank = text.find(' ', begin + width);
+    if (blank == std::string::npos) break;
+    lines += text.substr(begin, blank - begin) + "\n" + std::string(indent, ' ');
+    begin = blank + 1;
+  }
+  return lines + text.substr(begin);
+}
+
+std::string fingerprint_text(std::uint64_t fingerprint) { return format_text("%016" PRIx64, fingerprint); }
+
 std::string counted(std::int64_t count, const std::string& noun) {
   return std::to_string(count) + " " + noun + (count == 1 ? "" : "s");
 }
@@ -103,31 +119,39 @@ bool is_interrupted() {
   return is_installed && interrupted != 0;
 }
 
-Progress::Progress(std::string what)
-    : what_(std::move(what)),
-      start_ns_(now_ns()),
-      next_ns_(start_ns_ + 500'000'000),
-      is_terminal_(isatty(STDERR_FILENO) == 1) {}
-
-void Progress::update(double fraction) {
-  if (!is_terminal_) return;
-  const std::int64_t now = now_ns();
-  if (now < next_ns_) return;
-  next_ns_ = now + 100'000'000;
-  is_drawn_ = true;
-  constexpr int kWidth = 30;
-  const double done = std::clamp(fraction, 0.0, 1.0);
-  const int filled = static_cast<int>(done * kWidth);
-  const double elapsed = static_cast<double>(now - start_ns_) * 1e-9;
-  const double left = done > 0.0 ? elapsed * (1.0 - done) / done : 0.0;
-  std::fprintf(stderr, "\r%s [%s%s] %5.1f %%, %.0f s left\033[K", what_.c_str(),
-               std::string(static_cast<std::size_t>(filled), '#').c_str(),
-               std::string(static_cast<std::size_t>(kWidth - filled), '.').c_str(), 100.0 * done, left);
-  std::fflush(stderr);
+Progress::Progress(std::string what, std::chrono::milliseconds patience)
+    : what_(std::move(what)), start_(std::chrono::steady_clock::now()) {
+  if (isatty(STDERR_FILENO) == 1)
+    drawer_ = std::jthread([this, patience](const std::stop_token& stop) { draw_until(stop, patience); });
 }
 
-Progress::~Progress() {
-  if (is_drawn_) std::fprintf(stderr, "\r\033[K");
+void Progress::draw_until(const std::stop_token& stop, std::chrono::milliseconds patience) const {
+  std::mutex mutex;
+  std::condition_variable_any wake;
+  std::unique_lock lock(mutex);
+  const auto pause = [&](std::chrono::milliseconds time) {
+    wake.wait_for(lock, stop, time, [] { return false; });
+    return !stop.stop_requested();
+  };
+  if (!pause(patience)) return;
+  do draw();
+  while (pause(std::chrono::milliseconds(100)));
+  std::fprintf(stderr, "\r\033[K");
+}
+
+void Progress::draw() const {
+  constexpr int kWidth = 30;
+  const double elapsed = std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
+  const double done = std::min(1.0, done_.load(std::memory_order_relaxed));
+  if (done <= 0.0) {
+    std::fprintf(stderr, "\r%.30s: %.0f s\033[K", what_.c_str(), elapsed);
+  } else {
+    const auto filled = static_cast<std::size_t>(done * kWidth);
+    std::fprintf(stderr, "\r%.30s [%s%s] %5.1f %%, %.0f s left\033[K", what_.c_str(),
+                 std::string(filled, '#').c_str(), std::string(kWidth - filled, '.').c_str(), 100.0 * done,
+                 elapsed * (1.0 - done) / done);
+  }
+  std::fflush(stderr);
 }
 
 }  // namespace freeflex::tools

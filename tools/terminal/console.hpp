@@ -1,11 +1,15 @@
 // What the subcommands share on the terminal: faults, JSON, progress, interruption.
 #pragma once
 
+#include <atomic>
+#include <chrono>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
+#include <stop_token>
 #include <string>
+#include <thread>
 #include <vector>
 
 #include "core/step/plan.hpp"
@@ -36,6 +40,15 @@ bool would_overwrite(const std::string& input, const std::string& output);
 /// As printf, into a string.
 __attribute__((format(printf, 1, 2))) std::string format_text(const char* format, ...);
 
+/// Columns that a line of a table takes at most.
+inline constexpr std::size_t kLineWidth = 120;
+/// Text that begins in column `indent` of its line, broken at blanks within kLineWidth; what follows is
+/// indented as much.
+std::string wrapped(const std::string& text, std::size_t indent);
+
+/// A fingerprint or hash as it is printed, in JSON too: 16 hexadecimal digits.
+std::string fingerprint_text(std::uint64_t fingerprint);
+
 /// "1 fault", "3 faults".
 std::string counted(std::int64_t count, const std::string& noun);
 
@@ -45,22 +58,25 @@ std::string listed(std::span<const std::string> names, std::size_t limit);
 /// From the first call on, SIGINT and SIGTERM only set a flag. True once one of them came.
 bool is_interrupted();
 
-/// A bar on stderr for work that turns out long: nothing unless stderr is a terminal and 0.5 s have passed.
+/// A line on stderr for work that turns out long: its name and the time so far, and a bar once it has told
+/// how far it is. Nothing unless stderr is a terminal and `patience` has passed. It is drawn by a thread of
+/// its own and goes away with the object: nothing else is to be printed meanwhile.
 class Progress {
  public:
-  explicit Progress(std::string what);
-  ~Progress();
+  explicit Progress(std::string what, std::chrono::milliseconds patience = std::chrono::milliseconds(500));
   Progress(const Progress&) = delete;
   Progress& operator=(const Progress&) = delete;
-  /// \param fraction  0 to 1 done
-  void update(double fraction);
+  /// From any thread. \param fraction  0 to 1 done
+  void update(double fraction) { done_.store(fraction, std::memory_order_relaxed); }
 
  private:
+  void draw_until(const std::stop_token& stop, std::chrono::milliseconds patience) const;
+  void draw() const;
+
   std::string what_;
-  std::int64_t start_ns_ = 0;  // [ns] monotonic
-  std::int64_t next_ns_ = 0;   // [ns] when to draw next
-  bool is_terminal_ = false;
-  bool is_drawn_ = false;
+  std::chrono::steady_clock::time_point start_;
+  std::atomic<double> done_{-1.0};  // [-] < 0: not told
+  std::jthread drawer_;             // last: its end comes before that of what it reads
 };
 
 }  // namespace freeflex::tools

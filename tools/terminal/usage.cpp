@@ -79,10 +79,6 @@ CLI::Validator study_time() {
                  [](double value) { return value > 0.0 && value <= 1000.0; });
 }
 
-CLI::Validator finite_number() {
-  return must_be("a number", [](double) { return true; });
-}
-
 CLI::Validator whole_number(std::int64_t least, std::int64_t most) {
   return {[least, most](std::string& text) {
             return io::reader::parse_integer(text, least, most)
@@ -108,6 +104,24 @@ CLI::Validator channel_prefix() {
             return is_right ? std::string() : found(text, "1 to 32 of A-Z a-z 0-9 _ -");
           },
           ""};
+}
+
+CLI::Option* add_vector(CLI::App& command, const std::string& name, std::vector<double>& vector,
+                        const std::string& meaning, const std::string& unit) {
+  const auto take = [&vector, name, unit](const CLI::results_t& words) {
+    vector.clear();
+    for (const std::string& word : words)
+      if (const std::optional<double> number = read_number(word)) vector.push_back(*number);
+    if (words.size() == 3 && vector.size() == 3) return true;
+    std::string text;
+    for (const std::string& word : words) text += (text.empty() ? "" : ",") + word;
+    throw CLI::ValidationError(name + " " + text, "three numbers X,Y,Z in " + unit + " are wanted, as 0,5,0");
+  };
+  return command.add_option(name, CLI::callback_t(take), meaning)
+      ->type_name("X,Y,Z")
+      ->delimiter(',')
+      ->expected(1, 3)
+      ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {

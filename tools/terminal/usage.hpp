@@ -30,10 +30,14 @@ CLI::Validator must_be(const char* allowed, bool (*is_right)(double));
 CLI::Validator rate_in_hertz();  // 0.001 to 1e6, as freeflexd
 CLI::Validator positive_time();  // [s] > 0
 CLI::Validator study_time();  // [s] > 0, at most 1000: the reference of a report keeps the motion each 10 ms
-CLI::Validator finite_number();
 CLI::Validator whole_number(std::int64_t least, std::int64_t most);
 CLI::Validator file_name();       // not empty
 CLI::Validator channel_prefix();  // as freeflexd takes it
+
+/// An option of three numbers, X,Y,Z; anything else is refused with what is wanted.
+/// \param unit  "newton"
+CLI::Option* add_vector(CLI::App& command, const std::string& name, std::vector<double>& vector,
+                        const std::string& meaning, const std::string& unit);
 
 /// No more than the type holds.
 template <class Integer>

@@ -168,17 +168,22 @@ std::string LogWriter::close_partial() {
   return error_;
 }
 
-CsvWriter::CsvWriter(const std::string& path) : file_(path) {
+CsvWriter::CsvWriter(const std::string& path) {
+  file_.emplace(path);
+  name_ = file_->working_path();
   errno = 0;
-  stream_.reset(std::fopen(file_.working_path().c_str(), "w"));
-  if (!stream_) error_ = path + ": " + error_text(errno);
+  own_stream_.reset(std::fopen(name_.c_str(), "w"));
+  stream_ = own_stream_.get();
+  if (stream_ == nullptr) error_ = path + ": " + error_text(errno);
 }
+
+CsvWriter::CsvWriter(std::FILE* stream, std::string name) : name_(std::move(name)), stream_(stream) {}
 
 void CsvWriter::put(const std::string& line) {
   if (!error_.empty()) return;
   errno = 0;
-  if (std::fwrite(line.data(), 1, line.size(), stream_.get()) != line.size()) {
-    error_ = file_.working_path() + ": " + error_text(errno);
+  if (std::fwrite(line.data(), 1, line.size(), stream_) != line.size()) {
+    error_ = name_ + ": " + error_text(errno);
   }
 }
 
@@ -201,22 +206,22 @@ void CsvWriter::row(std::int64_t tick, std::span<const double> values) {
 }
 
 void CsvWriter::finish() {
-  if (!stream_) return;
+  if (stream_ == nullptr) return;
   errno = 0;
-  if (std::fflush(stream_.get()) != 0 && error_.empty())
-    error_ = file_.working_path() + ": " + error_text(errno);
-  stream_.reset();
+  if (std::fflush(stream_) != 0 && error_.empty()) error_ = name_ + ": " + error_text(errno);
+  stream_ = nullptr;
+  own_stream_.reset();
 }
 
 std::string CsvWriter::close() {
   finish();
-  if (error_.empty()) error_ = file_.commit();
+  if (error_.empty() && file_) error_ = file_->commit();
   return error_;
 }
 
 std::string CsvWriter::close_partial() {
   finish();
-  if (error_.empty()) file_.keep();
+  if (error_.empty() && file_) file_->keep();
   return error_;
 }
 

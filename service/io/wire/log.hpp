@@ -7,6 +7,7 @@
 #include <cstdint>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -101,11 +102,13 @@ class LogWriter {
 class CsvWriter {
  public:
   explicit CsvWriter(const std::string& path);
+  /// To a stream that is open and stays open, such as standard output: what was written stands.
+  CsvWriter(std::FILE* stream, std::string name);
   void header(const std::vector<std::string>& names);
   void row(std::int64_t tick, std::span<const double> values);
   std::string close();
   std::string close_partial();
-  const std::string& working_path() const { return file_.working_path(); }
+  const std::string& working_path() const { return name_; }
   bool has_error() const { return !error_.empty(); }
 
  private:
@@ -115,8 +118,10 @@ class CsvWriter {
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  PartialFile file_;
-  std::unique_ptr<std::FILE, Close> stream_;
+  std::string name_;                 // of the file while it is written, or of the stream
+  std::optional<PartialFile> file_;  // none: a stream of somebody else's
+  std::unique_ptr<std::FILE, Close> own_stream_;
+  std::FILE* stream_ = nullptr;
   std::string error_;
 };
 

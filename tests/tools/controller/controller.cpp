@@ -8,16 +8,21 @@
 // The pair has no resultant and no moment, so it damps elastic motion and leaves the rigid motion alone.
 // Feedback lags by one publication of FREEFLEX_POINTS and damps modes well below that rate.
 //
-// Every command is under a lease: when this program dies, its force ends after kLease. Ends with exit code 0
-// when the speed stays below 1 % of what it was, with 1 after 60 s of simulated time without that.
+// Every command is under a lease: when this program dies, its force ends after kLease. It may be started
+// again at any time, and takes up a daemon that is started again. Ends with exit code 0 when the speed stays
+// below 1 % of what it was, with 1 after 60 s of simulated time without that or 10 s without the points, with
+// 2 when there are no such points.
 #include <algorithm>
+#include <chrono>
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
 #include <lcm/lcm-cpp.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
+#include <vector>
 
 #include "freeflex_msgs/ack_t.hpp"
 #include "freeflex_msgs/force_t.hpp"
@@ -30,10 +35,13 @@ namespace {
 
 namespace msgs = freeflex_msgs;
 namespace channels = freeflex::channels;
+using Clock = std::chrono::steady_clock;
 
 constexpr double kLease = 0.2;   // [s] renewed by every POINTS
 constexpr double kWindow = 1.0;  // [s] longer than half a period: the speed's largest value in it is compared
-constexpr double kTimeLimit = 60.0;  // [s]
+constexpr double kTimeLimit = 60.0;            // [s]
+constexpr std::chrono::seconds kPatience{10};  // without the points
+constexpr std::int32_t kWrongSession = 3;      // ack_t.reason
 const std::string kPrefix = channels::kDefaultPrefix;
 const std::string kSender = "example-controller";
 
@@ -43,6 +51,22 @@ struct End {
   std::int32_t index = -1;
   std::optional<msgs::point_state_t> motion;  // of the tick at hand
 };
+
+/// Speed along the line, by windows of kWindow.
+struct Windows {
+  double start = -1.0;          // [s] of the first
+  double now_start = 0.0;       // [s] of the one at hand
+  double now_largest = 0.0;     // [m/s] in it
+  double first_largest = -1.0;  // [m/s]
+};
+
+/// [us] since 1970. Commands are numbered from here upwards: a sequence must grow within a session, and this
+/// program may be started twice in one.
+std::int64_t wall_clock_us() {
+  return std::chrono::duration_cast<std::chrono::microseconds>(
+             std::chrono::system_clock::now().time_since_epoch())
+      .count();
+}
 
 class Controller {
  public:
@@ -55,21 +79,51 @@ class Controller {
   }
   bool is_done() const { return exit_code_.has_value(); }
   int exit_code() const { return *exit_code_; }
+  /// How long the two points have not been heard of.
+  Clock::duration silence() const { return Clock::now() - heard_; }
 
  private:
-  // which daemon is there: a command must carry its session
+  // which daemon is there: a command must carry its session, and another one may hold another scene
   void on_status(const lcm::ReceiveBuffer*, const std::string&, const msgs::status_t* status) {
+    if (status->session == session_) return;
     session_ = status->session;
+    points_.clear();
+    pages_.clear();
+    first_.index = second_.index = -1;
+    tick_ = -1;
+    windows_ = {};
   }
 
   // what the indices mean; several pages when there are many points
   void on_scene(const lcm::ReceiveBuffer*, const std::string&, const msgs::scene_t* scene) {
+    if (scene->session != session_ || first_.index >= 0) return;
+    if (scene->first_point < 0 || scene->first_point + scene->num_points > scene->total_points) return;
     rate_ = scene->rate;
-    for (End* end : {&first_, &second_}) {
-      for (int i = 0; i < scene->num_points; ++i) {
-        if (scene->points[static_cast<std::size_t>(i)].name == end->name) end->index = scene->first_point + i;
+    points_.resize(static_cast<std::size_t>(scene->total_points));
+    std::copy(scene->points.begin(), scene->points.end(), points_.begin() + scene->first_point);
+    pages_.insert(scene->page);
+    if (static_cast<std::int32_t>(pages_.size()) < scene->num_pages) return;
+    find(first_);
+    find(second_);
+  }
+
+  // a point that is not there, or whose motion is not published, would be waited for in vain
+  void find(End& end) {
+    constexpr int kShown = 20;
+    std::string known;
+    int num_known = 0;
+    for (std::size_t i = 0; i < points_.size(); ++i) {
+      if (points_[i].is_published == 0) continue;
+      if (points_[i].name == end.name) {
+        end.index = static_cast<std::int32_t>(i);
+        return;
       }
+      if (num_known++ < kShown) known += (known.empty() ? "" : ", ") + points_[i].name;
     }
+    if (num_known > kShown) known += " and " + std::to_string(num_known - kShown) + " more";
+    std::fprintf(stderr, "controller: no point '%s' is published; there are: %s\n", end.name.c_str(),
+                 known.empty() ? "none" : known.c_str());
+    exit_code_ = 2;
   }
 
   void on_points(const lcm::ReceiveBuffer*, const std::string&, const msgs::points_t* points) {
@@ -81,12 +135,14 @@ class Controller {
       if (point.point == first_.index) first_.motion = point;
       if (point.point == second_.index) second_.motion = point;
     }
-    if (first_.motion && second_.motion) control(*first_.motion, *second_.motion);
+    if (!first_.motion || !second_.motion) return;
+    heard_ = Clock::now();
+    control(*first_.motion, *second_.motion);
   }
 
-  // a rejection says what is wrong with the command
+  // a rejection says what is wrong with the command; the daemon that it was meant for may be gone
   void on_ack(const lcm::ReceiveBuffer*, const std::string&, const msgs::ack_t* ack) {
-    if (ack->sender != kSender || ack->reason == 0) return;
+    if (ack->sender != kSender || ack->reason == 0 || ack->reason == kWrongSession) return;
     std::fprintf(stderr, "controller: rejected: %s\n", ack->text.c_str());
     exit_code_ = 1;
   }
@@ -126,32 +182,33 @@ class Controller {
 
   // compares the largest speed of each window with that of the first
   void watch(double speed) {
+    Windows& w = windows_;
     const double time = static_cast<double>(tick_) / rate_;
-    if (start_ < 0.0) start_ = window_start_ = time;
-    window_largest_ = std::max(window_largest_, speed);
-    if (time < window_start_ + kWindow) return;
-    if (first_largest_ < 0.0) first_largest_ = window_largest_;
-    const bool is_quiet = window_largest_ <= 0.01 * first_largest_;
-    if (is_quiet || time > start_ + kTimeLimit) {
-      std::printf("speed along the line: %.6f m/s -> %.6f m/s after %.1f s\n", first_largest_,
-                  window_largest_, time - start_);
+    if (w.start < 0.0) w.start = w.now_start = time;
+    w.now_largest = std::max(w.now_largest, speed);
+    if (time < w.now_start + kWindow) return;
+    if (w.first_largest < 0.0) w.first_largest = w.now_largest;
+    const bool is_quiet = w.now_largest <= 0.01 * w.first_largest;
+    if (is_quiet || time > w.start + kTimeLimit) {
+      std::printf("speed along the line: %.6f m/s -> %.6f m/s after %.1f s\n", w.first_largest, w.now_largest,
+                  time - w.start);
       exit_code_ = is_quiet ? 0 : 1;
     }
-    window_start_ = time;
-    window_largest_ = 0.0;
+    w.now_start = time;
+    w.now_largest = 0.0;
   }
 
   lcm::LCM& bus_;
   End first_, second_;
   double gain_;  // [N s/m]
   std::int64_t session_ = 0;
-  std::int64_t sequence_ = 0;
+  std::vector<msgs::scene_point_t> points_;  // of the session, as far as its pages came
+  std::set<std::int32_t> pages_;
+  std::int64_t sequence_ = wall_clock_us();
   std::int64_t tick_ = -1;
-  double rate_ = 0.0;            // [Hz]
-  double start_ = -1.0;          // [s]
-  double window_start_ = 0.0;    // [s]
-  double window_largest_ = 0.0;  // [m/s]
-  double first_largest_ = -1.0;  // [m/s]
+  double rate_ = 0.0;  // [Hz]
+  Windows windows_;
+  Clock::time_point heard_ = Clock::now();
   std::optional<int> exit_code_;
 };
 
@@ -159,8 +216,8 @@ class Controller {
 
 int main(int argc, char** argv) {
   const double gain = argc == 4 ? std::strtod(argv[3], nullptr) : 0.0;
-  if (!(gain > 0.0)) {
-    std::fprintf(stderr, "usage: controller POINT POINT GAIN      (GAIN in N s/m, > 0)\n");
+  if (!(gain > 0.0) || std::string(argv[1]) == argv[2]) {
+    std::fprintf(stderr, "usage: controller POINT POINT GAIN      (two points; GAIN in N s/m, > 0)\n");
     return 2;
   }
   lcm::LCM bus;
@@ -170,10 +227,11 @@ int main(int argc, char** argv) {
   }
   Controller controller(bus, argv[1], argv[2], gain);
   while (!controller.is_done()) {
-    if (bus.handleTimeout(10'000) <= 0) {
-      std::fprintf(stderr, "controller: nothing heard for 10 s\n");
-      return 1;
-    }
+    if (bus.handleTimeout(1'000) >= 0 && controller.silence() < kPatience) continue;
+    std::fprintf(stderr,
+                 "controller: the two points were not heard for 10 s: is freeflexd there, and does its scene "
+                 "publish points?\n");
+    return 1;
   }
   return controller.exit_code();
 }

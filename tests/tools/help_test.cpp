@@ -1,0 +1,89 @@
+// --help says what the fields of --json are: every one that a command prints.
+#include <gtest/gtest.h>
+
+#include "tests/tools/json_fields.hpp"
+#include "tests/tools/shell.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Json = nlohmann::json;
+
+/// Four points and six springs with a kick, every field of whose plan and run is there.
+const std::string kScene =
+    "name: tetrahedron\nfidelity: auto\ntolerance: {elastic: 0.5, horizon: 0.05}\n"
+    "error_budget: {horizon: 0.05}\npoints:\n"
+    "  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+    "  - {name: c, mass: 1, at: [0, 1, 0]}\n  - {name: d, mass: 1, at: [0, 0, 1]}\n"
+    "links:\n  - {spring: [a, b, c, a, d, b], stiffness: 1e4}\n  - {spring: [c, d], stiffness: 1e4}\n"
+    "loads:\n  - {name: kick, forces: {d: [0.3, 0.5, 0.2]}, pulse: {start: 0, duration: 0.02}}\n"
+    "leave_out: {on_need: refuse}\n";
+
+class Help : public ::testing::Test {
+ protected:
+  Help() { write_text(folder_ / "scene.yaml", kScene); }
+  /// The JSON of a command line in the folder of the scene; its first word is the command, every field of
+  /// which must be in the help.
+  Json expect_said(const std::string& arguments, int exit_code = 0) {
+    const Outcome outcome = run("cd " + folder_.path() + " && " + kFreeflex + " " + arguments);
+    EXPECT_EQ(outcome.exit_code, exit_code) << arguments << outcome.err;
+    const Json json = Json::parse(outcome.out, nullptr, false);
+    EXPECT_TRUE(json.is_object()) << arguments << outcome.out;
+    const std::string help = run(kFreeflex + " " + arguments.substr(0, arguments.find(' ')) + " --help").out;
+    EXPECT_TRUE(contains(help, "JSON fields:")) << help;
+    EXPECT_EQ(unsaid(json, help.substr(std::min(help.size(), help.find("JSON fields:")))), "") << arguments;
+    return json;
+  }
+  TemporaryFolder folder_;
+};
+
+TEST_F(Help, SaysTheJsonFieldsOfWhatLooksAtAScene) {
+  write_text(folder_ / "bad.yaml", "points:\n  - {name: a, mass: -1, at: [0, 0, 0]}\n");
+  expect_said("check --json scene.yaml");
+  expect_said("check --json bad.yaml", 2);
+  expect_said("modes --json scene.yaml");
+  expect_said("modes --json " + kGolden + "chain.yaml");
+  expect_said("inspect --json scene.yaml");
+  expect_said("inspect --json " + kGolden + "chain.yaml");
+  expect_said("loads --json scene.yaml --force d=1,0,0");
+  const Json plan = expect_said("plan --json scene.yaml");
+  EXPECT_FALSE(plan["rungs_tried"].empty());
+  EXPECT_FALSE(plan["budget_steps"].empty());
+  EXPECT_FALSE(plan["parts"].empty());
+}
+
+TEST_F(Help, SaysTheJsonFieldsOfWhatRunsAScene) {
+  EXPECT_EQ(expect_said("compile --json scene.yaml -o scene.plan")["fingerprint"].get<std::string>().size(),
+            16u);
+  const Json flown = expect_said("run --json scene.yaml --until 0.1 --out a.log");
+  EXPECT_TRUE(flown["errors"]["estimate"].is_object()) << flown;
+  expect_said("replay --json a.log");
+  expect_said("replay --json none.log", 2);
+}
+
+TEST_F(Help, SaysTheJsonFieldsOfStudies) {
+  const Json report =
+      expect_said("report --json --repeats 1 --until 0.05 --budget 0.2 --estimates 1 scene.yaml");
+  EXPECT_FALSE(report["scenes"][0]["comparisons"].empty());
+  EXPECT_FALSE(report["estimates"]["scenes"].empty());
+  // the first cases tell all fields
+  const Outcome cut = run("timeout -s INT 1 " + kFreeflex + " stability --quick --json; true");
+  const Json table = Json::parse(cut.out, nullptr, false);
+  ASSERT_TRUE(table.is_object()) << cut.out << cut.err;
+  EXPECT_FALSE(table["cases"].empty());
+  EXPECT_EQ(unsaid(table, run(kFreeflex + " stability --help").out), "");
+}
+
+TEST_F(Help, FitsTheScreen) {
+  for (const char* command : {"check", "modes", "inspect", "loads", "plan", "report", "stability", "compile",
+                              "run", "push", "monitor", "replay"}) {
+    const std::string help = run(kFreeflex + " " + command + " --help").out;
+    // options are laid out by CLI11
+    std::istringstream lines(help.substr(std::min(help.size(), help.find("Example"))));
+    for (std::string line; std::getline(lines, line);)
+      EXPECT_LE(line.size(), 120u) << command << ": " << line;
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::testing
