@@ -4,10 +4,14 @@
 #include <cmath>
 #include <cstddef>
 
+#include "core/limits.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"
 
 namespace freeflex::io {
+
+static_assert(channels::kMaxMessageBytes == kMaxMessageBytes,
+              "sizes of structures follow from that of a message");
 namespace {
 
 template <std::size_t N>

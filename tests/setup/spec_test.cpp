@@ -1,0 +1,117 @@
+// The set-up decides once, compiles what was decided, and says each fault once; lists of kinds and rungs.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <set>
+#include <string>
+
+#include "core/plan/compile.hpp"
+#include "core/plan/rates.hpp"
+#include "core/scene/link_kinds.hpp"
+#include "tests/setup/make_scene.hpp"
+#include "tests/support/structures.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+TEST(Spec, TheSameSpecGivesTheSamePlanToTheByte) {
+  const Scene scene = truss_s5();
+  const Structure structure = build(scene);
+  for (const RungTraits& rung : kRungs) {
+    const PlanSpec spec = whole_spec(scene, structure, rung.rung);
+    Faults faults;
+    const auto once = freeflex::compile(scene, structure, spec, faults);
+    const auto again = freeflex::compile(scene, structure, spec, faults);
+    ASSERT_TRUE(once && again) << rung.name;
+    EXPECT_EQ(plan_to_bytes(*once), plan_to_bytes(*again)) << rung.name;
+    EXPECT_EQ(once->fidelity, rung.rung);
+    EXPECT_TRUE(faults.empty()) << rung.name << ": " << faults.front().message;
+  }
+}
+
+TEST(Spec, APlanHasTheModesTheRateAndTheCodeOfItsSpec) {
+  const Scene scene = truss_s1();
+  const Structure structure = build(scene);
+  PlanSpec spec = whole_spec(scene, structure, Fidelity::kSeparated);
+  spec.modes = {2, 7, 11};
+  spec.numbers_modes = true;
+  spec.rate = 250.0;
+  spec.damps = false;
+  Faults faults;
+  const auto plan = freeflex::compile(scene, structure, spec, faults);
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->num_elastic, 3);
+  EXPECT_EQ(plan->mode_numbers, (std::vector<std::int32_t>{3, 8, 12}));
+  for (std::size_t k = 0; k < 3; ++k) EXPECT_EQ(plan->omega[k], structure.omega[spec.modes[k]]);
+  EXPECT_EQ(plan->period, 1.0 / 250.0);
+  EXPECT_FALSE(plan->damps);
+}
+
+TEST(Spec, ARateSetAfterwardsIsThatOfTheSpecWithShadowsAndAll) {
+  Scene scene = truss_s5();
+  scene.error_budget.horizon = 0.5;
+  const Structure structure = build(scene);
+  Faults faults;
+  auto moved = make_plan(scene, structure, faults);
+  scene.rate = 400.0;
+  const auto made = make_plan(scene, structure, faults);
+  ASSERT_TRUE(moved && made);
+  set_rate(*moved, 400.0);
+  EXPECT_EQ(plan_to_bytes(*moved), plan_to_bytes(*made));
+}
+
+// a scene that is compiled four times: whole, lean, best and fine beside it
+TEST(MakePlan, SaysEachFaultOnceHoweverManyPlansAreCompiled) {
+  Scene scene = truss_s1();
+  scene.error_budget.horizon = 0.5;
+  scene.leave_out.tolerance = 1e-3;
+  scene.initial.angular_velocity = {0.0, 0.0, 50.0};
+  scene.initial.points.push_back({0, Eigen::Vector3d(1e-6, 0.0, 0.0), Eigen::Vector3d::Zero()});
+  scene.loads.front().history = PulseHistory{0.0, 0.0123456};
+  Faults faults;
+  ASSERT_TRUE(make_plan(scene, build(scene), faults));
+  const auto count = [&](const std::string& words) {
+    return std::count_if(faults.begin(), faults.end(),
+                         [&](const Fault& fault) { return fault.message.find(words) != std::string::npos; });
+  };
+  EXPECT_EQ(count("is not slow beside the lowest frequency"), 1);
+  EXPECT_EQ(count("of rigid motion (mass-weighted)"), 1);
+  EXPECT_EQ(count("the pulse ends at"), 1);
+  std::set<std::string> messages;
+  for (const Fault& fault : faults) messages.insert(fault.message);
+  EXPECT_EQ(messages.size(), faults.size());
+}
+
+TEST(LinkKinds, EachHasANameOfItsOwnAndAsManyPointsAsItNeeds) {
+  std::set<std::string> names;
+  const auto look = [&](const auto& kind) {
+    const LinkTraits traits = traits_of(kind);
+    EXPECT_TRUE(names.insert(traits.name).second) << traits.name;
+    EXPECT_GE(traits.least, 2U) << traits.name;
+    EXPECT_LE(traits.least, traits.most) << traits.name;
+    // what has a direction of its own has exactly two points
+    if (traits.is_axial) EXPECT_EQ(traits.most, 2U) << traits.name;
+  };
+  const auto look_at_all = [&]<std::size_t... I>(std::index_sequence<I...>) {
+    (look(std::variant_alternative_t<I, decltype(Link::kind)>{}), ...);
+  };
+  look_at_all(std::make_index_sequence<std::variant_size_v<decltype(Link::kind)>>{});
+  EXPECT_EQ(names.size(), std::variant_size_v<decltype(Link::kind)>);
+}
+
+TEST(Rungs, EachKeepsWhatTheOneBeforeItKeeps) {
+  for (std::size_t k = 1; k < kRungs.size(); ++k) {
+    const RungTraits &less = kRungs[k - 1], &more = kRungs[k];
+    EXPECT_GE(more.has_modes, less.has_modes) << more.name;
+    // every term of the spin takes the place of its load alone
+    EXPECT_GE(more.takes_spin_load || more.couples, less.takes_spin_load) << more.name;
+    EXPECT_GE(more.couples, less.couples) << more.name;
+    EXPECT_GE(more.has_true_geometry, less.has_true_geometry) << more.name;
+    EXPECT_GE(more.divides_tick, less.divides_tick) << more.name;
+    EXPECT_GE(more.displacement_room, less.displacement_room) << more.name;
+    EXPECT_GE(more.spin_room, less.spin_room) << more.name;
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::testing
