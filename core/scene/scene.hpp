@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/scene/products.hpp"
 #include "core/words.hpp"
 
 namespace freeflex {

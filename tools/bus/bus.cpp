@@ -1,5 +1,6 @@
 #include "tools/bus/bus.hpp"
 
+#include <CLI/App.hpp>
 #include <algorithm>
 #include <array>
 #include <cstdlib>

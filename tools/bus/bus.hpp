@@ -3,7 +3,6 @@
 
 #include <lcm/lcm.h>
 
-#include <CLI/App.hpp>
 #include <chrono>
 #include <cstdint>
 #include <functional>
@@ -15,6 +14,10 @@
 
 #include "freeflex_msgs/scene_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
+
+namespace CLI {
+class App;
+}
 
 namespace freeflex::tools {
 

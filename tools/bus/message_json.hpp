@@ -7,6 +7,7 @@
 #include <string_view>
 
 #include "tools/terminal/console.hpp"
+#include "tools/terminal/json.hpp"
 
 namespace freeflex::tools {
 

@@ -1,5 +1,6 @@
 #include "tools/bus/push_command.hpp"
 
+#include <CLI/App.hpp>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -1,7 +1,6 @@
 // What freeflex push is asked for: its options, their rules, and the message that they make.
 #pragma once
 
-#include <CLI/App.hpp>
 #include <cstdint>
 #include <optional>
 #include <string>

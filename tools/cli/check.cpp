@@ -10,6 +10,7 @@
 #include "core/structure/structure.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
+#include "tools/terminal/json.hpp"
 
 namespace freeflex::tools {
 namespace {

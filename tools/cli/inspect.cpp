@@ -10,6 +10,7 @@
 #include "core/structure/structure.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/cli/inspection.hpp"
+#include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {

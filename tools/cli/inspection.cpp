@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "core/scene/link_kinds.hpp"
+#include "tools/terminal/json.hpp"
 
 namespace freeflex::tools {
 namespace {

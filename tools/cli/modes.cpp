@@ -10,6 +10,7 @@
 #include "core/structure/decompositions.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
+#include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {

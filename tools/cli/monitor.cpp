@@ -16,6 +16,7 @@
 #include "tools/bus/message_json.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
+#include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {

@@ -12,6 +12,7 @@
 #include "tools/cli/commands.hpp"
 #include "tools/report/step_cost.hpp"
 #include "tools/terminal/console.hpp"
+#include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {

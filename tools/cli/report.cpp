@@ -14,6 +14,7 @@
 #include "service/io/scene/input.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/cli/folder.hpp"
+#include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {

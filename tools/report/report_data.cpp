@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "tools/report/report.hpp"
+#include "tools/terminal/json.hpp"
 
 namespace freeflex::tools {
 namespace {

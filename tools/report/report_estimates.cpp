@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "tools/report/report.hpp"
+#include "tools/terminal/json.hpp"
 
 namespace freeflex::tools {
 namespace {

@@ -5,6 +5,7 @@
 
 #include "tools/report/measure.hpp"
 #include "tools/stability/ride.hpp"
+#include "tools/terminal/json.hpp"
 
 namespace freeflex::tools {
 namespace {

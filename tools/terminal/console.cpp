@@ -14,6 +14,7 @@
 
 #include "core/plan/automatic.hpp"
 #include "core/plan/rates.hpp"
+#include "tools/terminal/json.hpp"
 
 namespace freeflex::tools {
 namespace {
