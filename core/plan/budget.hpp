@@ -1,7 +1,9 @@
 // Shadows of a plan for its error budget   (THEORY X96-X98).
 #pragma once
 
-#include "core/plan/rates.hpp"
+#include <cstdint>
+#include <span>
+
 #include "core/plan/spec.hpp"
 
 namespace freeflex {

@@ -5,7 +5,7 @@
 #include <bit>
 #include <type_traits>
 
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 
 namespace freeflex {
 namespace {

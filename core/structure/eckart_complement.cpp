@@ -23,9 +23,10 @@ EckartComplement::EckartComplement(const std::vector<PointMass>& points, const M
       order_.push_back(3 * point + axis);
     }
   add_stage(root_mass_.asDiagonal() * rigid_motions(properties)(order_, Eigen::all));
-  // constraints forbid y along M^-1/2 C'
-  add_stage(root_mass_.cwiseInverse().asDiagonal() * constraints(Eigen::all, order_).transpose());
-  add_stage(root_mass_.asDiagonal() * mechanisms(order_, Eigen::all));
+  // constraints forbid y along M^-1/2 C'; blocks without a column have no memory that may be pointed into
+  if (constraints.rows() > 0)
+    add_stage(root_mass_.cwiseInverse().asDiagonal() * constraints(Eigen::all, order_).transpose());
+  if (mechanisms.cols() > 0) add_stage(root_mass_.asDiagonal() * mechanisms(order_, Eigen::all));
 }
 
 void EckartComplement::add_stage(Eigen::MatrixXd columns) {
@@ -58,6 +59,7 @@ Eigen::VectorXd EckartComplement::sizes(const Eigen::MatrixXd& rows) const {
 }
 
 Eigen::MatrixXd EckartComplement::to_displacements(Eigen::MatrixXd y) const {
+  if (y.cols() == 0) return y;
   for (auto stage = stages_.rbegin(); stage != stages_.rend(); ++stage) {
     Eigen::MatrixXd lower = y.bottomRows(y.rows() - stage->first);
     lower.applyOnTheLeft(stage->qr.householderQ());

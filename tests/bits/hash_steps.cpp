@@ -10,7 +10,7 @@
 #include <random>
 #include <vector>
 
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/step/budget.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"

@@ -9,6 +9,7 @@
 
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
+#include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {

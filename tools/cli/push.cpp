@@ -18,6 +18,7 @@
 #include "tools/bus/push_words.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
+#include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {

@@ -8,6 +8,7 @@
 #include "tools/cli/commands.hpp"
 #include "tools/cli/folder.hpp"
 #include "tools/terminal/console.hpp"
+#include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
