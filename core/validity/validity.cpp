@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
+#include <sstream>
 
 namespace freeflex {
 
@@ -15,10 +15,12 @@ double bounded_ratio(double numerator, double denominator) noexcept {
 
 namespace {
 
+// two digits, as a person reads them
 std::string number(double value) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.2g", value);
-  return text;
+  std::ostringstream text;
+  text.precision(2);
+  text << value;
+  return text.str();
 }
 
 Verdict::Word worse(Verdict::Word a, Verdict::Word b) { return std::max(a, b); }
