@@ -42,7 +42,7 @@ inline Structure build(const Scene& scene, Faults* warnings = nullptr) {
   for (const Fault& fault : faults)
     if (fault.severity == Fault::Severity::kError) ADD_FAILURE() << fault.message;
   if (warnings != nullptr) *warnings = faults;
-  return structure.value_or(Structure{});
+  return structure ? *structure : Structure{};
 }
 
 /// Plan of a scene that has no error.
