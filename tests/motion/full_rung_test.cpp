@@ -1,6 +1,7 @@
 // The full rung: exact bars with the tick divided until its fastest motion is resolved (THEORY X100).
 #include "core/plan/make_plan.hpp"
 #include "core/plan/rungs.hpp"
+#include "core/step/budget.hpp"
 #include "core/structure/structure.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/support/omissions.hpp"

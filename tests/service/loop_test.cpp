@@ -325,7 +325,7 @@ TEST(Loop, TrustsNothingInTheRing) {
   rig.control(control_t::STEP, -1);
   rig.control(77);
   service::InboundEntry wild{};
-  wild.kind = 99;
+  wild.kind = static_cast<service::InboundKind>(99);
   rig.inbound->try_push(wild);
   rig.push(make_push(5));
   rig.run();

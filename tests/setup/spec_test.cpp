@@ -90,7 +90,9 @@ TEST(LinkKinds, EachHasANameOfItsOwnAndAsManyPointsAsItNeeds) {
     EXPECT_GE(traits.least, 2U) << traits.name;
     EXPECT_LE(traits.least, traits.most) << traits.name;
     // what has a direction of its own has exactly two points
-    if (traits.is_axial) EXPECT_EQ(traits.most, 2U) << traits.name;
+    if (traits.is_axial) {
+      EXPECT_EQ(traits.most, 2U) << traits.name;
+    }
   };
   const auto look_at_all = [&]<std::size_t... I>(std::index_sequence<I...>) {
     (look(std::variant_alternative_t<I, decltype(Link::kind)>{}), ...);

@@ -7,6 +7,8 @@
 #include <cctype>
 #include <sstream>
 
+#include "tools/terminal/json.hpp"
+
 namespace freeflex::tools {
 namespace {
 

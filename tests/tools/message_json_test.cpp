@@ -3,8 +3,12 @@
 
 #include <gtest/gtest.h>
 
+#include "freeflex_msgs/scene_t.hpp"
+#include "freeflex_msgs/shapes_t.hpp"
+#include "freeflex_msgs/status_t.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"
+#include "tools/terminal/json.hpp"
 
 namespace freeflex::testing {
 namespace {
