@@ -264,9 +264,9 @@ TEST(Reason, TheInterfaceDocumentListsEachUnderItsNumber) {
   std::string line;
   int next = 0;
   while (std::getline(document, line)) {
-    const std::string row =
-        "| " + std::to_string(next) + " | `" + io::reason_name(static_cast<Reason>(next)) + "` |";
-    if (line.starts_with(row)) ++next;
+    const std::string item =
+        "- " + std::to_string(next) + " `" + io::reason_name(static_cast<Reason>(next)) + "`: ";
+    if (line.starts_with(item)) ++next;
   }
   EXPECT_EQ(next, io::kNumReasons) << "the first that is missing";
 }
