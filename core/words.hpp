@@ -8,8 +8,8 @@
 
 namespace freeflex {
 
-/// The rungs of the fidelity ladder, cheapest first   (THEORY section 12). A rung is the sum of those before
-/// it.
+/// The rungs of the fidelity ladder, cheapest first   (THEORY section 12). Each keeps what the one before it
+/// keeps, as its traits say.
 enum class Fidelity : std::int32_t {
   kRigid = 0,
   kSeparated = 1,

@@ -13,7 +13,7 @@
 #include <utility>
 
 #include "core/plan/automatic.hpp"
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "service/bus.hpp"
 #include "service/ingress.hpp"
@@ -53,10 +53,10 @@ Plan read_plan(const DaemonOptions& options) {
     if (const std::string fault = find_inconsistency(plan); !fault.empty())
       throw StartFault(kUsage, fmt::format("--rate {:g} does not suit the scene: {}", options.rate, fault));
   }
-  if (plan.points.size() > io::NameTable::kMaxPoints || plan.groups.size() > io::NameTable::kMaxGroups) {
+  if (plan.points.size() > std::size_t{kMaxNamedPoints} || plan.groups.size() > std::size_t{kMaxGroups}) {
     throw StartFault(
         kUsage, fmt::format("{} points and {} groups: the daemon takes up to {} and {}", plan.points.size(),
-                            plan.groups.size(), io::NameTable::kMaxPoints, io::NameTable::kMaxGroups));
+                            plan.groups.size(), kMaxNamedPoints, kMaxGroups));
   }
   return plan;
 }

@@ -23,9 +23,7 @@ bool is_within(double error, const std::optional<double>& tolerance) {
 // the plan of a rung with the best rung beside it; nullopt on an error
 std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, Fidelity rung,
                                 Faults& faults) {
-  PlanSpec spec = whole_spec(scene, structure, rung);
-  spec.has_every_row = true;
-  spec.publishes_links = false;
+  const PlanSpec spec = unpublished_spec(scene, structure, rung, 1);
   Faults own;  // warnings are said of the rung that is taken
   std::optional<Plan> plan = compile(scene, structure, spec, own);
   if (plan) check_motion(scene, structure, *plan, own);

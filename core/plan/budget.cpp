@@ -24,12 +24,7 @@ void set_horizon(double horizon, Plan& plan) {
 bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind kind, Fidelity rung,
                 std::int32_t parts, Plan& plan, Faults& faults) {
   const std::int32_t substeps = shadow_steps(kind, plan.fidelity, parts);
-  PlanSpec spec = whole_spec(scene, structure, rung);
-  spec.rate = scene.rate * substeps;
-  spec.has_every_row = true;
-  spec.publishes_links = false;
-  // twice the rate alone would be as many parts a second
-  if (traits_of(rung).divides_tick) spec.part_phase /= substeps;
+  const PlanSpec spec = unpublished_spec(scene, structure, rung, substeps);
   Faults own;
   std::optional<Plan> compiled = compile(scene, structure, spec, own);
   for (const Fault& fault : own)

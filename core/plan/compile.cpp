@@ -3,14 +3,13 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <optional>
 
 #include "core/plan/arrays.hpp"
 #include "core/plan/groups.hpp"
 #include "core/plan/histories.hpp"
 #include "core/plan/mixing.hpp"
-#include "core/plan/propagator.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "core/plan/rungs.hpp"
 #include "core/plan/start.hpp"
@@ -204,24 +203,6 @@ void compile_publication(const Publication& publication, Plan& plan) {
 }
 
 }  // namespace
-
-PlanSpec whole_spec(const Scene& scene, const Structure& structure, Fidelity rung) {
-  const RungTraits& traits = traits_of(rung);
-  const auto num_modes = static_cast<std::size_t>(structure.omega.size());
-  PlanSpec spec;
-  spec.rung = rung;
-  spec.rate = scene.rate;
-  if (traits.has_modes) spec.modes.resize(num_modes);
-  std::iota(spec.modes.begin(), spec.modes.end(), 0);
-  spec.initial = initial_modes(scene, structure);
-  // on coupled rungs every point moves the body, and a budget looks at each
-  spec.has_every_row = traits.couples || scene.error_budget.horizon > 0.0 ||
-                       scene.leave_out.keeps[static_cast<std::size_t>(Part::kPointRows)];
-  // links carry load only where something deforms
-  spec.publishes_links = traits.has_modes || num_modes == 0;
-  if (traits.divides_tick) spec.part_phase = kFullPhase;
-  return spec;
-}
 
 std::optional<Plan> compile(const Scene& scene, const Structure& whole, const PlanSpec& spec,
                             Faults& faults) {

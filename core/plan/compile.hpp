@@ -3,7 +3,6 @@
 
 #include <optional>
 
-#include "core/plan/plan_bytes.hpp"
 #include "core/plan/spec.hpp"
 
 namespace freeflex {
@@ -12,7 +11,6 @@ namespace freeflex {
 /// give the same plan, and nothing is decided here. Errors alone are said; what else is to be said of a
 /// scene, check_start() and check_motion() say once. nullopt on an error. Programs that run a scene call
 /// make_plan() of core/plan/make_plan.hpp, which decides the spec.
-std::optional<Plan> compile(const Scene& scene, const Structure& structure, const PlanSpec& spec,
-                            Faults& faults);
+std::optional<Plan> compile(const Scene& scene, const Structure& whole, const PlanSpec& spec, Faults& faults);
 
 }  // namespace freeflex

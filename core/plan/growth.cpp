@@ -1,4 +1,4 @@
-// Does a step of coupled modes make any motion grow, and whose doing is that (THEORY X75, X76).
+// Does a step of mixed modes make any motion grow, and whose doing is that (THEORY X75, X76).
 #include <algorithm>
 #include <cmath>
 #include <random>
@@ -175,11 +175,10 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
   const Origin& origin = stiffest.feedback->origin;
   if (growth <= 1.0 + kSplitGrowth) {
     if (stiffest.size > kCoarse)
-      add_warning(
-          faults, origin,
-          join_text(stiffest.what, "; more than ", kMaxExactModes,
-                    " coupled modes are advanced by splitting, whose error goes with the square of it: "
-                    "raise the rate, or see what changes at another one"));
+      add_warning(faults, origin,
+                  join_text(stiffest.what, "; more than ", kMaxExactModes,
+                            " mixed modes are advanced by splitting, whose error goes with the square of it: "
+                            "raise the rate, or see what changes at another one"));
     return;
   }
   const double enough = sufficient_rate(plan, growth);
@@ -188,8 +187,8 @@ void check_split_growth(const Scene& scene, const Plan& plan, Faults& faults) {
     return;
   }
   const std::string what = join_text(
-      stiffest.what, "; more than ", kMaxExactModes, " coupled modes are advanced by splitting, and at ",
-      rate, " Hz that makes a motion grow by a factor of ", growth, " a tick: ",
+      stiffest.what, "; more than ", kMaxExactModes, " mixed modes are advanced by splitting, and at ", rate,
+      " Hz that makes a motion grow by a factor of ", growth, " a tick: ",
       enough > 0.0 ? join_text("raise the rate to ", enough, " Hz, or take smaller gains")
                    : "take smaller gains");
   // growth that no run is long enough to see spoils nothing

@@ -46,7 +46,7 @@ class Unneeded {
 
   LeanSpec find() {
     const bool with_commands = scene_.leave_out.on_need == OnNeed::kKeep;
-    lean_.scope = find_motion_scope(scene_, lean_.structure, lean_.spec.rung, with_commands);
+    lean_.motion = find_motion_scope(scene_, lean_.structure, lean_.spec.rung, with_commands);
     lean_.spec.modes.clear();
     lean_.spec.numbers_modes = true;
     keep_as_told();
@@ -67,16 +67,16 @@ class Unneeded {
 
   // a part that is told to stay is one that commands may use
   void keep_as_told() {
-    if (keeps(Part::kRotation) && !lean_.scope.turns) {
-      lean_.scope.turns = true;
-      lean_.scope.binds_rotation = false;
-      lean_.scope.why_turns = "told to stay";
+    if (keeps(Part::kRotation) && !lean_.motion.turns) {
+      lean_.motion.turns = true;
+      lean_.motion.binds_rotation = false;
+      lean_.motion.why_turns = "told to stay";
     }
-    was_planar_ = lean_.scope.is_planar;
-    if (keeps(Part::kOutOfPlane) && lean_.scope.is_planar) {
-      lean_.scope.is_planar = !lean_.scope.binds_plane;
-      lean_.scope.binds_plane = false;
-      lean_.scope.why_not_planar = "told to stay";
+    was_planar_ = lean_.motion.is_planar;
+    if (keeps(Part::kOutOfPlane) && lean_.motion.is_planar) {
+      lean_.motion.is_planar = !lean_.motion.binds_plane;
+      lean_.motion.binds_plane = false;
+      lean_.motion.why_not_planar = "told to stay";
     }
   }
 
@@ -97,10 +97,10 @@ class Unneeded {
       part(Part::kGravity).why = "told to stay";
     else
       leave(Part::kGravity, 0, "the scene has no field");
-    if (lean_.scope.turns)
-      part(Part::kRotation).why = lean_.scope.why_turns;
+    if (lean_.motion.turns)
+      part(Part::kRotation).why = lean_.motion.why_turns;
     else
-      leave(Part::kRotation, 0, lean_.scope.why_turns);
+      leave(Part::kRotation, 0, lean_.motion.why_turns);
     const auto without_rows = std::count_if(whole_.points.begin(), whole_.points.end(),
                                             [](const PlanPoint& point) { return point.row < 0; });
     if (keeps(Part::kPointRows))
@@ -112,9 +112,9 @@ class Unneeded {
     PlanSpec& spec = lean_.spec;
     spec.damps = !part(Part::kDamping).is_left_out;
     spec.falls = !part(Part::kGravity).is_left_out;
-    spec.turns = lean_.scope.turns;
-    spec.scope = {lean_.scope.binds_rotation, lean_.scope.binds_plane, to_array(lean_.scope.normal),
-                  to_array(lean_.scope.R_WB)};
+    spec.turns = lean_.motion.turns;
+    spec.scope = {lean_.motion.binds_rotation, lean_.motion.binds_plane, to_array(lean_.motion.normal),
+                  to_array(lean_.motion.R_WB)};
   }
 
   // which modes nothing reaches, and of those which move along the normal
@@ -124,22 +124,22 @@ class Unneeded {
         part(which).why = "there are no modes";
       return;
     }
-    if (reaches_all(scene_, lean_.scope)) {
+    if (reaches_all(scene_, lean_.motion)) {
       lean_.spec.modes.resize(static_cast<std::size_t>(whole_.num_elastic));
       std::iota(lean_.spec.modes.begin(), lean_.spec.modes.end(), 0);
-      part(Part::kOutOfPlane).why = lean_.scope.why_not_planar;
+      part(Part::kOutOfPlane).why = lean_.motion.why_not_planar;
       part(Part::kUnreachedModes).why = "commands may push every point any way";
       return;
     }
-    align_modes(scene_, reach_rows(scene_, lean_.structure, lean_.scope, lean_.spec.initial), lean_.structure,
-                lean_.spec.initial);
+    align_modes(scene_, reach_rows(scene_, lean_.structure, lean_.motion, lean_.spec.initial),
+                lean_.structure, lean_.spec.initial);
     const std::vector<int> reached =
-        reached_modes(reach_rows(scene_, lean_.structure, lean_.scope, lean_.spec.initial), lean_.structure);
+        reached_modes(reach_rows(scene_, lean_.structure, lean_.motion, lean_.spec.initial), lean_.structure);
     int num_out = 0, num_unreached = 0;
     for (int mode = 0; mode < whole_.num_elastic; ++mode) {
       const bool is_reached = std::binary_search(reached.begin(), reached.end(), mode);
       const bool is_out =
-          !is_reached && was_planar_ && is_out_of_plane(lean_.structure, mode, lean_.scope.normal);
+          !is_reached && was_planar_ && is_out_of_plane(lean_.structure, mode, lean_.motion.normal);
       const Part which = is_out ? Part::kOutOfPlane : Part::kUnreachedModes;
       if (is_reached || keeps(which))
         lean_.spec.modes.push_back(mode);
@@ -149,10 +149,10 @@ class Unneeded {
     if (num_out > 0)
       leave(Part::kOutOfPlane, num_out,
             std::string("shape, loads and spin lie in one plane") +
-                (lean_.scope.binds_plane ? "; commands that leave it are held back" : ""));
+                (lean_.motion.binds_plane ? "; commands that leave it are held back" : ""));
     else
-      part(Part::kOutOfPlane).why = lean_.scope.why_not_planar.empty() ? "no mode leaves the plane unreached"
-                                                                       : lean_.scope.why_not_planar;
+      part(Part::kOutOfPlane).why = lean_.motion.why_not_planar.empty() ? "no mode leaves the plane unreached"
+                                                                        : lean_.motion.why_not_planar;
     if (num_unreached > 0)
       leave(Part::kUnreachedModes, num_unreached,
             "no load, command, field, feedback or initial state reaches them");
@@ -190,7 +190,7 @@ LeanSpec leave_out_unneeded(const Scene& scene, const Structure& structure, cons
 
 bool leave_out_small_modes(const Scene& scene, const Plan& plan, LeanSpec& lean) {
   const bool is_told_to_stay = keeps(scene, Part::kSmallModes);
-  SmallModes small = find_small_modes(scene, reduce(lean.structure, lean.spec.modes), lean.scope, plan,
+  SmallModes small = find_small_modes(scene, reduce(lean.structure, lean.spec.modes), lean.motion, plan,
                                       is_told_to_stay ? 0.0 : scene.leave_out.tolerance);
   if (is_told_to_stay) small.part.why = "told to stay";
   lean.horizon = small.horizon;
@@ -201,13 +201,13 @@ bool leave_out_small_modes(const Scene& scene, const Plan& plan, LeanSpec& lean)
   PlanSpec& spec = lean.spec;
   std::set_difference(spec.modes.begin(), spec.modes.end(), kept.begin(), kept.end(),
                       std::back_inserter(spec.static_modes));
-  spec.static_loads = load_directions(scene, lean.structure, lean.scope);
+  spec.static_loads = load_directions(scene, lean.structure, lean.motion);
   spec.modes = std::move(kept);
   return true;
 }
 
 std::optional<PlanSpec> wide_spec(const Scene& scene, const LeanSpec& lean) {
-  const bool is_bound = lean.scope.binds_rotation || lean.scope.binds_plane;
+  const bool is_bound = lean.motion.binds_rotation || lean.motion.binds_plane;
   if (scene.leave_out.on_need != OnNeed::kReplan || !is_bound) return std::nullopt;
   const MotionScope open = find_motion_scope(scene, lean.structure, lean.spec.rung, true);
   std::vector<int> reached(static_cast<std::size_t>(lean.structure.omega.size()));

@@ -16,7 +16,7 @@ namespace freeflex {
 struct LeanSpec {
   PlanSpec spec;
   Structure structure;  // that of the scene, modes of equal frequency turned so that few are reached   (X120)
-  MotionScope scope;
+  MotionScope motion;   // what the scene, with or without commands, can do
   std::vector<PlanPart> parts;  // by Part
   double horizon = 0.0;         // [s] over which small modes were judged
 };

@@ -75,9 +75,10 @@ std::optional<Plan> compile_whole(const Scene& scene, const Structure& structure
 
 }  // namespace
 
-std::optional<Plan> make_whole_plan(const Scene& scene, const Structure& structure, Faults& faults) {
+std::optional<Plan> make_whole_plan(const Scene& scene, const Structure& structure, Fidelity rung,
+                                    Faults& faults) {
   check_start(scene, structure, faults);
-  return compile_whole(scene, structure, whole_spec(scene, structure, scene.fidelity), faults);
+  return compile_whole(scene, structure, whole_spec(scene, structure, rung), faults);
 }
 
 std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults) {

@@ -13,8 +13,8 @@ namespace freeflex {
 /// horizons.
 std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults);
 
-/// The plan with everything in it on the scene's own rung, without a budget: to compare with, and to look
-/// into.
-std::optional<Plan> make_whole_plan(const Scene& scene, const Structure& structure, Faults& faults);
+/// The plan with everything in it on a rung, without a budget: to compare with, and to look into.
+std::optional<Plan> make_whole_plan(const Scene& scene, const Structure& structure, Fidelity rung,
+                                    Faults& faults);
 
 }  // namespace freeflex

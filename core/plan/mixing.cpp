@@ -11,9 +11,6 @@
 namespace freeflex {
 namespace {
 
-// [-] of the largest damping coefficient: what couples less is rounding of dashpots that share the modes
-constexpr double kUncoupled = 1e-13;
-
 // coordinates that carry what feedback does to the body: impulse of force and torque, and its integral
 constexpr Eigen::Index kImpulses = 12;
 constexpr long double kSmallImpulse = 0x1p-12L;  // [-] of a sum of a column
@@ -128,11 +125,11 @@ std::vector<std::int32_t> mixed_modes(const Plan& plan) {
   add(feedback_rows(plan, Input::kLoad));
   std::vector<std::int32_t> modes;
   for (std::int32_t mode = 0; mode < plan.num_elastic; ++mode)
-    if (share[mode] > kUncoupled) modes.push_back(mode);
+    if (share[mode] > kUnmixed) modes.push_back(mode);
   return modes;
 }
 
-// X75: y' = A y + E Q, y = (q, q_dot) of the coupled modes
+// X75: y' = A y + E Q, y = (q, q_dot) of the mixed modes
 struct Generator {
   WideMatrix A;  // (2 n x 2 n)
   WideMatrix E;  // (2 n x n)
@@ -293,7 +290,7 @@ void compile_mixing(const Scene& scene, const Structure& structure, Plan& plan, 
     const Eigen::MatrixXd D = R.transpose() * R;
     const Eigen::VectorXd diagonal = D.diagonal();
     const double off_diagonal = (D - Eigen::MatrixXd(diagonal.asDiagonal())).cwiseAbs().maxCoeff();
-    if (off_diagonal <= kUncoupled * diagonal.maxCoeff()) {
+    if (off_diagonal <= kUnmixed * diagonal.maxCoeff()) {
       for (Eigen::Index mode = 0; mode < diagonal.size(); ++mode)
         plan.decay[static_cast<std::size_t>(mode)] += 0.5 * diagonal[mode] / plan.mass;
       R.resize(0, R.cols());

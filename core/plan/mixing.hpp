@@ -6,7 +6,11 @@
 
 namespace freeflex {
 
-/// Largest number of coupled modes that their own exponential advances. Its cost per tick is 8 n^2, some 15
+/// [-] of the largest damping coefficient: what mixes modes less is rounding of dashpots that share the
+/// modes.
+inline constexpr double kUnmixed = 1e-13;
+
+/// Largest number of mixed modes that their own exponential advances. Its cost per tick is 8 n^2, some 15
 /// us for this many; more are advanced by splitting, whose cost grows with n times the number of dashpots.
 inline constexpr int kMaxExactModes = 96;
 

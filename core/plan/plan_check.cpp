@@ -1,11 +1,13 @@
 // What must hold in a plan before it is stepped: sizes, indices, ranges.
+#include "core/plan/plan_check.hpp"
+
 #include <algorithm>
 #include <cmath>
 #include <limits>
 #include <set>
 
 #include "core/limits.hpp"
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/plan/rungs.hpp"
 #include "core/scene/faults.hpp"
 
@@ -42,7 +44,7 @@ class PlanCheck {
  public:
   explicit PlanCheck(const Plan& plan) : plan_(plan) {}
 
-  std::string find() {
+  std::string find_own() {
     // what a plan must have goes by its rung
     if (!is_rung(plan_.fidelity)) return "the rung is of no known kind";
     check_body();
@@ -59,7 +61,14 @@ class PlanCheck {
     if (error_.empty()) check_publication();
     if (error_.empty()) error_ = find_rung_inconsistency(plan_);
     if (error_.empty()) check_left_out();
-    if (error_.empty()) check_wide();
+    return error_;
+  }
+
+  // the plan, those in it, and that they fit
+  std::string find() {
+    if (find_own(); !error_.empty()) return error_;
+    if (error_ = find_budget_inconsistency(plan_); !error_.empty()) return error_;
+    check_wide();
     return error_;
   }
 
@@ -304,13 +313,13 @@ void PlanCheck::check_mixing() {
   const std::size_t num_modes = mixing.modes.size();
   const std::size_t stride = pad(2 * num_modes);
   require(mixing.columns.size() == 4 * num_modes * stride && are_finite(mixing.columns),
-          "the propagator of the coupled modes does not have their size or is not finite");
+          "the propagator of the mixed modes does not have their size or is not finite");
   require(
       mixing.load_columns.size() == (plan_.feedbacks.empty()
                                          ? 0
                                          : 4 * num_modes * static_cast<std::size_t>(PlanMixing::kLoadRows)) &&
           are_finite(mixing.load_columns),
-      "the loads of feedback over a step do not have the size of the coupled modes or are not finite");
+      "the loads of feedback over a step do not have the size of the mixed modes or are not finite");
 }
 
 void PlanCheck::check_initial() {
@@ -366,7 +375,7 @@ void PlanCheck::check_wide() {
   require(plan_.wide_modes.empty() || !plan_.wide.empty(), "places of modes without a wide plan");
   if (plan_.wide.empty() || !error_.empty()) return;
   const Plan& wide = plan_.wide.front();
-  if (const std::string why = find_inconsistency(wide); !why.empty())
+  if (const std::string why = find_own_inconsistency(wide); !why.empty())
     return require(false, "wide plan: " + why);
   const auto fits = [&](bool holds) { require(holds, "the wide plan is of another structure"); };
   fits(wide.wide.empty() && !wide.scope.lacks_rotation && !wide.scope.lacks_out_of_plane);
@@ -389,6 +398,8 @@ void PlanCheck::check_wide() {
 }
 
 }  // namespace
+
+std::string find_own_inconsistency(const Plan& plan) { return PlanCheck(plan).find_own(); }
 
 std::string find_inconsistency(const Plan& plan) { return PlanCheck(plan).find(); }
 

@@ -49,6 +49,13 @@ bool is_finite(const Plan& plan, const State& state) {
 }  // namespace
 
 std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std::string& error) {
+  if (is_coupled(plan)) {
+    error = join_text(
+        "the plan is on fidelity ", name_of(plan.fidelity),
+        ", whose loads go by the deformation; a quasi-static answer is linear: name the scene, or a plan "
+        "on spin-loaded or below");
+    return std::nullopt;
+  }
   const bool spins = !is_zero(load.spin);
   if (spins && !plan.has_spin_load) {
     error = "the scene leaves out the load of the spin; give it fidelity: spin-loaded";

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/plan/mixing.hpp"
 #include "core/step/array.hpp"
 #include "core/structure/decompositions.hpp"
 
@@ -13,9 +14,6 @@ namespace {
 // [-] frequencies this close are one: the rounding that splits a pair, as far as that is stated, and no more
 // than a run of a thousand million radians can tell
 constexpr double kEqual = 1e-12, kMostEqual = 1e-9;
-
-// [-] of the largest damping coefficient: what couples less is rounding
-constexpr double kUncoupled = 1e-13;
 
 // in-plane pair, or all three
 std::vector<Eigen::Vector3d> command_axes(const MotionScope& scope) {
@@ -224,7 +222,7 @@ std::vector<int> reached_modes(const Eigen::MatrixXd& reach, const Structure& st
     is_reached[index(mode)] = reach.rows() > 0 && reach.col(mode).cwiseAbs().maxCoeff() > kUnreached;
   if (structure.damping_rows.rows() > 0) {
     const Eigen::MatrixXd D = structure.damping_rows.transpose() * structure.damping_rows;
-    const double least = kUncoupled * D.diagonal().maxCoeff();
+    const double least = kUnmixed * D.diagonal().maxCoeff();
     for (bool has_more = true; has_more;) {
       has_more = false;
       for (Eigen::Index mode = 0; mode < n; ++mode) {

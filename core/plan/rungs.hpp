@@ -11,9 +11,6 @@ namespace freeflex {
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, Plan& plan,
                      Faults& faults);
 
-/// What find_inconsistency says of the rung.
-std::string find_rung_inconsistency(const Plan& plan);
-
 /// Largest omega h of any mode on the exact-bars rung [-]. The difference of true from linear bar forces acts
 /// stage by stage, and beside stiff bars it loses its order: at this size the elastic error of a 20-point
 /// truss that turns at 5 rad/s is some 1 %, and it grows with the square (tests/motion/rungs_test).

@@ -1,9 +1,9 @@
-// What must hold in a plan of the coupled rungs before it is stepped.
+// What must hold in a plan by its rung, and in its shadows, before it is stepped.
 #include <algorithm>
 #include <bit>
 #include <cmath>
 
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_check.hpp"
 #include "core/plan/rungs.hpp"
 
 namespace freeflex {
@@ -50,36 +50,9 @@ std::string find_in_histories(const Plan& plan) {
   return {};
 }
 
-std::string find_budget_inconsistency(const Plan& plan) {
-  const PlanBudget& budget = plan.budget;
-  if (!std::isfinite(budget.horizon) || budget.horizon < 0.0)
-    return "the horizon of the error budget is out of range";
-  if (budget.shadows.empty()) return {};
-  if (budget.horizon == 0.0 || budget.horizon_ticks < 1) return "an error budget without a horizon";
-  const auto has_every_row = [](const Plan& each) {
-    for (std::size_t i = 0; i < each.points.size(); ++i)
-      if (each.points[i].row != static_cast<std::int32_t>(i)) return false;
-    return true;
-  };
-  if (!has_every_row(plan) || budget.shadows.front().kind != PlanShadow::Kind::kBest)
-    return "an error budget needs the rows of every point and the best shadow first";
-  for (const PlanShadow& shadow : budget.shadows) {
-    if (shadow.kind < PlanShadow::Kind::kBest || shadow.kind > PlanShadow::Kind::kWhole ||
-        shadow.substeps < 1 || shadow.substeps > kMaxParts ||
-        !std::has_single_bit(static_cast<std::uint32_t>(shadow.substeps)))
-      return "a shadow is of no known kind";
-    if (std::string error = find_inconsistency(shadow.plan); !error.empty()) return "shadow: " + error;
-    if (!shadow.plan.wide.empty() || !shadow.plan.budget.shadows.empty() || !has_every_row(shadow.plan) ||
-        shadow.plan.points.size() != plan.points.size() || shadow.plan.groups.size() != plan.groups.size())
-      return "a shadow is of another structure";
-  }
-  return {};
-}
-
 }  // namespace
 
 std::string find_rung_inconsistency(const Plan& plan) {
-  if (std::string error = find_budget_inconsistency(plan); !error.empty()) return error;
   if (std::string error = find_in_histories(plan); !error.empty()) return error;
   const PlanCoupled& coupled = plan.coupled;
   if (!is_coupled(plan))
@@ -110,6 +83,32 @@ std::string find_rung_inconsistency(const Plan& plan) {
   for (std::size_t k = 0; k < coupled.bars.size(); ++k)
     if (!is_bar(plan, coupled.bars[k]) || (k > 0 && coupled.bars[k - 1].link >= coupled.bars[k].link))
       return "a bar is out of range or out of order";
+  return {};
+}
+
+std::string find_budget_inconsistency(const Plan& plan) {
+  const PlanBudget& budget = plan.budget;
+  if (!std::isfinite(budget.horizon) || budget.horizon < 0.0)
+    return "the horizon of the error budget is out of range";
+  if (budget.shadows.empty()) return {};
+  if (budget.horizon == 0.0 || budget.horizon_ticks < 1) return "an error budget without a horizon";
+  const auto has_every_row = [](const Plan& each) {
+    for (std::size_t i = 0; i < each.points.size(); ++i)
+      if (each.points[i].row != static_cast<std::int32_t>(i)) return false;
+    return true;
+  };
+  if (!has_every_row(plan) || budget.shadows.front().kind != PlanShadow::Kind::kBest)
+    return "an error budget needs the rows of every point and the best shadow first";
+  for (const PlanShadow& shadow : budget.shadows) {
+    if (shadow.kind < PlanShadow::Kind::kBest || shadow.kind > PlanShadow::Kind::kWhole ||
+        shadow.substeps < 1 || shadow.substeps > kMaxParts ||
+        !std::has_single_bit(static_cast<std::uint32_t>(shadow.substeps)))
+      return "a shadow is of no known kind";
+    if (std::string error = find_own_inconsistency(shadow.plan); !error.empty()) return "shadow: " + error;
+    if (!shadow.plan.wide.empty() || !shadow.plan.budget.shadows.empty() || !has_every_row(shadow.plan) ||
+        shadow.plan.points.size() != plan.points.size() || shadow.plan.groups.size() != plan.groups.size())
+      return "a shadow is of another structure";
+  }
   return {};
 }
 

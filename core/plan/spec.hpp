@@ -35,4 +35,9 @@ struct PlanSpec {
 /// The plan with everything in it, on a rung at the scene's rate.
 PlanSpec whole_spec(const Scene& scene, const Structure& structure, Fidelity rung);
 
+/// The same for a plan that is only looked at beside another, at `substeps` steps a tick: every point, no
+/// link forces.
+PlanSpec unpublished_spec(const Scene& scene, const Structure& structure, Fidelity rung,
+                          std::int32_t substeps);
+
 }  // namespace freeflex

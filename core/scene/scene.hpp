@@ -103,11 +103,15 @@ struct Dashpot {
   double damping = 0.0;  // [N s/m] > 0
 };
 
-/// One massless link. Later kinds of link are new alternatives of the variant.
+/// The kinds of link. What each is, link_kinds.hpp says.
+using LinkKind =
+    std::variant<Spring, Bar, Beam, MatrixLink, BendingSpring, TorsionSpring, Plate, Rigid, Dashpot>;
+
+/// One massless link.
 struct Link {
   std::string name;
   std::vector<int> points;  // indices into Scene::points: two, three, four or, matrix and rigid, two or more
-  std::variant<Spring, Bar, Beam, MatrixLink, BendingSpring, TorsionSpring, Plate, Rigid, Dashpot> kind;
+  LinkKind kind;
   Origin origin;
   // dissipation within the link; not for rigid links and dashpots
   double viscous =
@@ -224,7 +228,7 @@ struct Publication {
   double loads_rate = 50.0;   // [Hz]
   double status_rate = 10.0;  // [Hz]
   std::vector<int> points;    // indices into Scene::points
-  std::vector<int> links;     // indices into Scene::links: springs, bars, beams
+  std::vector<int> links;     // indices into Scene::links
   std::vector<int> groups;    // indices into Scene::groups
 };
 
@@ -254,7 +258,7 @@ struct Scene {
   Damping damping;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2] uniform, world axes
   Attractor attractor;
-  Fidelity fidelity = Fidelity::kSeparated;  // what was chosen, with `automatic`
+  Fidelity fidelity = Fidelity::kSeparated;  // with `automatic` the set-up chooses another
   std::optional<AutomaticRung> automatic;
   ErrorBudget error_budget;
   std::vector<Feedback> feedbacks;

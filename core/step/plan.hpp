@@ -44,7 +44,7 @@ struct PlanPoint {
   std::string name;
   double mass = 0.0;      // [kg]
   Vec3 r{};               // [m] rest position from the centre of mass, body axes
-  std::int32_t row = -1;  // block of three rows in Plan::rows; -1: neither pushable nor published
+  std::int32_t row = -1;  // block of three rows in Plan::rows; -1: nobody reads or loads the point
   bool pushable = false;
 };
 
@@ -128,14 +128,14 @@ struct PlanFeedback {
 struct PlanMixing {
   enum class Path : std::int32_t {
     kNone = 0,
-    kExact = 1,  // X75: the coupled modes by their own exponential
+    kExact = 1,  // X75: the mixed modes by their own exponential
     kSplit = 2,  // X76: half a kick, the modes, half a kick; order 2
   };
   Path path = Path::kNone;
   Array damping_rows;  // [sqrt(N s/m)] (num_damping x num_padded) R: force of the dashpots -R'R q_dot
   std::int32_t num_damping = 0;
-  // exact: (q, q_dot) of the coupled modes = sum of columns times (q, q_dot, Q_start, Q_end - Q_start)
-  std::vector<std::int32_t> modes;  // coupled modes, ascending
+  // exact: (q, q_dot) of the mixed modes = sum of columns times (q, q_dot, Q_start, Q_end - Q_start)
+  std::vector<std::int32_t> modes;  // mixed modes, ascending
   // [-], [s], [1/s], [m/N], [m/(s N)] (4 num_modes columns of pad(2 num_modes)) column-major
   Array columns;
   static constexpr int kLoadRows = 16;  // twelve, padded to kLanes

@@ -7,8 +7,8 @@
 #include <fstream>
 #include <string>
 
-#include "core/plan/compile.hpp"
 #include "core/plan/make_plan.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/support/structures.hpp"
@@ -44,7 +44,7 @@ void set_up(benchmark::State& state, const Scene& scene) {
     state.ResumeTiming();
     Faults faults;
     const auto structure = build_structure(scene, faults);
-    const auto plan = structure ? make_whole_plan(scene, *structure, faults) : std::nullopt;
+    const auto plan = structure ? make_whole_plan(scene, *structure, scene.fidelity, faults) : std::nullopt;
     if (!plan) {
       state.SkipWithError("no plan");
       return;

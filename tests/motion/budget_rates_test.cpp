@@ -1,6 +1,6 @@
 // The error budget at rates that do not resolve what vibrates: parts of a tick, and what the word says beyond
 // them.
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "tests/motion/watched.hpp"
 

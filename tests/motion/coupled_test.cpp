@@ -115,7 +115,7 @@ TEST(Dashpots, TakeTheEnergyThatTheStructureLoses) {
   EXPECT_NEAR(work, lost, 1e-10 * lost);
 }
 
-// more coupled modes than their exponential is kept for: split, second order, and it never gains energy
+// more mixed modes than their exponential is kept for: split, second order, and it never gains energy
 TEST(Dashpots, OnManyModesAreSplitWithSecondOrder) {
   Scene scene = two_boxes();
   publish_everything(scene);

@@ -134,7 +134,7 @@ TEST(DamperRung, DampersTooFastForStagesAreRefusedByName) {
     scene.fidelity = rung;
     Faults faults;
     const auto structure = build_structure(scene, faults);
-    const auto plan = make_whole_plan(scene, *structure, faults);
+    const auto plan = make_whole_plan(scene, *structure, scene.fidelity, faults);
     EXPECT_EQ(plan.has_value(), rung != Fidelity::kExactBars) << static_cast<int>(rung);
     if (rung == Fidelity::kFull && plan) {
       EXPECT_GT(plan->coupled.num_parts, 1);

@@ -28,7 +28,8 @@ void add_feedback(Scene& scene, int point, int sensor, const Eigen::Matrix3d& di
 /// Faults of a scene on its way to a plan.
 Faults faults_of(const Scene& scene) {
   Faults faults;
-  if (const auto structure = build_structure(scene, faults)) make_whole_plan(scene, *structure, faults);
+  if (const auto structure = build_structure(scene, faults))
+    make_whole_plan(scene, *structure, scene.fidelity, faults);
   return faults;
 }
 
@@ -292,7 +293,7 @@ TEST(Feedback, ThatSplittingMeetsCoarselyIsSaid) {
   Scene scene = two_boxes();
   add_feedback(scene, 2, 2, Eigen::Matrix3d::Zero(), -1e4 * Eigen::Matrix3d::Identity());
   EXPECT_TRUE(has_words(faults_of(scene), Fault::Severity::kWarning,
-                        "coupled modes are advanced by splitting, whose error goes with the square"));
+                        "mixed modes are advanced by splitting, whose error goes with the square"));
 }
 
 }  // namespace

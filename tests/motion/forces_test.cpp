@@ -14,7 +14,7 @@
 namespace freeflex::testing {
 namespace {
 
-int add(Scene& scene, std::vector<int> points, const decltype(Link::kind)& kind) {
+int add(Scene& scene, std::vector<int> points, const LinkKind& kind) {
   Link link;
   link.name = "l" + std::to_string(scene.links.size());
   link.points = std::move(points);

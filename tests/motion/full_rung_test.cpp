@@ -29,7 +29,7 @@ std::string refusal(Scene scene, Fidelity rung, double rate) {
   scene.rate = rate;
   Faults faults;
   const auto structure = build_structure(scene, faults);
-  if (!structure || make_whole_plan(scene, *structure, faults)) return {};
+  if (!structure || make_whole_plan(scene, *structure, scene.fidelity, faults)) return {};
   for (const Fault& fault : faults)
     if (fault.severity == Fault::Severity::kError) return fault.message;
   return "?";

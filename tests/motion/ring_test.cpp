@@ -12,6 +12,7 @@
 #include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/support/simulation.hpp"
+#include "tests/support/structures.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -74,11 +75,29 @@ TEST(Ring, SpinningAtOneRadianASecondIsSaidToBeOutsideTheMethod) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
   ASSERT_TRUE(structure);
-  ASSERT_TRUE(make_whole_plan(scene, *structure, faults));
+  ASSERT_TRUE(make_whole_plan(scene, *structure, scene.fidelity, faults));
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_NE(faults[0].message.find("(spin / omega_1)^2 is 69"), std::string::npos) << faults[0].message;
   EXPECT_NE(faults[0].message.find("this motion is outside the method"), std::string::npos)
       << faults[0].message;
+}
+
+// their loads stand on points that the deformation moves, not on modes
+TEST(QuasiStatic, RefusesTheRungsWhoseLoadsGoByTheDeformation) {
+  for (const RungTraits& rung : kRungs) {
+    Scene scene = square_truss(2);
+    scene.fidelity = rung.rung;
+    const Plan plan = plan_of(scene);
+    const PointForce force{3, 0, {1.0, 0.0, 0.0}};
+    std::string error;
+    const auto state = quasi_static(plan, {std::span(&force, 1), {}, {}}, error);
+    EXPECT_EQ(state.has_value(), !rung.couples) << rung.name;
+    if (rung.couples) {
+      EXPECT_NE(error.find(rung.name), std::string::npos) << error;
+    } else {
+      EXPECT_GT(state->force_W[0], 0.5) << rung.name;
+    }
+  }
 }
 
 TEST(QuasiStatic, RefusesWhatHasNoSteadyState) {

@@ -28,7 +28,7 @@ Point point_at(double spin, double force) {
   const Truth truth = truth_of(scene, 2.0);
   Faults faults;
   const auto structure = build_structure(scene, faults);
-  auto plan = make_whole_plan(scene, *structure, faults);
+  auto plan = make_whole_plan(scene, *structure, scene.fidelity, faults);
   compile_budget(scene, *structure, *plan, faults);
   EXPECT_FALSE(has_error(faults));
   Simulation simulation(std::move(*plan));

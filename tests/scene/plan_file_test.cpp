@@ -7,7 +7,7 @@
 #include <csignal>
 #include <cstring>
 
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/scene/temporary_folder.hpp"
 

@@ -20,7 +20,7 @@ Faults faults_of(const Scene& scene) {
   const auto structure = build_structure(scene, faults);
   EXPECT_EQ(structure.has_value(), !has_error(faults));
   if (structure) {
-    const auto plan = make_whole_plan(scene, *structure, faults);
+    const auto plan = make_whole_plan(scene, *structure, scene.fidelity, faults);
     EXPECT_EQ(plan.has_value(), !has_error(faults));
   }
   return faults;

@@ -49,7 +49,7 @@ inline Structure build(const Scene& scene, Faults* warnings = nullptr) {
 inline Plan compile(const Scene& scene, Faults* warnings = nullptr) {
   Faults faults;
   const Structure structure = build(scene);
-  const auto plan = make_whole_plan(scene, structure, faults);
+  const auto plan = make_whole_plan(scene, structure, scene.fidelity, faults);
   for (const Fault& fault : faults)
     if (fault.severity == Fault::Severity::kError) ADD_FAILURE() << fault.message;
   if (warnings != nullptr) *warnings = faults;

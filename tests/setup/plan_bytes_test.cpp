@@ -1,4 +1,6 @@
 // Plans as bytes: exact round trip, and no damaged or hostile file gets further than an error text.
+#include "core/plan/plan_bytes.hpp"
+
 #include "core/plan/compile.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"

@@ -5,6 +5,7 @@
 #include <cmath>
 
 #include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"

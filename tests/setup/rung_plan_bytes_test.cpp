@@ -1,5 +1,5 @@
 // Plans of the coupled rungs, with the shadows of an error budget, as bytes.
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "core/step/budget.hpp"
 #include "core/step/readout.hpp"

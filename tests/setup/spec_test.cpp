@@ -6,6 +6,7 @@
 #include <string>
 
 #include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "core/scene/link_kinds.hpp"
 #include "tests/setup/make_scene.hpp"
@@ -95,10 +96,10 @@ TEST(LinkKinds, EachHasANameOfItsOwnAndAsManyPointsAsItNeeds) {
     }
   };
   const auto look_at_all = [&]<std::size_t... I>(std::index_sequence<I...>) {
-    (look(std::variant_alternative_t<I, decltype(Link::kind)>{}), ...);
+    (look(std::variant_alternative_t<I, LinkKind>{}), ...);
   };
-  look_at_all(std::make_index_sequence<std::variant_size_v<decltype(Link::kind)>>{});
-  EXPECT_EQ(names.size(), std::variant_size_v<decltype(Link::kind)>);
+  look_at_all(std::make_index_sequence<std::variant_size_v<LinkKind>>{});
+  EXPECT_EQ(names.size(), std::variant_size_v<LinkKind>);
 }
 
 TEST(Rungs, EachKeepsWhatTheOneBeforeItKeeps) {

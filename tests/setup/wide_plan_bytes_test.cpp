@@ -1,5 +1,5 @@
 // Plans that leave parts out, and hold the plan that has them, as bytes.
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "core/step/scope.hpp"
 #include "tests/setup/plan_damage.hpp"

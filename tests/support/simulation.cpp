@@ -34,7 +34,7 @@ Plan plan_of(const Scene& scene) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
   if (!structure) give_up("no structure:", faults);
-  auto plan = make_whole_plan(scene, *structure, faults);
+  auto plan = make_whole_plan(scene, *structure, scene.fidelity, faults);
   if (!plan) give_up("no plan:", faults);
   return std::move(*plan);
 }

@@ -184,5 +184,26 @@ TEST(Inspect, HelpShowsAnExampleAndExitCodes) {
   EXPECT_TRUE(contains(outcome.out, "Exit codes: 0 ")) << outcome.out;
 }
 
+// the answer is linear, on the highest rung that is, whatever the scene's own
+TEST(Loads, AreThoseOfTheLinearEquationsOnEveryRung) {
+  const TemporaryFolder folder;
+  const auto answer = [&](const std::string& fidelity) {
+    write_text(folder / "scene.yaml", cube() + "fidelity: " + fidelity + "\n");
+    const Outcome outcome = run(kFreeflex + " loads --json --force c0=1,0,0 " + (folder / "scene.yaml"));
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return outcome.out;
+  };
+  const std::string linear = answer("spin-loaded");
+  EXPECT_TRUE(contains(linear, "c0")) << linear;
+  for (const char* rung : {"coupled", "exact-bars", "full", "auto\ntolerance: {elastic: 0.1, horizon: 0.01}"})
+    EXPECT_EQ(answer(rung), linear) << rung;
+  const std::string plan = folder / "coupled.plan";
+  write_text(folder / "scene.yaml", cube() + "fidelity: coupled\n");
+  ASSERT_EQ(run(kFreeflex + " compile " + (folder / "scene.yaml") + " -o " + plan).exit_code, 0);
+  const Outcome refused = run(kFreeflex + " loads --force c0=1,0,0 " + plan);
+  EXPECT_EQ(refused.exit_code, 2) << refused.out;
+  EXPECT_TRUE(contains(refused.err, "name the scene")) << refused.err;
+}
+
 }  // namespace
 }  // namespace freeflex::testing

@@ -166,7 +166,10 @@ std::optional<Plan> load_whole_or_explain(const std::string& path) {
   {
     const Progress progress("set-up");
     if (read.scene) structure = build_structure(*read.scene, read.faults);
-    if (structure) plan = make_whole_plan(*read.scene, *structure, read.faults);
+    // the answer is linear, on the highest rung that is
+    const bool is_linear = read.scene && !read.scene->automatic && !traits_of(read.scene->fidelity).couples;
+    const Fidelity rung = is_linear ? read.scene->fidelity : Fidelity::kSpinLoaded;
+    if (structure) plan = make_whole_plan(*read.scene, *structure, rung, read.faults);
   }
   print_faults(read.faults, read.sources);
   return plan;
@@ -208,7 +211,7 @@ void add_loads(CLI::App& app, int& exit_code) {
       ->add_option("--wrench", options->wrenches, "force and torque on a group, body axes; may be repeated")
       ->type_name("GROUP=FX,FY,FZ,TX,TY,TZ");
   add_vector(*command, "--spin", options->spin,
-             "steady spin, body axes [rad/s]; the scene must be spin-loaded", "rad/s")
+             "steady spin, body axes [rad/s]; the scene must be spin-loaded or above", "rad/s")
       ->type_name("WX,WY,WZ");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(kFooter);

@@ -92,7 +92,7 @@ Plans load(const Options& options) {
   if (!plans.plan) return plans;
   const Progress progress("set-up");
   Faults repeated;
-  plans.whole = make_whole_plan(*read.scene, *structure, repeated);
+  plans.whole = make_whole_plan(*read.scene, *structure, plans.plan->fidelity, repeated);
   return plans;
 }
 

@@ -7,7 +7,7 @@
 #include <optional>
 #include <string>
 
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/decode.hpp"

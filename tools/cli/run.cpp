@@ -9,7 +9,7 @@
 #include <optional>
 #include <string>
 
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/validity/validity.hpp"
 #include "messages/channels.hpp"
 #include "tools/bus/recording.hpp"

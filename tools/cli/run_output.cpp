@@ -7,7 +7,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "core/plan/compile.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/step/readout.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"

@@ -128,7 +128,7 @@ double rung_error(Scene scene, Fidelity rung, const Structure& structure, const 
   scene.fidelity = rung;
   scene.automatic.reset();
   Faults faults;
-  const auto plan = make_whole_plan(scene, structure, faults);
+  const auto plan = make_whole_plan(scene, structure, scene.fidelity, faults);
   if (!plan) return INFINITY;
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);

@@ -3,8 +3,8 @@
 #include <cmath>
 #include <string>
 
-#include "core/plan/compile.hpp"
 #include "core/plan/make_plan.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "core/reference/elastic_error.hpp"
 #include "core/step/kernels.hpp"
@@ -192,7 +192,7 @@ Scene with_all_points(const Bench& bench, Fidelity fidelity) {
 std::optional<Rung> make_rung(const Bench& bench, Scene& scene, double step, std::string& why) {
   Faults faults;
   scene.rate = 1.0 / step;
-  std::optional<Plan> plan = make_whole_plan(scene, bench.structure, faults);
+  std::optional<Plan> plan = make_whole_plan(scene, bench.structure, scene.fidelity, faults);
   if (plan && !has_error(faults)) return Rung(std::move(*plan));
   why = first_error(faults);
   return std::nullopt;

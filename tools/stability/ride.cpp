@@ -78,7 +78,7 @@ Ride::Ride(const Scene& scene) {
   Faults faults;
   const auto structure = build_structure(scene, faults);
   std::optional<Plan> compiled;
-  if (structure) compiled = make_whole_plan(scene, *structure, faults);
+  if (structure) compiled = make_whole_plan(scene, *structure, scene.fidelity, faults);
   for (const Fault& fault : faults) said_ += (said_.empty() ? "" : "\n") + fault.message;
   if (!compiled) return;
   has_plan_ = true;

@@ -28,7 +28,7 @@ void add_point(Scene& scene, double mass, const Eigen::Vector3d& position) {
   scene.pushable.push_back(index);
 }
 
-void add_link(Scene& scene, std::vector<int> points, decltype(Link::kind) kind) {
+void add_link(Scene& scene, std::vector<int> points, LinkKind kind) {
   Link link;
   link.name = "l" + std::to_string(scene.links.size());
   link.points = std::move(points);

@@ -30,7 +30,7 @@ Scene octahedron(double stiffness);
 Scene square_truss(int sections, double stiffness, double size = 1.0);
 
 void add_point(Scene& scene, double mass, const Eigen::Vector3d& position);
-void add_link(Scene& scene, std::vector<int> points, decltype(Link::kind) kind);
+void add_link(Scene& scene, std::vector<int> points, LinkKind kind);
 /// A force in world axes that stays.
 void add_force(Scene& scene, int point, const Eigen::Vector3d& force, History history = ConstantHistory{});
 

@@ -10,8 +10,6 @@
 
 namespace freeflex::io::reader {
 
-using LinkKind = decltype(Link::kind);
-
 inline constexpr Quantity kStiffness{"N/m", Bound::kPositive};
 inline constexpr Quantity kForce{"N", Bound::kPositive};
 inline constexpr Quantity kRigidity{"N m^2", Bound::kPositive};

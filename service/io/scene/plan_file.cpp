@@ -8,8 +8,8 @@
 #include <filesystem>
 #include <utility>
 
-#include "core/plan/compile.hpp"
 #include "core/plan/make_plan.hpp"
+#include "core/plan/plan_bytes.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/report.hpp"

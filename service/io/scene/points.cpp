@@ -12,7 +12,7 @@ void SceneReader::read_points(const Node& node) {
   std::size_t position = 0;
   for (const Node* item : read_list(node, "points", "points or {csv: FILE}")) {
     ++position;
-    if (scene_.points.size() > kMaxPoints) break;  // reported
+    if (scene_.points.size() > std::size_t{kMaxNamedPoints}) break;  // reported
     if (is_table(*item))
       read_points_table(*item);
     else
@@ -25,7 +25,7 @@ void SceneReader::read_points(const Node& node) {
 bool SceneReader::add_point(PointMass point) {
   points_.add(report_, point.name, point.origin);
   scene_.points.push_back(std::move(point));
-  if (scene_.points.size() <= kMaxPoints) return true;
+  if (scene_.points.size() <= std::size_t{kMaxNamedPoints}) return true;
   // more than is read, and many more than are taken: the latter is what to mend
   report_num_points(scene_, false, report_);
   points_.mark_incomplete();

@@ -123,7 +123,7 @@ void SceneReader::read_groups(const Node& node) {
                          "groups is " + describe(node) + ", must be a mapping of names to lists of points");
   }
   for (const auto& [key, value] : node.entries) {
-    if (scene_.groups.size() == kMaxGroups) {
+    if (scene_.groups.size() == std::size_t{kMaxGroups}) {
       groups_.mark_incomplete();
       return report_.error(key->origin,
                            "more than " + std::to_string(kMaxGroups) + " groups; the rest is not read");
@@ -159,7 +159,7 @@ void SceneReader::read_damping(const Node& node) {
     return report_.error(modes->origin, "damping: modes is " + describe(*modes) +
                                             ", must be a mapping of mode numbers to ratios");
   for (const auto& [key, value] : modes->entries) {
-    const auto mode = parse_integer(key->text, 1, 3 * static_cast<std::int64_t>(kMaxPoints));
+    const auto mode = parse_integer(key->text, 1, 3 * std::int64_t{kMaxNamedPoints});
     if (!mode)
       report_.error(key->origin,
                     "damping: modes: " + quote(key->text) + " is not a mode, must be a whole number from 1");
@@ -218,7 +218,7 @@ void SceneReader::read_initial_modes(const Node& node) {
                                           ", must be a mapping of mode numbers to {q, q_dot}");
   for (const auto& [key, value] : node.entries) {
     Initial::ModeElastic mode;
-    const auto number = parse_integer(key->text, 1, 3 * static_cast<std::int64_t>(kMaxPoints));
+    const auto number = parse_integer(key->text, 1, 3 * std::int64_t{kMaxNamedPoints});
     if (!number)
       report_.error(key->origin,
                     "initial: modes: " + quote(key->text) + " is not a mode, must be a whole number from 1");

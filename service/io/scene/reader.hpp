@@ -28,7 +28,7 @@ class SceneReader {
   const std::vector<Origin>& other_places() const { return other_places_; }
 
  private:
-  // scene_reader.cpp
+  // reader.cpp
   void read_sections(const Node& root);
   void read_groups(const Node& node);
   void read_damping(const Node& node);
@@ -47,13 +47,13 @@ class SceneReader {
   /// Items of a list; a mapping stands for a list of one. Empty after reporting.
   std::vector<const Node*> read_list(const Node& node, const std::string& label, const std::string& of);
 
-  // scene_points.cpp
+  // points.cpp
   void read_points(const Node& node);
   void read_point(const Node& node, std::size_t position);
   void read_points_table(const Node& node);
   bool add_point(PointMass point);
 
-  // scene_links.cpp
+  // links.cpp
   void read_links(const Node& node);
   /// \param position  in the list of links, from 1: what messages call a link without a name
   void read_link(const Node& node, std::size_t position);
@@ -67,23 +67,25 @@ class SceneReader {
   void read_matrix(const Fields& fields, const LinkForm& form, Link link);
   bool add_link(Link link);
 
-  // scene_link_tables.cpp
+  // link_tables.cpp
   void read_links_table(const Node& node);
   void read_ends(const CsvRow& row, const std::string& label, bool has_third, Link& link);
 
-  // scene_loads.cpp
+  // loads.cpp
   void read_loads(const Node& node);
   void read_load(const Node& node);
   void read_forces(const Node& node, const std::string& label, Load& load);
   void read_wrenches(const Node& node, const std::string& label, Load& load);
   History read_history(const Fields& fields);
 
-  // scene_leave_out.cpp
+  // leave_out.cpp
   void read_leave_out(const Node& node);
+
+  // fidelity.cpp
   void read_fidelity(const Node* fidelity, const Node* tolerance);
   void read_error_budget(const Node& node);
 
-  // scene_feedback.cpp
+  // feedback.cpp
   void read_feedbacks(const Node& node);
   void read_feedback(const Node& node);
 

@@ -87,8 +87,8 @@ Reason check_header(const ForceCommand& command, Text text) {
 }
 
 Reason check_points(const ForceCommand& command, const NameTable& table, Text text) {
-  std::bitset<NameTable::kMaxPoints> seen;
-  const int known = std::clamp(table.num_points, 0, NameTable::kMaxPoints);
+  std::bitset<kMaxNamedPoints> seen;
+  const int known = std::clamp(table.num_points, 0, kMaxNamedPoints);
   for (int i = 0; i < command.num_points; ++i) {
     const PointForce& entry = command.points[static_cast<std::size_t>(i)];
     const auto point = static_cast<std::size_t>(entry.point);
@@ -141,8 +141,8 @@ Reason check_wrench_values(const Wrench& entry, int i, const NameTable& table, T
 }
 
 Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text text) {
-  std::bitset<NameTable::kMaxGroups> seen;
-  const int known = std::clamp(table.num_groups, 0, NameTable::kMaxGroups);
+  std::bitset<kMaxGroups> seen;
+  const int known = std::clamp(table.num_groups, 0, kMaxGroups);
   for (int i = 0; i < command.num_wrenches; ++i) {
     const Wrench& entry = command.wrenches[static_cast<std::size_t>(i)];
     const auto group = static_cast<std::size_t>(entry.group);

@@ -24,7 +24,7 @@ struct Stamp {
   std::int64_t applied_count = 0;
 };
 
-/// Above 3,700 elastic modes this is longer than channels::kMaxMessageBytes and LCM sends it in fragments.
+/// At most channels::kMaxMessageBytes, which is where kMaxElastic comes from.
 freeflex_msgs::state_t make_state_message(const Plan& plan, const MotionState& state, const Stamp& stamp);
 /// Pages of at most channels::kMaxMessageBytes each; empty when the scene publishes none.
 std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, const MotionState& state,

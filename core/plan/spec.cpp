@@ -1,0 +1,39 @@
+#include "core/plan/spec.hpp"
+
+#include <numeric>
+
+#include "core/plan/rungs.hpp"
+#include "core/plan/start.hpp"
+
+namespace freeflex {
+
+PlanSpec whole_spec(const Scene& scene, const Structure& structure, Fidelity rung) {
+  const RungTraits& traits = traits_of(rung);
+  const auto num_modes = static_cast<std::size_t>(structure.omega.size());
+  PlanSpec spec;
+  spec.rung = rung;
+  spec.rate = scene.rate;
+  if (traits.has_modes) spec.modes.resize(num_modes);
+  std::iota(spec.modes.begin(), spec.modes.end(), 0);
+  spec.initial = initial_modes(scene, structure);
+  // on coupled rungs every point moves the body, and a budget looks at each
+  spec.has_every_row = traits.couples || scene.error_budget.horizon > 0.0 ||
+                       scene.leave_out.keeps[static_cast<std::size_t>(Part::kPointRows)];
+  // links carry load only where something deforms
+  spec.publishes_links = traits.has_modes || num_modes == 0;
+  if (traits.divides_tick) spec.part_phase = kFullPhase;
+  return spec;
+}
+
+PlanSpec unpublished_spec(const Scene& scene, const Structure& structure, Fidelity rung,
+                          std::int32_t substeps) {
+  PlanSpec spec = whole_spec(scene, structure, rung);
+  spec.rate = scene.rate * substeps;
+  spec.has_every_row = true;
+  spec.publishes_links = false;
+  // twice the rate alone would be as many parts a second
+  if (traits_of(rung).divides_tick) spec.part_phase /= substeps;
+  return spec;
+}
+
+}  // namespace freeflex
