@@ -21,6 +21,8 @@
 namespace freeflex::tools {
 namespace {
 
+constexpr double kSilent = 2.0;  // [s] without a word of a daemon that speaks ten times a second
+
 constexpr std::size_t kMaxNotes = 6;
 constexpr std::size_t kMaxModes = 6;
 constexpr const char* kBold = "\033[1m";
@@ -148,15 +150,19 @@ std::string LiveView::rate_text() const {
   return measured_rate_ ? format_text("%.1f Hz", *measured_rate_) : "not measured yet";
 }
 
+double LiveView::silence_in_seconds() const {
+  return static_cast<double>(wall_clock_us() - last_heard_us_) * 1e-6;
+}
+
 std::string LiveView::header_text() const {
   const std::string name = scene_.is_complete() ? scene_.head().name : "?";
-  const double silence = static_cast<double>(wall_clock_us() - last_heard_us_) * 1e-6;
+  const double silence = silence_in_seconds();
   std::string out = bold(name + ": " + mode_name(status_->mode) + ", " + status_->time_mode) +
                     format_text("   tick %lld   time %.3f s   epoch %lld\n",
                                 static_cast<long long>(state_ ? state_->tick : status_->tick),
                                 state_ ? state_->time : 0.0, static_cast<long long>(status_->epoch));
   if (!status_->fault.empty()) out += std::string(kAlarm) + "fault      " + status_->fault + kPlain + "\n";
-  if (silence > 2.0)
+  if (silence > kSilent)
     out += std::string(kAlarm) + format_text("silent     for %.0f s", silence) + kPlain + "\n";
   out += "rate       " + bold(rate_text()) + format_text(" of %.10g Hz   ", status_->rate) +
          alarming("overruns", status_->overruns) + "   " + alarming("slips", status_->slips) + "   " +
@@ -275,15 +281,18 @@ std::string LiveView::line() const {
   if (!status_) return "waiting for a daemon";
   std::string out =
       format_text("tick %lld, %s, %s, rate %s, late p99 %.0f us, overruns %lld, slips %lld",
-                  static_cast<long long>(status_->tick), mode_name(status_->mode),
+                  static_cast<long long>(state_ ? state_->tick : status_->tick), mode_name(status_->mode),
                   validity_name(status_->validity), rate_text().c_str(), status_->lateness_us[1],
                   static_cast<long long>(status_->overruns), static_cast<long long>(status_->slips));
   if (state_) {
     out += format_text(", position %.4e %.4e %.4e m, spin %.3e rad/s", state_->position[0],
                        state_->position[1], state_->position[2], norm(state_->angular_velocity));
   }
-  return out + format_text(", largest displacement %.4e m",
-                           largest_point_ >= 0 ? largest_displacement_ : status_->max_displacement);
+  out += format_text(", largest displacement %.4e m",
+                     largest_point_ >= 0 ? largest_displacement_ : status_->max_displacement);
+  if (const double silence = silence_in_seconds(); silence > kSilent)
+    out += format_text(", silent for %.0f s", silence);
+  return out;
 }
 
 }  // namespace freeflex::tools

@@ -44,6 +44,7 @@ class LiveView {
   void take_points(const freeflex_msgs::points_t& points);
   void note(const std::string& text);
   std::string rate_text() const;
+  double silence_in_seconds() const;  // since anything was heard of the daemon
   std::string header_text() const;
   std::string motion_text() const;
   std::string validity_text() const;

@@ -113,12 +113,12 @@ void warn_beyond_limits(const Plan& plan, const Extremes& extremes, const std::o
   const char* reference = "outside what the method can answer (README, 'When not to trust it')";
   if (extremes.displacement_ratio() > kMaxDisplacementRatio) {
     print_warning(
-        format_text("displacement ratio %.2g is above %g: %s; smaller loads, or a stiffer structure",
+        format_text("displacement ratio %.3g is above %g: %s; smaller loads, or a stiffer structure",
                     extremes.displacement_ratio(), kMaxDisplacementRatio, reference));
   }
   if (extremes.spin_ratio() > kMaxSpinRatio) {
     print_warning(
-        format_text("spin ratio %.2g is above %g: %s; the deformation lacks that of centrifugal forces; the "
+        format_text("spin ratio %.3g is above %g: %s; the deformation lacks that of centrifugal forces; the "
                     "pose stays good "
                     "for longer; a slower spin, or fidelity: spin-loaded or coupled",
                     extremes.spin_ratio(), kMaxSpinRatio, reference));
