@@ -375,7 +375,8 @@ TEST(CommandLine, TheDaemonWithoutASceneSaysItsUsage) {
 
 TEST(Scripts, WrongArgumentsAreAnsweredWithUsage) {
   const std::string top = std::string(FREEFLEX_SOURCE_DIR) + "/";
-  for (const char* script : {"tests/bits/one_set_of_bits", "tests/reference/check_core_is_pure.sh"}) {
+  for (const char* script : {"tests/bits/one_set_of_bits", "tests/reference/check_core_is_pure.sh",
+                             "tests/reference/check_theory_index.sh"}) {
     const Outcome help = run(top + script + " --help");
     EXPECT_EQ(help.exit_code, 0) << help.err;
     EXPECT_TRUE(contains(help.out, "Exit 0 ")) << help.out;
