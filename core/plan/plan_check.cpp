@@ -46,7 +46,7 @@ class PlanCheck {
 
   std::string find_own() {
     // what a plan must have goes by its rung
-    if (!is_rung(plan_.fidelity)) return "the rung is of no known kind";
+    if (!is_rung(plan_.fidelity)) return error_ = "the rung is of no known kind";
     check_body();
     check_modes();
     // what follows is indexed by modes and points, so these must stand first
@@ -378,7 +378,8 @@ void PlanCheck::check_wide() {
   if (const std::string why = find_own_inconsistency(wide); !why.empty())
     return require(false, "wide plan: " + why);
   const auto fits = [&](bool holds) { require(holds, "the wide plan is of another structure"); };
-  fits(wide.wide.empty() && !wide.scope.lacks_rotation && !wide.scope.lacks_out_of_plane);
+  fits(wide.wide.empty() && wide.budget.shadows.empty() && !wide.scope.lacks_rotation &&
+       !wide.scope.lacks_out_of_plane);
   fits(!is_coupled(plan_) && wide.fidelity == plan_.fidelity);
   require(plan_.budget.shadows.empty(), "an error budget and a wide plan");
   fits(wide.period == plan_.period && wide.points.size() == plan_.points.size() &&

@@ -107,7 +107,7 @@ TEST_F(Run, ReportsTheRatiosOfAStretchedAndSpunPair) {
   EXPECT_NEAR(json["displacement_ratio"], 2e-4 / 0.5, 1e-16);  // a few roundings of 4e-4
   EXPECT_NEAR(json["spin_ratio"], spin_ratio, 1e-13 * spin_ratio);
   EXPECT_TRUE(
-      contains(outcome.err, "warning: spin ratio 0.12 is above 0.1: outside what the method can answer"))
+      contains(outcome.err, "warning: spin ratio 0.125 is above 0.1: outside what the method can answer"))
       << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "README, 'When not to trust it'")) << outcome.err;
   EXPECT_FALSE(contains(outcome.err, "displacement ratio")) << outcome.err;
