@@ -1,11 +1,11 @@
 // Plan <-> bytes. One list of fields serves writing and reading.
+#include "core/plan/plan_bytes.hpp"
+
 #include <xxhash.h>
 
 #include <algorithm>
 #include <bit>
 #include <type_traits>
-
-#include "core/plan/plan_bytes.hpp"
 
 namespace freeflex {
 namespace {
