@@ -5,10 +5,12 @@
 #pragma once
 
 #include <array>
+#include <cstddef>
 #include <cstdint>
 #include <span>
 #include <stdexcept>
 #include <string_view>
+#include <type_traits>
 
 namespace freeflex::wire {
 
@@ -107,8 +109,11 @@ constexpr Layout make_layout(std::string_view name, std::span<const Field> field
   return layout;
 }
 
-/// The layout of a generated message class, by the generated tables.
+/// The layout of a generated message class: the generated tables give a `const Layout*` for each.
 template <class Message>
-inline constexpr const Layout* layout_of = nullptr;
+inline constexpr std::nullptr_t layout_of = nullptr;
+
+template <class Message>
+concept HasLayout = !std::is_null_pointer_v<std::remove_const_t<decltype(layout_of<Message>)>>;
 
 }  // namespace freeflex::wire

@@ -20,131 +20,152 @@ constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content l
 template <typename T, typename U>
 concept Is = std::is_same_v<std::remove_const_t<T>, U>;
 
-template <typename Archive>
-void all_of(Archive& archive, auto&... fields) {
+// Whatever an aggregate is initialised with.
+struct Anything {
+  template <typename T>
+  operator T() const;
+};
+
+// How many members an aggregate has: as many values as it can be initialised with.
+template <typename T, typename... Values>
+consteval std::size_t num_members() {
+  if constexpr (requires { T{Values{}..., Anything{}}; })
+    return num_members<T, Values..., Anything>();
+  else
+    return sizeof...(Values);
+}
+
+// All members of T, in the order of the file; does not compile while one is missing.
+template <typename T, typename Archive, typename... Fields>
+void all_of(Archive& archive, Fields&... fields) {
+  static_assert(sizeof...(Fields) == num_members<T>(), "a member without a place in the file, or two places");
   (archive(fields), ...);
 }
 
 template <typename Archive, Is<Propagator::Lanes> T>
 void fields(Archive& archive, T& p) {
-  all_of(archive, p.c_qq, p.c_qv, p.l_qq, p.l_qv, p.w_q0, p.w_q1, p.c_vq, p.c_vv, p.l_vq, p.l_vv, p.w_v0,
-         p.w_v1);
+  all_of<Propagator::Lanes>(archive, p.c_qq, p.c_qv, p.l_qq, p.l_qv, p.w_q0, p.w_q1, p.c_vq, p.c_vv, p.l_vq,
+                            p.l_vv, p.w_v0, p.w_v1);
 }
 
 template <typename Archive, Is<Propagator::UndampedLanes> T>
 void fields(Archive& archive, T& p) {
-  all_of(archive, p.c_qq, p.c_qv, p.l_qq, p.l_qv, p.w_q0, p.w_q1, p.c_vq, p.l_vq, p.w_v0, p.w_v1);
+  all_of<Propagator::UndampedLanes>(archive, p.c_qq, p.c_qv, p.l_qq, p.l_qv, p.w_q0, p.w_q1, p.c_vq, p.l_vq,
+                                    p.w_v0, p.w_v1);
 }
 
 template <typename Archive, Is<Propagator> T>
 void fields(Archive& archive, T& p) {
-  all_of(archive, p.lanes, p.undamped);
+  all_of<Propagator>(archive, p.lanes, p.undamped);
 }
 
 template <typename Archive, Is<PlanPart> T>
 void fields(Archive& archive, T& p) {
-  all_of(archive, p.part, p.is_left_out, p.count, p.why, p.error, p.share, p.link_error, p.error_per_force,
-         p.share_per_force, p.link_error_per_force);
+  all_of<PlanPart>(archive, p.part, p.is_left_out, p.count, p.why, p.error, p.share, p.link_error,
+                   p.error_per_force, p.share_per_force, p.link_error_per_force);
 }
 
 template <typename Archive, Is<CommandScope> T>
 void fields(Archive& archive, T& s) {
-  all_of(archive, s.lacks_rotation, s.lacks_out_of_plane, s.normal_B, s.R_WB);
+  all_of<CommandScope>(archive, s.lacks_rotation, s.lacks_out_of_plane, s.normal_B, s.R_WB);
 }
 
 template <typename Archive, Is<PlanPoint> T>
 void fields(Archive& archive, T& p) {
-  all_of(archive, p.name, p.mass, p.r, p.row, p.pushable);
+  all_of<PlanPoint>(archive, p.name, p.mass, p.r, p.row, p.pushable);
 }
 
 template <typename Archive, Is<PlanLink> T>
 void fields(Archive& archive, T& l) {
-  all_of(archive, l.name, l.kind, l.points);
+  all_of<PlanLink>(archive, l.name, l.kind, l.points);
 }
 
 template <typename Archive, Is<PlanGroup> T>
 void fields(Archive& archive, T& g) {
-  all_of(archive, g.name, g.points, g.mass, g.centre, g.inverse_inertia, g.torque_rank, g.line);
+  all_of<PlanGroup>(archive, g.name, g.points, g.mass, g.centre, g.inverse_inertia, g.torque_rank, g.line);
 }
 
 template <typename Archive, Is<LoadPattern> T>
 void fields(Archive& archive, T& p) {
-  all_of(archive, p.force_W, p.moment_W, p.has_world, p.num_direct, p.direct_row, p.direct_force_W,
-         p.uses_table, p.table, p.force_B, p.torque_B, p.has_body, p.Q_B, p.sums);
+  all_of<LoadPattern>(archive, p.force_W, p.moment_W, p.has_world, p.num_direct, p.direct_row,
+                      p.direct_force_W, p.uses_table, p.table, p.force_B, p.torque_B, p.has_body, p.Q_B,
+                      p.sums);
 }
 
 template <typename Archive, Is<PlanFollower> T>
 void fields(Archive& archive, T& f) {
-  all_of(archive, f.row, f.r, f.force_B, f.turn_rows);
+  all_of<PlanFollower>(archive, f.row, f.r, f.force_B, f.turn_rows);
 }
 
 template <typename Archive, Is<PlanFeedback> T>
 void fields(Archive& archive, T& f) {
-  all_of(archive, f.name, f.row, f.r, f.q_rows, f.q_dot_rows, f.Q_rows);
+  all_of<PlanFeedback>(archive, f.name, f.row, f.r, f.q_rows, f.q_dot_rows, f.Q_rows);
 }
 
 template <typename Archive, Is<PlanMixing> T>
 void fields(Archive& archive, T& c) {
-  all_of(archive, c.path, c.damping_rows, c.num_damping, c.modes, c.columns, c.load_columns, c.num_kicks,
-         c.kick_q_rows, c.kick_q_dot_rows, c.kick_out);
+  all_of<PlanMixing>(archive, c.path, c.damping_rows, c.num_damping, c.modes, c.columns, c.load_columns,
+                     c.num_kicks, c.kick_q_rows, c.kick_q_dot_rows, c.kick_out);
 }
 
 template <typename Archive, Is<PlanBar> T>
 void fields(Archive& archive, T& b) {
-  all_of(archive, b.link, b.first, b.second, b.stiffness, b.damping, b.length, b.direction);
+  all_of<PlanBar>(archive, b.link, b.first, b.second, b.stiffness, b.damping, b.length, b.direction);
 }
 
 template <typename Archive, Is<PlanCoupled> T>
 void fields(Archive& archive, T& c) {
-  all_of(archive, c.functions, c.bars, c.part_phase, c.num_parts);
+  all_of<PlanCoupled>(archive, c.functions, c.bars, c.part_phase, c.num_parts);
 }
 
 template <typename Archive, Is<LoadSums> T>
 void fields(Archive& archive, T& s) {
-  all_of(archive, s.force_W, s.force_B, s.group_force_W, s.group_torque_W, s.group_force_B, s.group_torque_B);
+  all_of<LoadSums>(archive, s.force_W, s.force_B, s.group_force_W, s.group_torque_W, s.group_force_B,
+                   s.group_torque_B);
 }
 
 template <typename Archive, Is<PlanRung> T>
 void fields(Archive& archive, T& r) {
-  all_of(archive, r.rung, r.position, r.attitude, r.elastic, r.is_finite, r.meets);
+  all_of<PlanRung>(archive, r.rung, r.position, r.attitude, r.elastic, r.is_finite, r.meets);
 }
 
 template <typename Archive, Is<PlanShadow> T>
 void fields(Archive& archive, T& s) {
-  all_of(archive, s.kind, s.substeps, s.plan);
+  all_of<PlanShadow>(archive, s.kind, s.substeps, s.plan);
 }
 
 template <typename Archive, Is<PlanHistory> T>
 void fields(Archive& archive, T& h) {
-  all_of(archive, h.name, h.kind, h.pulse_start, h.pulse_duration, h.start_tick, h.end_tick, h.frequency,
-         h.phase, h.times, h.values);
-  all_of(archive, h.pattern, h.followers);
+  all_of<PlanHistory>(archive, h.name, h.kind, h.pulse_start, h.pulse_duration, h.start_tick, h.end_tick,
+                      h.frequency, h.phase, h.times, h.values, h.pattern, h.followers);
 }
 
 template <typename Archive, Is<PlanLinkOutput> T>
 void fields(Archive& archive, T& o) {
-  all_of(archive, o.link, o.num_rows, o.first_row, o.first_rate_row, o.first_load_row);
+  all_of<PlanLinkOutput>(archive, o.link, o.num_rows, o.first_row, o.first_rate_row, o.first_load_row);
 }
 
 template <typename Archive, Is<PlanInitial> T>
 void fields(Archive& archive, T& i) {
-  all_of(archive, i.p_WB, i.v_WB, i.q_WB, i.w_WB_B, i.q, i.q_dot);
+  all_of<PlanInitial>(archive, i.p_WB, i.v_WB, i.q_WB, i.w_WB_B, i.q, i.q_dot);
+}
+
+template <typename Archive, Is<PlanBudget> T>
+void fields(Archive& archive, T& b) {
+  all_of<PlanBudget>(archive, b.horizon, b.horizon_ticks, b.shadows);
 }
 
 template <typename Archive, Is<Plan> T>
 void fields(Archive& archive, T& p) {
-  all_of(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia,
-         p.inverse_inertia, p.line, p.gravity_W, p.attractor_mu, p.attractor_W, p.num_elastic, p.num_moving,
-         p.num_padded, p.omega, p.decay, p.frequency_accuracy, p.conditioning);
-  all_of(archive, p.propagator, p.mixing, p.coupled, p.fidelity, p.has_spin_load, p.field_rows, p.points,
-         p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs, p.mechanisms, p.histories,
-         p.feedbacks, p.force_limit, p.torque_limit, p.initial, p.state_rate, p.points_rate, p.loads_rate,
-         p.status_rate, p.published_points, p.published_groups);
-  all_of(archive, p.damps, p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers, p.scope,
-         p.wide_modes);
-  archive.nested(p.wide);
-  all_of(archive, p.tried_rungs, p.budget.horizon, p.budget.horizon_ticks);
-  archive.nested(p.budget.shadows);
+  all_of<Plan>(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia,
+               p.inverse_inertia, p.line, p.gravity_W, p.attractor_mu, p.attractor_W, p.num_elastic,
+               p.num_moving, p.num_padded, p.omega, p.decay, p.frequency_accuracy, p.conditioning,
+               p.propagator, p.mixing, p.coupled, p.fidelity, p.has_spin_load, p.field_rows, p.points,
+               p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs, p.mechanisms,
+               p.histories, p.feedbacks, p.force_limit, p.torque_limit, p.initial, p.state_rate,
+               p.points_rate, p.loads_rate, p.status_rate, p.published_points, p.published_groups, p.damps,
+               p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers, p.scope, p.wide_modes,
+               p.wide, p.tried_rungs, p.budget);
 }
 
 template <typename T>
@@ -176,10 +197,6 @@ class Writer {
   void operator()(const std::array<T, N>& values) {
     for (const T& each : values) (*this)(each);
   }
-  template <typename T>
-  void nested(const std::vector<T>& plans) {
-    sequence(plans);
-  }
   std::vector<std::byte> take() { return std::move(bytes_); }
 
  private:
@@ -207,13 +224,21 @@ class Reader {
   void operator()(std::string& text) { sequence(text); }
   template <typename T, typename Allocator>
   void operator()(std::vector<T, Allocator>& values) {
-    sequence(values);
+    if constexpr (std::is_same_v<T, Plan> || std::is_same_v<T, PlanShadow>)
+      nested(values);
+    else
+      sequence(values);
   }
   template <typename T, std::size_t N>
   void operator()(std::array<T, N>& values) {
     for (T& each : values) (*this)(each);
   }
-  /// A plan within a plan holds no other.
+  bool is_good() const { return error_.empty(); }
+  std::size_t num_left() const { return bytes_.size(); }
+  const std::string& error() const { return error_; }
+
+ private:
+  // A plan within a plan holds no other.
   template <typename T>
   void nested(std::vector<T>& plans) {
     if (is_nested_) {
@@ -226,11 +251,7 @@ class Reader {
     sequence(plans);
     is_nested_ = false;
   }
-  bool is_good() const { return error_.empty(); }
-  std::size_t num_left() const { return bytes_.size(); }
-  const std::string& error() const { return error_; }
 
- private:
   template <Scalar T>
   void scalar(T& value) {
     if (bytes_.size() < sizeof(T)) fail("it ends in the middle of a value");

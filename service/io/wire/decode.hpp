@@ -20,9 +20,8 @@ bool decode_walked(std::span<const std::byte> bytes, Message& message) {
 
 /// For bytes from a file or the bus that need not be trusted. False when they are not exactly one message of
 /// this type and version.
-template <class Message>
+template <wire::HasLayout Message>
 bool decode_message(std::span<const std::byte> bytes, Message& message) {
-  static_assert(wire::layout_of<Message> != nullptr, "no .lcm file of the project");
   if (bytes.size() > static_cast<std::size_t>(std::numeric_limits<int>::max())) return false;
   return fits_layout(bytes, *wire::layout_of<Message>) && decode_walked(bytes, message);
 }
