@@ -28,13 +28,13 @@ struct Basis {
   std::vector<int> numbering;    // order in which the points were taken
   int rank_as_numbered = 0;      // rank with the points as the scene numbers them
   Choice choice;                 // vector l comes from group choice.kept[l]
-  Eigen::MatrixXd coefficients;  // C, [-] (rank x num_groups) beta_l = sum_u b_u C_ul   (THEORY 3.4)
+  Eigen::MatrixXd coefficients;  // C_ul, [-] (rank x num_groups) beta_l = sum_u b_u C_ul   (THEORY 3.4)
   std::vector<int> flat_window;  // points in one place, on one line, in one plane: why it is incomplete
 
   double gram_error = 0.0;           // [-] max |sum m b_l.b_u / M - [l = u]|
   double force_residual = 0.0;       // [-] max |sum m b| / sum m |b|
   double moment_residual = 0.0;      // [-] max |sum m r x b| / sum m |r| |b|
-  double constraint_residual = 0.0;  // [-] max |C b| over the most that sum m b.b = M allows
+  double constraint_residual = 0.0;  // [-] max |N_c b| over the most that sum m b.b = M allows
 
   Eigen::Index rank() const { return shapes.cols(); }
   bool is_complete() const { return rank() == num_expected; }
@@ -54,8 +54,8 @@ Choice independent_loads(const std::vector<PointMass>& points, const MassPropert
                          const Eigen::MatrixXd& constraints);
 
 /// Unit elastic displacements of force groups: beta = (M / m) f (THEORY 3.2), Gram-Schmidt in the mass
-/// metric, at least twice, after the rigid motions and M^-1 C', C the constraints   (THEORY X86). Cost O(N
-/// n^2). \param groups  [N] (3N x num_groups) Fills shapes, choice and coefficients.
+/// metric, at least twice, after the rigid motions and M^-1 N_c^T, N_c the constraints   (THEORY X86). Cost
+/// O(N n^2). \param groups  [N] (3N x num_groups) Fills shapes, choice and coefficients.
 Basis orthonormalise(const std::vector<PointMass>& points, const MassProperties& properties,
                      const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& groups, const Choice& choice);
 

@@ -17,8 +17,8 @@ constexpr int kNamesInReason = 8;
 // it, is rounding
 constexpr double kRigidRounding = 1e-9;
 
-// e = natural rows times sqrt(D), over displacements and rotations; its transpose maps t = s / sqrt(D) to
-// the loads that it balances
+// sqrt(D) B over displacements and rotations; its transpose maps t = s / sqrt(D) to the loads that it
+// balances (X88)
 Eigen::MatrixXd weighted_rows(const LinkFactor& factor) {
   Eigen::MatrixXd rows =
       Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(factor.natural.size()), factor.num_freedoms);
@@ -41,7 +41,8 @@ Eigen::MatrixXd least_energy(const Eigen::MatrixXd& balance, const Eigen::Matrix
   if (rank > 0) t.topRows(rank) = R11.solve(turned.topRows(rank));
   const Eigen::Index num_redundant = balance.cols() - rank;
   if (num_redundant > 0) {
-    // self-stresses balance no load: [-R11^-1 R12; 1]; the least t.t is orthogonal to them all
+    // self-stresses balance no load: [-Z_11^-1 Z_12; 1]   (X88), Z_11 is R11 here; the least t.t is
+    // orthogonal to them all
     Eigen::MatrixXd self_stress(balance.cols(), num_redundant);
     if (rank > 0) self_stress.topRows(rank) = -R11.solve(qr.matrixR().topRightCorner(rank, num_redundant));
     self_stress.bottomRows(num_redundant).setIdentity();
@@ -86,7 +87,7 @@ LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen
   const Eigen::Index num_displacements = factor.constraints.cols();
   const Eigen::Index num_constraints = factor.constraints.rows();
   const auto num_natural = static_cast<Eigen::Index>(factor.natural.size());
-  // equilibrium [C' A'] (multipliers; t) = loads: the columns of C' are turned to the front
+  // equilibrium B^T s + N_c^T lambda = p: the columns of N_c^T are turned to the front   (X88)
   Eigen::MatrixXd balance = weighted_rows(factor).transpose();
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor.num_freedoms, loads.cols());
   right.topRows(num_displacements) = loads;

@@ -21,7 +21,7 @@ struct LinkStates {
 };
 
 /// States by the force method: any that balances the loads, plus the self-stress with which the
-/// complementary energy sum s^2 / D is least; rigid links have 1 / D = 0   (THEORY X88).
+/// complementary energy, half the sum of s^2 / D, is least; rigid links have 1 / D = 0   (THEORY X88).
 /// \param loads [N] (3N x count) free of resultant and moment
 /// \pre the structure has no mechanism, or no load does work on one
 LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen::MatrixXd& loads);
@@ -30,7 +30,7 @@ LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen
 struct Maxwell {
   std::optional<Eigen::MatrixXd> delta;  // [m/N] (n x n) Mohr's integral   (THEORY 5.4, X89)
   std::string delta_absence;             // why not
-  std::optional<Eigen::MatrixXd> c;      // [N/m] (n x n) b' K b   (THEORY 5.5, X90)
+  std::optional<Eigen::MatrixXd> c;      // [N/m] (n x n) (A b)^T (A b)   (THEORY 5.5, X90)
   std::string c_absence;                 // why not
   int num_redundant = 0;                 // degree of static indeterminacy, where delta exists
 };

@@ -65,7 +65,7 @@ void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.attractor_W = to_array(scene.attractor.position);
 }
 
-// decay_l = zeta_l omega_l + alpha / 2 + beta omega_l^2 / 2   (X53, X66), of every mode of a structure
+// decay_l = zeta_l omega_l + alpha_R / 2 + beta_R omega_l^2 / 2   (X53, X66), of every mode of a structure
 Eigen::VectorXd decays(const Damping& damping, const Structure& structure) {
   const Eigen::VectorXd& omega = structure.omega;
   Eigen::VectorXd ratio = Eigen::VectorXd::Constant(omega.size(), damping.modal_ratio);
@@ -98,7 +98,7 @@ void compile_modes(const Scene& scene, const Structure& structure, const Eigen::
   for (int row = 0; row < 6; ++row) append_row(plan, residual.row(row), plan.eckart_rows);
 }
 
-// X70, X72: Y_ab = sum m r_a b_b, symmetric by (2.6)
+// X70, X72: Y_l,ab = sum m_i r_i,a b_il,b, symmetric by (2.6)
 void compile_field(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
                    Plan& plan) {
   plan.has_spin_load = traits_of(plan.fidelity).takes_spin_load && plan.turns;

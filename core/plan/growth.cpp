@@ -27,7 +27,7 @@ constexpr double kCoarse = 0.1;
 
 using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
 
-// one step of split modes without loads, on columns (omega q, q_dot): half a kick, the modes, half a kick
+// one step of split modes without loads, on columns (omega q, q'): half a kick, the modes, half a kick
 class SplitStep {
  public:
   explicit SplitStep(const Plan& plan) : n_(plan.num_elastic) {

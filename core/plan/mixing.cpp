@@ -62,7 +62,8 @@ Eigen::MatrixXd feedback_rows(const Plan& plan, Input input) {
   return rows;
 }
 
-// X74: f = G_d V + G_v V' + G_a V'' of the sensors, V'' taken from the equations of motion, feedback included
+// X74: f = G_d V_i + G_v V_i' + G_a V_i'' of sensors i, V'' taken from the equations of motion, feedback
+// included
 void compile_feedbacks(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   const auto num_forces = 3 * static_cast<Eigen::Index>(scene.feedbacks.size());
   Eigen::MatrixXd by_q(num_forces, plan.num_elastic), by_q_dot = by_q, by_q_ddot = by_q;
@@ -84,7 +85,8 @@ void compile_feedbacks(const Scene& scene, const Structure& structure, Plan& pla
                         R = modal(plan.mixing.damping_rows, plan.mixing.num_damping, plan);
   const Eigen::Map<const Eigen::VectorXd> omega(plan.omega.data(), plan.num_elastic),
       decay(plan.decay.data(), plan.num_elastic);
-  // (1 - G_a S B'/M) f = G_d S q + G_v S q' + G_a S (Q / M - (2 decay + R'R / M) q' - omega^2 q)
+  // (1 - G_a b B^T / M) f = G_d b q + G_v b q' + G_a b (Q / M - (2 decay + R^T R / M) q' - omega^2 q), b the
+  // rows of the sensors
   const Eigen::MatrixXd loop =
       Eigen::MatrixXd::Identity(num_forces, num_forces) - by_q_ddot * B.transpose() / plan.mass;
   const Eigen::FullPivLU<Eigen::MatrixXd> lu(loop);
@@ -129,10 +131,10 @@ std::vector<std::int32_t> mixed_modes(const Plan& plan) {
   return modes;
 }
 
-// X75: y' = A y + E Q, y = (q, q_dot) of the mixed modes
+// X75: y' = A y + (0, E Q), y = (q, q') of the mixed modes
 struct Generator {
-  WideMatrix A;  // (2 n x 2 n)
-  WideMatrix E;  // (2 n x n)
+  WideMatrix A;  // (2 n_mixed x 2 n_mixed)
+  WideMatrix E;  // (2 n_mixed x n_mixed) the zeros above E included
 };
 
 Generator generator_of(const Plan& plan) {
@@ -173,7 +175,7 @@ Eigen::MatrixXd resultant_of_feedback(const Plan& plan) {
   return resultant;
 }
 
-// X75: y, then the impulse of feedback on the body, then the integral of that
+// X75: y, then the impulse J of feedback on the body, then its integral K
 Generator with_impulses(const Plan& plan, const Generator& modes) {
   const Eigen::Index n = modes.E.cols();
   const auto resultant = [&](Input input) -> WideMatrix {
@@ -207,7 +209,7 @@ Array to_columns(const WideMatrix& rows, Eigen::Index stride) {
   return columns;
 }
 
-// X75: columns of the exact propagator, from coordinates in which q and q_dot have one size
+// X75: columns of the exact propagator, from coordinates in which q and q' have one size
 void set_exact(Plan& plan) {
   Generator system = generator_of(plan);
   const Eigen::Index n = system.E.cols();
@@ -242,14 +244,14 @@ void set_exact(Plan& plan) {
         to_columns(linear_loads(columns.bottomRows(kImpulses), h), PlanMixing::kLoadRows);
 }
 
-// tau phi_1(tau W U), rows of U' and W   (X76)
+// (h / 2) phi_1((h / 2) W U), rows of U^T and W   (X76); h / 2 is tau here
 Eigen::MatrixXd wide_weight(const Eigen::MatrixXd& out, const Eigen::MatrixXd& by_q_dot, double tau) {
   const WideMatrix loop = tau * (by_q_dot * out.transpose()).cast<long double>();
   return (tau * phi_functions(loop).phi1).cast<double>();
 }
 
 // the same in double precision, which splitting leaves ample; through the modes where they are fewer:
-// phi_1(W U) = 1 + W phi_2(U W) U
+// phi_1(z W U) = 1 + z W phi_2(z U W) U, z = h / 2
 Eigen::MatrixXd weight_of_many(const Eigen::MatrixXd& out, const Eigen::MatrixXd& by_q_dot, double tau) {
   if (out.rows() <= out.cols())
     return tau * phi_functions<Eigen::MatrixXd>(tau * by_q_dot * out.transpose()).phi1;
@@ -259,7 +261,7 @@ Eigen::MatrixXd weight_of_many(const Eigen::MatrixXd& out, const Eigen::MatrixXd
   return weight;
 }
 
-// X76: q_dot += U tau phi_1(tau W U) (W q_dot + W_q q), tau half a period, U = [R' B'] / M, W = [-R; F_v]
+// X76: q' += (h / 2) U phi_1((h / 2) W U) (W q' + W_q q), U = [R^T B^T] / M, W = [-R; F_v], W_q = [0; F_q]
 void set_split(Plan& plan) {
   PlanMixing& mixing = plan.mixing;
   const Eigen::MatrixXd R = modal(mixing.damping_rows, mixing.num_damping, plan), B = actuator_rows(plan);
@@ -282,11 +284,12 @@ void set_split(Plan& plan) {
 void compile_mixing(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   Eigen::MatrixXd R = structure.damping_rows;
   if (R.rows() > R.cols()) {
-    // as many rows as modes do, with the same R'R
+    // as many rows as modes do, with the same R^T R
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(R);
     R = qr.matrixQR().topRows(R.cols()).triangularView<Eigen::Upper>();
   }
   if (R.rows() > 0) {
+    // R^T R, D here: modes whose dashpots share them take (R^T R)_ll / (2 M) into decay   (X53)
     const Eigen::MatrixXd D = R.transpose() * R;
     const Eigen::VectorXd diagonal = D.diagonal();
     const double off_diagonal = (D - Eigen::MatrixXd(diagonal.asDiagonal())).cwiseAbs().maxCoeff();

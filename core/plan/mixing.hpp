@@ -10,8 +10,8 @@ namespace freeflex {
 /// modes.
 inline constexpr double kUnmixed = 1e-13;
 
-/// Largest number of mixed modes that their own exponential advances. Its cost per tick is 8 n^2, some 15
-/// us for this many; more are advanced by splitting, whose cost grows with n times the number of dashpots.
+/// Largest number of mixed modes that their own exponential advances. Its cost per tick is 8 n_mixed^2, some
+/// 15 us for this many; more are advanced by splitting, whose cost grows with n times the number of dashpots.
 inline constexpr int kMaxExactModes = 96;
 
 /// Fills plan.feedbacks and plan.mixing but for what depends on the period; dashpots that share the modes

@@ -9,7 +9,7 @@ namespace freeflex {
 
 using WideMatrix = Eigen::Matrix<long double, Eigen::Dynamic, Eigen::Dynamic>;
 
-/// phi_0 = e^z, phi_1 = (phi_0 - 1) / z, phi_2 = (phi_1 - 1) / z   (THEORY X75; Hochbruck and Ostermann
+/// phi_0 = exp(z), phi_1 = (phi_0 - 1) / z, phi_2 = (phi_1 - 1) / z   (THEORY X75; Hochbruck and Ostermann
 /// 2010).
 template <typename Matrix>
 struct PhiOf {

@@ -61,7 +61,7 @@ UnitStep from_roots(const Real& W, const Real& a) {
   return unit;
 }
 
-/// (1 - e^-x) / x
+/// (1 - exp(-x)) / x
 Real mean_decay(const Real& x) {
   if (x >= 1) return (1 - exp(-x)) / x;
   Real sum = 0, term = 1;
@@ -72,7 +72,7 @@ Real mean_decay(const Real& x) {
   return sum;
 }
 
-/// (x - 1 + e^-x) / x^2
+/// (x - 1 + exp(-x)) / x^2
 Real mean_ramp(const Real& x) {
   if (x >= 1) return (x - 1 + exp(-x)) / (x * x);
   Real sum = 0, term = 1;
@@ -106,7 +106,7 @@ void split(const Real& P, double& leading, double& rest) {
   rest = (P - Real(leading)).convert_to<double>();
 }
 
-/// (x^2 / 2 - x + 1 - e^-x) / x^3
+/// (x^2 / 2 - x + 1 - exp(-x)) / x^3
 Real mean_square(const Real& x) {
   if (x >= 1) return (x * x / 2 - x + 1 - exp(-x)) / (x * x * x);
   Real sum = 0, term = 1;
@@ -136,7 +136,8 @@ Real third_difference(const UnitStep& unit, const Real& W, const Real& a) {
   return sum;
 }
 
-/// alpha + beta A over a step h, A the mode's own motion: the entries of PlanCoupled.
+/// mu_k + nu_k h L over a step h, L the mode's own motion: the entries of PlanCoupled   (X93). mu_k and nu_k
+/// are alpha and beta here.
 void put(const Real& alpha, const Real& beta, const Real& W, const Real& a, const Real& h, const Real& scale,
          double* entries) {
   entries[PlanCoupled::kQq] = Real(scale * alpha).convert_to<double>();
@@ -157,7 +158,7 @@ ModeFunctions mode_functions(double omega, double decay, double period) {
     const Real W = Real(omega) * t, a = Real(decay) * t;
     const UnitStep unit = unit_step(W, a);
     const bool is_half = t < h;
-    // phi_k = alpha_k + beta_k A with beta of g, S, R and the next, alpha_k = beta_(k-1) + 2 a beta_k
+    // phi_k(h L) = mu_k + nu_k h L with nu_k of g, S, R and the next, mu_k = nu_(k-1) + 2 a nu_k   (X93)
     put(-(W * W * unit.S), unit.g, W, a, t, 1,
         entries(is_half ? PlanCoupled::kHalfStep : PlanCoupled::kStep));
     const Real alpha_1 = unit.g + 2 * a * unit.S, alpha_2 = unit.S + 2 * a * unit.R;

@@ -90,7 +90,7 @@ void add_commands(const Scene& scene, const MotionScope& scope, Directions& dire
   }
 }
 
-// X70, X72: m_i S r_i for the six S of a field, or the one of a spin about the normal
+// X70, X72: m_i S r_i for the six S of a field, or the one of a spin about the normal nu
 void add_fields(const Scene& scene, const Structure& structure, const MotionScope& scope,
                 Directions& directions) {
   const bool spins = scope.takes_spin_load && scope.turns;
@@ -163,7 +163,7 @@ Eigen::MatrixXd reach_rows(const Scene& scene, const Structure& structure, const
                            const InitialModes& initial) {
   const Eigen::MatrixXd forces = load_directions(scene, structure, scope);
   Eigen::MatrixXd rows(forces.cols() + 2, structure.omega.size());
-  // a complete set, rigid motions among them, takes sum M f.f / m of a load, squared   (3.3)
+  // a complete set, rigid motions among them, takes sum_i M f_ki^2 / m_i of a load, squared   (3.3)
   Eigen::VectorXd inverse_mass(forces.rows());
   for (Eigen::Index i = 0; i < inverse_mass.size(); ++i)
     inverse_mass[i] = 1.0 / scene.points[static_cast<std::size_t>(i / 3)].mass;
@@ -221,6 +221,7 @@ std::vector<int> reached_modes(const Eigen::MatrixXd& reach, const Structure& st
   for (Eigen::Index mode = 0; mode < n; ++mode)
     is_reached[index(mode)] = reach.rows() > 0 && reach.col(mode).cwiseAbs().maxCoeff() > kUnreached;
   if (structure.damping_rows.rows() > 0) {
+    // modes that R^T R, D here, joins to reached ones   (X53)
     const Eigen::MatrixXd D = structure.damping_rows.transpose() * structure.damping_rows;
     const double least = kUnmixed * D.diagonal().maxCoeff();
     for (bool has_more = true; has_more;) {

@@ -14,9 +14,9 @@ namespace freeflex {
 inline constexpr double kUnreached = 1e-11;
 
 /// Directions in which the modes may be loaded: (loads x n), one row for each force that a command, history,
-/// field or feedback can exert, as a share of the force's whole, sum_i f_i . b_il / sqrt(sum_i M f_i^2 / m_i)
-/// (X120); and rows of the initial state. What commands do is held to the scope where it says that they are
-/// bound.
+/// field or feedback can exert, as a share of the force's whole, g_kl = sum_i f_ki . b_il / sqrt(sum_i M
+/// f_ki^2 / m_i)   (X120); and rows of the initial state. What commands do is held to the scope where it says
+/// that they are bound.
 Eigen::MatrixXd reach_rows(const Scene& scene, const Structure& structure, const MotionScope& scope,
                            const InitialModes& initial);
 

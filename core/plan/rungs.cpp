@@ -31,8 +31,8 @@ double top_frequency(const Plan& plan) {
   return plan.num_elastic == 0 ? 0.0 : plan.omega[static_cast<std::size_t>(plan.num_elastic) - 1];
 }
 
-// s of X100 [1/s]: bound of how fast dashpots and feedback change the motion,
-// |R|^2 / M + sum (|F_v| |B| / M + sqrt(|F_q| |B| / M))
+// X100 [1/s]: bound of how fast dashpots and feedback change the motion,
+// sigma = |R|^2 / M + sum_f (|F_v| |B| / M + (|F_q| |B| / M)^(1/2))
 double stage_rate(const Plan& plan) {
   const double damping = norm_of_rows(plan.mixing.damping_rows, plan.mixing.num_damping, plan);
   double rate = damping * (damping / plan.mass);
@@ -56,7 +56,8 @@ double damper_rate(const Plan& plan) {
   return rate;
 }
 
-// X94: T = k (l - L) along the bar as it stands, and c l' of a dashpot or of damping within the link
+// X94: T = k (l - l_0) along the bar as it stands, and c l' of a dashpot or of damping within the link,
+// c = (beta_R + tau) k there
 PlanBar true_bar(const Scene& scene, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   const Eigen::Vector3d rest = span_of(scene, link);

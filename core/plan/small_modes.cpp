@@ -35,12 +35,12 @@ Eigen::MatrixXd asked_sizes(const Structure& structure, const Plan& plan) {
   return sizes;
 }
 
-// How far each mode swings under the built-in loads and from the initial state. Amplitudes hypot(q, q'/omega)
-// hold for the free ringing after the last look as well.
+// How far each mode swings under the built-in loads and from the initial state. A_l = hypot(q_l, q_l' /
+// omega_l) holds for the free ringing after the last look as well.
 struct Swings {
-  Eigen::VectorXd whole;    // [m] of q
-  Eigen::VectorXd dynamic;  // [m] of q less its static value
-  Eigen::VectorXd rate;     // [m/s] of q'
+  Eigen::VectorXd whole;    // [m] A_l, of q_l   (X123)
+  Eigen::VectorXd dynamic;  // [m] D_l, of q_l less its static value
+  Eigen::VectorXd rate;     // [m/s] G_l, of q_l'
   double largest = 0.0;     // [m] displacement of an asked point seen
   double horizon = 0.0;     // [s]
   bool is_finite = true;
@@ -101,7 +101,7 @@ Swings follow_built_in(const Structure& structure, const Plan& plan, double hori
 
 // Pushes of one newton (torques of one newton metre) that commands may make, by rows over modes.
 struct Pushes {
-  Eigen::MatrixXd rows;       // (pushes x modes) |Q_l| / (M omega_l^2) [m]; 0 for mechanisms
+  Eigen::MatrixXd rows;       // (pushes x modes) s_l = |Q_l| / (M omega_l^2) [m]; 0 for mechanisms
   Eigen::VectorXd reference;  // [m] largest static displacement of an asked point under each
   Eigen::MatrixXd any;        // (points and groups x modes) the same rows for a force in any direction
 };

@@ -17,11 +17,12 @@ namespace freeflex {
 struct CartesianLoad {
   Axes axes = Axes::kWorld;
   std::vector<PointLoad> forces;  // [N] forces in `axes`
-  /// A torque in `axes` becomes f_i = arm_i x torque_B in body axes (THEORY X12 without the force part).
+  /// A torque in `axes` becomes F_i = m_i (J_g^-1 T_g) x d_i in body axes (THEORY X12 without the force
+  /// part).
   struct Torque {
     Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // [N m]
     std::vector<int> points;
-    std::vector<Eigen::Matrix3d> force_per_torque;  // [1/m] m_i times -[d_i]x inverse inertia
+    std::vector<Eigen::Matrix3d> force_per_torque;  // [1/m] -m_i [d_i x] J_g^-1
   };
   std::vector<Torque> torques;
   History history;
@@ -36,9 +37,9 @@ struct CartesianLink {
   double damping = 0.0;                            // [N s/m] of a dashpot, or one beside the spring
 };
 
-/// Unknowns are e_i [m] and de_i/dt [m/s] of every point in the carrier frame C: it starts as the body frame,
+/// Unknowns are e_i [m] and e_i' [m/s] of every point in the carrier frame C: it starts as the body frame,
 /// falls with gravity, keeps the initial velocity of the centre of mass and turns at the constant initial
-/// angular velocity. Position of point i: p_W = p_WC + R_WC (r_i + e_i)   (THEORY X30). While the motion
+/// angular velocity. Position of point i: p_W,i = p_WC + R_WC (r_i + e_i)   (THEORY X30). While the motion
 /// stays near the carrier's, e has the size of the deformation and keeps its digits.
 struct CartesianSystem {
   Eigen::VectorXd mass;  // [kg] (N)
@@ -52,7 +53,7 @@ struct CartesianSystem {
   Eigen::Vector3d v_W = Eigen::Vector3d::Zero();          // [m/s] its velocity at the start
   Eigen::Quaterniond q_WB = Eigen::Quaterniond::Identity();  // attitude at the start
   Eigen::Vector3d spin = Eigen::Vector3d::Zero();            // [rad/s] of the carrier, body axes
-  Eigen::VectorXd initial;                                   // (6N) e then de/dt
+  Eigen::VectorXd initial;                                   // (6N) e then e'
   bool needs_body_axes = false;                              // some load turns with the body
 };
 
@@ -60,7 +61,7 @@ struct CartesianSystem {
 /// other than stiffness-proportional, initial modes, body-axis loads on a collinear shape.
 std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::string& error);
 
-/// Accelerations d2e/dt2 [m/s^2] (3N) at time t [s] (THEORY X31-X34). Pulses are on or off as at
+/// Accelerations e'' [m/s^2] (3N) at time t [s] (THEORY X31-X34). Pulses are on or off as at
 /// `piece_time`, a time strictly inside the smooth piece that holds t, so both ends of the piece have
 /// one-sided values.
 void accelerations(const CartesianSystem& system, double t, double piece_time, std::span<const double> e,

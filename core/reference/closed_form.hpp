@@ -12,7 +12,8 @@ struct Motion {
   Real q, q_dot;
 };
 
-/// q'' + 2 d q' + w^2 q = start + slope t from q0, v0, at time t. Textbook solutions by the roots; no step.
+/// q'' + 2 decay q' + omega^2 q = start + slope t from q0, v0, at time t; omega and decay are w and d here.
+/// Textbook solutions by the roots; no step.
 Motion oscillate(const Real& w, const Real& d, const Real& q0, const Real& v0, const Real& start,
                  const Real& slope, const Real& t);
 

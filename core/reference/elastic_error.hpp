@@ -5,15 +5,15 @@
 
 namespace freeflex {
 
-/// Rotation body to world that minimises sum m |p_i - p_c - R r_i|^2: the axes that meet the Eckart condition
-/// sum m r x V = 0 exactly, also for large displacements (Kabsch 1976; Eckart 1935). For a collinear shape,
-/// whose turn about its own line is free, the smallest rotation that carries the rest line to the fitted one.
-/// \param mass [kg] (N)  \param r [m] (3 x N) from the rest centre of mass  \param p [m] (3 x N) from the
-/// centre of mass
+/// Rotation A, body to world, that minimises sum m_i |p_i - p_c - A r_i|^2   (X36): the axes that meet the
+/// Eckart condition sum m r x V = 0 exactly, also for large displacements (Kabsch 1976; Eckart 1935). For a
+/// collinear shape, whose turn about its own line is free, the smallest rotation that carries the rest line
+/// to the fitted one. \param mass [kg] (N)  \param r [m] (3 x N) from the rest centre of mass  \param p [m]
+/// (3 x N) from the centre of mass
 Eigen::Matrix3d fit_rotation(const Eigen::VectorXd& mass, const Eigen::Matrix3Xd& r,
                              const Eigen::Matrix3Xd& p);
 
-/// Elastic displacements u_i = R^T (p_i - p_c) - r_i in body axes [m] (3 x N), R from fit_rotation.
+/// Elastic displacements V_i = A^T (p_i - p_c) - r_i in body axes [m] (3 x N), A from fit_rotation   (X36).
 /// \param rest [m] (3 x N) rest positions, any origin  \param p_W [m] (3 x N) positions
 Eigen::Matrix3Xd elastic_displacements(const Eigen::VectorXd& mass, const Eigen::Matrix3Xd& rest,
                                        const Eigen::Matrix3Xd& p_W);

@@ -16,12 +16,12 @@ enum class WaveFunction {
   kRising,    // (1 - sinc x) / x^2: response to a force that rises from zero
 };
 
-/// An orthonormal basis of the Krylov space of a start vector b, and A within it.
+/// An orthonormal basis of the Krylov space of a start vector z, and A within it   (X116).
 class LanczosSpace {
  public:
   using Apply = std::function<void(const double* from, double* to)>;  // to = A from
 
-  /// A term that will be taken from the space, factor f(h sqrt A) b, and the error that it may have.
+  /// A term that will be taken from the space, factor f(h sqrt A) z, and the error that it may have.
   struct Term {
     WaveFunction function;
     double factor, tolerance;
@@ -33,7 +33,7 @@ class LanczosSpace {
   bool build(const Apply& apply, const Eigen::VectorXd& b, double h, std::span<const Term> terms,
              int max_size, bool is_reorthogonalised);
 
-  /// sum += factor f(h sqrt A) b, from the space; h no larger than that of build.
+  /// sum += factor f(h sqrt A) z, from the space; h no larger than that of build.
   void add(WaveFunction function, double h, double factor, Eigen::VectorXd& sum) const;
 
   int num_applied() const { return num_applied_; }

@@ -80,7 +80,7 @@ struct LinkValue {
 /// The numbers of a link but for matrices and Poisson's ratio.
 std::vector<LinkValue> values_of(const Link& link);
 
-/// Axial stiffness of a spring, k, or a bar, EA / L; 0 for a dashpot   (THEORY X44) [N/m].
+/// Axial stiffness D of a spring, or EA / L of a bar; 0 for a dashpot   (THEORY X44) [N/m].
 /// \pre traits_of(link).is_axial
 double axial_stiffness(const Scene& scene, const Link& link);
 /// Damping of a dashpot, c; 0 for springs and bars   (THEORY X65) [N s/m].  \pre traits_of(link).is_axial

@@ -91,7 +91,7 @@ struct Plate {
 /// Stiffness [N/m], or flexibility [m/N]: displacements per force with the structure held in any statically
 /// determinate way.
 struct MatrixLink {
-  Eigen::SparseMatrix<double> matrix;  // (3K x 3K), symmetric, full storage
+  Eigen::SparseMatrix<double> matrix;  // (3 N_link x 3 N_link), symmetric, full storage
   bool is_flexibility = false;
 };
 
@@ -126,7 +126,8 @@ struct Group {
   Origin origin;
 };
 
-/// Dissipation that shares the modes: zeta_l given per mode, plus Rayleigh D = alpha M + beta K.
+/// Dissipation that shares the modes: zeta_l given per mode, plus Rayleigh's, alpha_R M + beta_R K   (THEORY
+/// X53).
 struct Damping {
   double modal_ratio = 0.0;                         // [-] every elastic mode
   std::vector<std::pair<int, double>> mode_ratios;  // (elastic mode from 1, ratio) overrides modal_ratio
@@ -200,7 +201,7 @@ struct Initial {
   struct PointElastic {
     int point = -1;
     Eigen::Vector3d displacement = Eigen::Vector3d::Zero();  // [m] V_i, body axes
-    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      // [m/s] Vdot_i, body axes
+    Eigen::Vector3d velocity = Eigen::Vector3d::Zero();      // [m/s] V_i', body axes
   };
   std::vector<PointElastic> points;  // projected on the elastic modes; a rigid part is a warning
   struct ModeElastic {

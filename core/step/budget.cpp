@@ -22,7 +22,7 @@ void take_slots(const State& from, State& to) noexcept {
   to.slots_changed = true;
 }
 
-/// V (num_points) as elastic coordinates: q_l = sum m b . V / M   (X54).
+/// V (num_points) as elastic coordinates: q_l = sum m_i b_il . V_i / M   (X54).
 void to_modes(const Plan& plan, std::span<const Vec3> V, std::span<Vec3> weighted, Array& q,
               Array& unused) noexcept {
   for (std::size_t i = 0; i < V.size(); ++i) weighted[i] = scale(plan.points[i].mass / plan.mass, V[i]);
@@ -61,7 +61,7 @@ ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan,
   for (std::size_t i = 0; i < budget.V.size(); ++i) {
     const Vec3 &V = budget.V[i], &V_other = budget.V_other[i], d = sub(V, V_other);
     const Vec3 x = add(plan.points[i].r, V);
-    // R x - R' x' = (R - R') x + R' (V - V'): no difference of large numbers
+    // R_WB x - R_WB* x* = (R_WB - R_WB*) x + R_WB* (V - V*): no difference of large numbers
     const Vec3 turned = sub(multiply(R, x), multiply(R_other, x));
     const Vec3 off = add(add(shift, turned), multiply(R_other, d));
     position += dot(off, off);

@@ -10,7 +10,7 @@ namespace freeflex {
 struct ErrorSize {
   double position = 0.0;  // [m] root mean square over the points
   double attitude = 0.0;  // [rad]
-  double elastic = 0.0;   // [-] |V - V'| / |V'|, body axes
+  double elastic = 0.0;   // [-] |V - V*| / |V*|, body axes
 };
 
 /// What the state is off by since the shadows last stood where it does. Parts do not add up exactly: they are
@@ -40,10 +40,10 @@ struct Budget {
   };
   std::vector<Shadow> shadows;  // those of PlanBudget::shadows
   bool is_lost = false;
-  double turned = 0.0;                         // [rad] since then
-  double fast_motion = 0.0, all_motion = 0.0;  // [m^2] sums of (q_dot / omega)^2 of unresolved modes, of q^2
-  std::int64_t sync_tick = 0;                  // at which they last stood where the state does
-  std::int64_t tick = -1, epoch = -1;          // of the state that they stand beside; -1: none yet
+  double turned = 0.0;                           // [rad] since then
+  double fast_motion = 0.0, all_motion = 0.0;    // [m^2] sums of (q' / omega)^2 of unresolved modes, of q^2
+  std::int64_t sync_tick = 0;                    // at which they last stood where the state does
+  std::int64_t tick = -1, epoch = -1;            // of the state that they stand beside; -1: none yet
   std::vector<Vec3> V, V_dot, V_other, scratch;  // (num_points)
 };
 Budget make_budget(const Plan& plan);

@@ -42,7 +42,7 @@ struct Gain {
 };
 
 /// The frame's angular velocity from angular momentum, displacements V and W = b p   (X92a, X92b):
-///   J = I + sum m [(r.V) 1 - r V^T],   pi = sum m V x W,   alpha = J^-1 (H - pi),   omega = J^-1 I alpha
+///   J = I + sum m ((r.V) 1 - r V^T),   pi = sum m V x W,   alpha = J^-1 (H - pi),   w = J^-1 I alpha
 Vec3 angular_velocity(const Plan& plan, const Vec3& H_B, const CoupledWorkspace& w, Vec3& alpha) noexcept {
   alpha = {};
   if (plan.rigid_freedoms == 3) return {};
@@ -78,7 +78,7 @@ Vec3 angular_velocity(const Plan& plan, const Vec3& H_B, const CoupledWorkspace&
 }
 
 /// Adds what true lengths and directions change of the bars' forces   (X94), with
-///   d' = W_j - W_i + (alpha - omega) x l_0 e - omega x d
+///   d' = W_j - W_i + (alpha - w) x l_0 e - w x d
 void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorkspace& w) noexcept {
   const Vec3 slip = sub(alpha, w_B);
   for (const PlanBar& bar : plan.coupled.bars) {
@@ -86,7 +86,7 @@ void add_bars(const Plan& plan, const Vec3& alpha, const Vec3& w_B, CoupledWorks
     const Vec3 d = sub(w.V[j], w.V[i]);
     Vec3 excess = bar_force(bar, d).excess;
     if (bar.damping > 0.0) {
-      // z_j - z_i less what the body's spin gives it: rest arms turn with alpha, the deformed ones with omega
+      // z_j - z_i less what the body's spin gives it: rest arms turn with alpha, the deformed ones with w
       const Vec3 d_dot =
           sub(add(sub(w.W[j], w.W[i]), cross(slip, scale(bar.length, bar.direction))), cross(w_B, d));
       excess = add(excess, damper_force(bar, d, d_dot).excess);
@@ -103,7 +103,7 @@ std::size_t point_of_row([[maybe_unused]] const Plan& plan, std::int32_t row) no
   return index(row);
 }
 
-/// Loads on the points: histories, commands, and what followers add as they turn, theta(q) x f   (X73).
+/// Loads on the points: histories, commands, and what followers add as they turn, theta x f   (X73).
 void gather_forces(const External& external, const Place& place, CoupledWorkspace& w) noexcept {
   const Plan& plan = external.plan;
   external.on_points(place.instant, place.R_WB, w.force);
@@ -155,7 +155,7 @@ void add_modal_loads(const Plan& plan, const Place& place, Workspace& workspace,
 }
 
 /// What the motion gains beside the modes' own linear motion   (X92c to X92f), z = W + alpha x r, u below:
-///   rate_q = sum m b . (V x omega) / M,   rate_p = -2 decay rate_q + (sum m b . (z x omega) + Q) / M,
+///   rate_q = sum m b . (V x w) / M,   rate_p = -2 decay rate_q + (sum m b . (z x w) + Q) / M,
 ///   moment = sum (r + V) x F
 void evaluate(const External& external, const Place& place, Workspace& workspace, Gain& gain) noexcept {
   const Plan& plan = external.plan;
@@ -192,7 +192,8 @@ Function function_of(const Plan& plan, PlanCoupled::Function function) noexcept 
 
 using Stages = std::array<std::array<const double*, 2>, 4>;  // rates of (q, p) at each stage
 
-/// (q, p) at half a step: from the start, A N_1 + B (N_2 - N_1); without B when `other` is the first stage.
+/// (q, p) at half a step, exp(h L / 2) y + (h / 2) phi_1(h L / 2) N_1 + h phi_2(h L / 2) (N_2 - N_1)   (X93);
+/// without the last when `other` is the first stage.
 void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std::size_t other,
                 CoupledWorkspace& w) noexcept {
   const Function E = function_of(plan, PlanCoupled::kHalfStep), A = function_of(plan, PlanCoupled::kHalf1),
@@ -208,8 +209,7 @@ void half_stage(const Plan& plan, const MotionState& state, const Stages& N, std
   }
 }
 
-/// (q, p) after the whole step: from the start, phi_1 N_1 + phi_2 x + phi_3 y, with x and y sums over the
-/// stages.
+/// (q, p) after the whole step   (X93); x and y below are the sums over the stages that phi_2 and phi_3 take.
 void whole_step(const Plan& plan, const MotionState& state, const Stages& N, bool is_last, double* q_out,
                 double* p_out) noexcept {
   const Function E = function_of(plan, PlanCoupled::kStep), A = function_of(plan, PlanCoupled::kWhole1),
@@ -243,7 +243,7 @@ bool are_finite(const Array& values) noexcept {
 
 /// The turning part over one step, by the classical method, to which (X93) comes where nothing is linear:
 /// Gibbs vector and angular momentum in the axes of the step's start, (k_1 + 2 k_2 + 2 k_3 + k_4) / 6 of
-///   g' = (omega + g x omega + g (g.omega)) / 2,   H' = G(g) moment_B   (X7, X8)
+///   g' = (w + g x w + g (g.w)) / 2,   H' = G(g) L_B   (X7, X8)
 struct AttitudeRates {
   Mat3 R_start;
   Vec3 H_start;  // [kg m^2/s]

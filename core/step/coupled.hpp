@@ -7,7 +7,7 @@
 namespace freeflex {
 
 /// Momenta of the coupled rungs from the motion (X91), x = r + V:
-///   H = sum m x cross (omega cross x) + sum m V cross V',   p_l = q_l' + sum m b_l . (omega cross V) / M
+///   H = sum m x cross (w cross x) + sum m V cross V',   p_l = q_l' + sum m_i b_il . (w cross V_i) / M
 /// \pre state.q, q_dot, q_WB stand
 /// \param w_B  [rad/s] angular velocity of the frame, body axes
 void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) noexcept;

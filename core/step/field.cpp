@@ -26,7 +26,7 @@ void add_field(const Plan& plan, const Mat3& R_WB, const Vec3& H_W, const Vec3& 
     off = {-w[0] * w[1], -w[0] * w[2], -w[1] * w[2]};
   }
   if (plan.attractor_mu > 0.0) {
-    // mu / rho^3 (3 u u' - 1)
+    // mu / |rho|^3 (3 u u^T - 1)
     const Vec3 rho = multiply_transposed(R_WB, sub(p_W, plan.attractor_W));
     const double square = dot(rho, rho);
     const double gradient = plan.attractor_mu / (square * __builtin_sqrt(square));

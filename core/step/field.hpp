@@ -16,7 +16,7 @@ Vec3 gradient_torque(const Plan& plan, const Vec3& rho) noexcept;
 /// True when the plan has a field that loads elastic coordinates.
 inline bool has_field(const Plan& plan) noexcept { return plan.has_spin_load || plan.attractor_mu > 0.0; }
 
-/// Adds the field's generalized forces, Q_l += S : sum m r b_l, with S r its acceleration in body axes:
+/// Adds the field's generalized forces, Q_l += sum_ab S_ab Y_l,ab, with S r_i its acceleration in body axes:
 /// S = w.w 1 - w w^T of the spin, mu / |rho|^3 (3 u u^T - 1) of an attractor   (THEORY X70, X72).
 /// \param H_W  [kg m^2/s] angular momentum  \param p_W  [m] centre of mass
 void add_field(const Plan& plan, const Mat3& R_WB, const Vec3& H_W, const Vec3& p_W, double* Q) noexcept;

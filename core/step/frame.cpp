@@ -5,8 +5,8 @@
 namespace freeflex {
 namespace {
 
-/// Moment about the centre of mass as a table over the rotation within the step: moment_c = torque_c +
-/// sum_ak G_ka table[9c+3a+k], with G the rotation matrix of the Gibbs vector.
+/// Moment about the centre of mass as a table over the rotation within the step: L_B,c = torque_B,c +
+/// sum_ak G_ka table[9c+3a+k], with G the rotation of the Gibbs vector   (X7, X11).
 struct StepMoment {
   std::array<double, 27> table;
   Vec3 torque_B;
@@ -101,8 +101,8 @@ struct BodyTurn {
     for (std::size_t i = 0; i < 9; ++i) half_inverse_inertia[i] = 0.5 * plan.inverse_inertia[i];
   }
 
-  /// Rate of the Gibbs vector, (w + g x w + g (g.w)) / 2, with w = I^-1 G^T H and G^T H = H + k (g x u - u),
-  /// u = g x H, k = 2 / (1 + g.g), written out because it is shorter to wait for than the matrix.
+  /// Rate of the Gibbs vector, g' = (w + g x w + g (g.w)) / 2, with w = I^-1 G^T H and G^T H =
+  /// H + 2 (g x (g x H) - g x H) / (1 + g.g), written out because it is shorter to wait for than the matrix.
   Vec3 g_rate(const Vec3& g, const Vec3& H_now) const noexcept {
     const Vec3 u = cross(g, H_now);
     const Vec3 H_turned = add_scaled(H_now, 2.0 / (1.0 + dot(g, g)), sub(cross(g, u), u));
@@ -186,9 +186,10 @@ Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads
   return turn_loaded(turning, start, third, middle, interpolate(end, middle, start), end, needs_middle);
 }
 
-/// Translation under gravity and the resultant, M p'' = F + M gravity (X6), exact for F quadratic in time:
-///   p += h v + h^2 (weighted_force / M + gravity) / 2,   v += h (mean_force / M + gravity)
-/// \param mean_force  [N] int F(s) ds over s = t / h  \param weighted_force  [N] 2 int (1 - s) F(s) ds
+/// Translation under gravity and the resultant, M p_WB'' = F_W + M gravity_W (X6), exact for F_W quadratic in
+/// time:
+///   p_WB += h v_WB + h^2 (weighted_force / M + gravity_W) / 2,   v_WB += h (mean_force / M + gravity_W)
+/// \param mean_force  [N] int F_W dt / h  \param weighted_force  [N] 2 int (1 - t / h) F_W dt / h
 void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
                Frame& frame) noexcept {
   if (!plan.falls) {

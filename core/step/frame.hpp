@@ -35,19 +35,19 @@ struct StepLoads {
   const RigidLoad& end() const noexcept { return later ? later->end : start; }
 };
 
-/// Rotation matrix of the Gibbs vector g, turned axes to start axes: 1 + k ([g] + [g][g]), k = 2 / (1 + g.g)
+/// Rotation matrix of the Gibbs vector g, turned axes to start axes: 1 + 2 ([g x] + [g x][g x]) / (1 + g.g)
 /// (X7).
 Mat3 rotation_of_gibbs(const Vec3& g) noexcept;
-/// The attitude turned by the Gibbs vector g in the axes of the step's start: q o (1, g) / sqrt(1 + g.g)
-/// (X9).
+/// The attitude turned by the Gibbs vector g in the axes of the step's start: q_WB o (1, g) / sqrt(1 +
+/// g.g)   (X9).
 void turn_attitude(const Vec3& g, Frame& frame) noexcept;
-/// Position and velocity a time h [s] later, M p'' = F + M gravity   (X6, X72), from forces [N] at its start,
-/// middle and end, world axes, by Simpson's rule.
+/// Position and velocity a time h [s] later, M p_WB'' = F_W + M gravity_W   (X6, X72), from forces [N] at its
+/// start, middle and end, world axes, by Simpson's rule.
 void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
                Frame& frame) noexcept;
 
-/// The frame one period later: M p'' = F + M gravity, H' = moment, w = I^-1 R^T H   (THEORY X6-X9). R_WB is
-/// the rotation matrix of from.q_WB.
+/// The frame one period later: M p_WB'' = F_W + M gravity_W, H_W' = L_W, w = I^-1 R_WB^T H_W   (THEORY
+/// X6-X9). R_WB is the rotation matrix of from.q_WB.
 Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept;
 
 }  // namespace freeflex

@@ -143,7 +143,7 @@ struct Coordinate {
   V value, leading, rest;
 };
 
-/// One row of (X10) for several modes, c_q q + c_v v + l_q q + l_v v + forced. The leading products are
+/// One row of (X10) for several modes, c_q q + c_v q' + l_q q + l_v q' + forced. The leading products are
 /// exact, and so is their sum with its error (Knuth 1969); all that is rounded is 2^-26 of the whole or less,
 /// or the load.
 template <class V>

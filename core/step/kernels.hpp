@@ -28,8 +28,8 @@ inline const double* point_rows(const Plan& plan, std::int32_t row) noexcept {
 struct PointMotion {
   Vec3 V{}, V_dot{}, V_ddot{};  // [m], [m/s], [m/s^2] body axes
 };
-/// rows (3 x num_padded) times q, q_dot and q_ddot = Q / M - 2 decay q_dot - omega^2 q (THEORY 2.5, X53), in
-/// the same lanes.
+/// rows (3 x num_padded) times q, q' and q'' = Q / M - 2 decay q' - omega^2 q (THEORY 2.5, X53), in the
+/// same lanes.
 PointMotion contract_motion(const double* rows, const Plan& plan, const double* q, const double* q_dot,
                             const double* Q) noexcept;
 
@@ -47,7 +47,7 @@ void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) 
 /// which the num_moving leading columns count.
 void contract_points(const Plan& plan, const double* a, const double* b, std::span<Vec3> V,
                      std::span<Vec3> W) noexcept;
-/// x = rows' f, y = rows' g over all points, summed from the first point to the last; x, y (num_moving)
+/// x = rows^T f, y = rows^T g over all points, summed from the first point to the last; x, y (num_moving)
 void project_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
                     double* y) noexcept;
 
@@ -58,7 +58,7 @@ struct ModalState {
 struct ModalResult {
   double *q, *q_low, *q_dot, *q_dot_low;
 };
-/// One step of every mode under a load linear from Q0 to Q1, y1 = (C + L) y + W0 Q0 + W1 (Q1 - Q0)
+/// One step of every mode under a load linear from Q^0 to Q^1, y^1 = (C + L) y + w_0 Q^0 + w_1 (Q^1 - Q^0)
 /// (THEORY X10). Returns true when every new value is finite.
 bool advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
                    const double* Q1, const ModalResult& to) noexcept;

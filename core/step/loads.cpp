@@ -8,14 +8,14 @@
 namespace freeflex {
 namespace {
 
-/// moment_c += sum_ab R_ba (e_c x r)_a F_b, the moment of a world force F at r, as a table (X11).
+/// L_c,ab += (e_c x r)_a F_b, the moment of a world force F at r, as a table (X11).
 void add_moment(const Vec3& r, const Vec3& F, std::array<double, 27>& moment) noexcept {
   const Mat3 arm = {0.0, -r[2], r[1], r[2], 0.0, -r[0], -r[1], r[0], 0.0};  // row c: e_c x r
   for (std::size_t ca = 0; ca < 9; ++ca)
     for (std::size_t b = 0; b < 3; ++b) moment[3 * ca + b] += arm[ca] * F[b];
 }
 
-/// The torque that a group can take is P T with this projection, 1 - line line^T about a line   (X12).
+/// The torque that a group can take is T_g times this projection, 1 - line line^T about a line   (X12).
 Mat3 torque_projection(const PlanGroup& group) noexcept {
   if (group.torque_rank == 0) return {};
   Mat3 P = {1, 0, 0, 0, 1, 0, 0, 0, 1};

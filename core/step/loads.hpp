@@ -18,8 +18,8 @@ void clear(LoadSums& sums) noexcept;
 void add_loads(std::int32_t axes, std::span<const PointForce> forces, std::span<const Wrench> wrenches,
                LoadSums& sums) noexcept;
 
-/// Generalized forces of unit wrenches on each group, Q_l = sum_i f_i . b_il with
-/// f_i = (m_i / m_g) F + m_i (J_g^-1 T) x d_i   (THEORY X12): (6*num_groups x num_padded), for each
+/// Generalized forces of unit wrenches on each group, Q_l = sum_i F_i . b_il with
+/// F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i   (THEORY X12): (6*num_groups x num_padded), for each
 /// group three rows for a unit force and three for a unit torque along the body axes. Every point of a group
 /// has rows.
 Array make_group_rows(const Plan& plan);
@@ -37,7 +37,7 @@ LoadPattern build_pattern(const Plan& plan, std::int32_t axes, std::span<const P
                           std::span<const Wrench> wrenches);
 
 /// Q = or += amplitude times the generalized forces of the pattern at attitude R_WB, Q_l = sum_i F_i . b_il
-/// from few points, sum_ab R_ba table_ab,l from many   (THEORY 5.6, X11). Returns false, and leaves Q alone,
+/// from few points, sum_ab R_WB,ba Q_l,ab from many   (THEORY 5.6, X11). Returns false, and leaves Q alone,
 /// when the pattern has no load. \param Q  [N] (num_padded)
 bool project(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB, double amplitude,
              bool accumulate, double* Q) noexcept;

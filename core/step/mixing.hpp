@@ -25,7 +25,7 @@ struct DependentStep {
 /// Adds them to the loads over a step.  \pre loads.later
 void add(const DependentStep& dependent, StepLoads& loads) noexcept;
 
-/// What followers add to the same forces in body axes, amplitude * theta(q) x f; generalized forces go to Q
+/// What followers add to the same forces in body axes, amplitude * theta x f; generalized forces go to Q
 /// (X73).
 DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept;
 
@@ -33,7 +33,7 @@ DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool 
 /// propagator (X74). \param Q  [N] (num_padded) external generalized forces, followers among them
 DependentLoad feed_back(const Plan& plan, const double* q, const double* q_dot, const double* Q) noexcept;
 
-/// What feedback does to the body over a step from q, q_dot under Q0 to Q1, however fast the force changes:
+/// What feedback does to the body over a step from q, q' under Q^0 to Q^1, however fast the force changes:
 /// the load linear in time with its exact impulse J and first moment K, 6 K / h^2 - 2 J / h at the start and
 /// 4 J / h - 6 K / h^2 at the end   (X75). Nothing unless the path is kExact.
 DependentStep feed_back_over_step(const Plan& plan, const double* q, const double* q_dot, const double* Q0,
@@ -43,14 +43,14 @@ DependentStep feed_back_over_step(const Plan& plan, const double* q, const doubl
 void add_mixing_forces(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
                        double* Q) noexcept;
 
-/// q_dot_out = q_dot + half a kick of dashpots and feedback, U tau phi_1(tau W U) (W q' + W_q q) with tau
-/// half a period   (X76); the two may be one. Returns the force of feedback that has the kick's impulse in
+/// q_dot_out = q_dot + half a kick of dashpots and feedback, (h / 2) U phi_1((h / 2) W U) (W q' + W_q q)
+/// (X76); the two may be one. Returns the force of feedback that has the kick's impulse in
 /// half a step.
 DependentLoad kick(const Plan& plan, const double* q, const double* q_dot, Array& scratch,
                    double* q_dot_out) noexcept;
 
-/// Mixed modes one period later, y1 = phi_0 y + h phi_1 E Q0 + h phi_2 E (Q1 - Q0), over what the propagator
-/// of single modes left for them   (X75). True when finite.
+/// Mixed modes one period later, y^1 = phi_0 y + h phi_1 (0, E Q^0) + h phi_2 (0, E (Q^1 - Q^0)), over what
+/// the propagator of single modes left for them   (X75). True when finite.
 bool advance_mixed(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
                    Array& scratch, const ModalResult& to) noexcept;
 

@@ -15,7 +15,7 @@ using Vec3 = std::array<double, 3>;
 using Mat3 = std::array<double, 9>;  // row-major
 using Quat = std::array<double, 4>;  // w x y z, unit
 
-/// y = (q, q_dot) of each mode: y1 = (C + L) y + W0 Q0 + W1 (Q1 - Q0)   (THEORY X10).
+/// y = (q, q') of each mode: y^1 = (C + L) y + w_0 Q^0 + w_1 (Q^1 - Q^0)   (THEORY X10).
 /// C + L is the exact propagator: C its leading 26 bits, so that C times the leading 26 bits of y is exact,
 /// L the rest rounded to double. kLanes modes side by side, in the order in which the step reads them, so
 /// that it reads one stream and not twelve; padding is zero.
@@ -54,8 +54,8 @@ struct PlanLink {
   std::vector<std::int32_t> points;  // empty for a matrix
 };
 
-/// A named group with its mass-weighted rigid weights: force F and torque T at its centre of mass give
-/// f_i = m_i (F / mass + (inverse_inertia T) x d_i),  d_i = r_i - centre   (THEORY X12).
+/// A named group with its mass-weighted rigid weights: force F_g and torque T_g at its centre of mass
+/// give F_i = m_i (F_g / mass + (inverse_inertia T_g) x d_i),  d_i = r_i - centre   (THEORY X12).
 struct PlanGroup {
   std::string name;
   std::vector<std::int32_t> points;
@@ -74,18 +74,18 @@ struct LoadSums {
 };
 
 /// Spatial part of a load, built once when it changes (THEORY X11). Arrays have capacity from the start.
-/// World part turns with the body: Q_l = sum_ab R_ba table_ab,l (R = R_WB), or directly from few points.
+/// World part turns with the body: Q_l = sum_ab R_WB,ba Q_l,ab, or directly from few points.
 struct LoadPattern {
   static constexpr int kMaxDirect = 3;
   Vec3 force_W{};  // [N] resultant
   std::array<double, 27>
-      moment_W{};  // [N m] moment_B,c = sum_ab R_ba moment_W[9c+3a+b], about the centre of mass
+      moment_W{};  // [N m] L_c,ab at 9c+3a+b: L_B,c = sum_ab R_WB,ba L_c,ab, about the centre of mass
   bool has_world = false;
   std::int32_t num_direct = 0;                        // points kept one by one; 0 with uses_table
   std::array<std::int32_t, kMaxDirect> direct_row{};  // block of rows
   std::array<Vec3, kMaxDirect> direct_force_W{};      // [N]
   bool uses_table = false;
-  Array table;      // [N] (9 x num_padded), index 3*a+b: sum_i b_il,a F_i,b
+  Array table;      // [N] (9 x num_padded) Q_l,ab in row 3a+b: sum_i b_il,a F_i,b
   Vec3 force_B{};   // [N] resultant of the body-axis part
   Vec3 torque_B{};  // [N m] its moment about the centre of mass
   bool has_body = false;
@@ -94,7 +94,7 @@ struct LoadPattern {
 };
 
 /// A force that turns with the elastic rotation at its point: what it differs by from the same force in body
-/// axes is theta x force_B   (THEORY X73).
+/// axes is theta x f, f the force_B   (THEORY X73).
 struct PlanFollower {
   std::int32_t row = -1;  // block of rows of the point
   Vec3 r{};               // [m] rest position of the point
@@ -115,7 +115,7 @@ struct PlanHistory {
   std::vector<PlanFollower> followers;
 };
 
-/// Force of linear feedback on a point, body axes: q_rows q + q_dot_rows q_dot + Q_rows Q   (THEORY X74).
+/// Force of linear feedback on a point, body axes: f = F_q q + F_v q' + F_Q Q   (THEORY X74).
 struct PlanFeedback {
   std::string name;
   std::int32_t row = -1;  // block of rows of the point it acts on
@@ -132,9 +132,9 @@ struct PlanMixing {
     kSplit = 2,  // X76: half a kick, the modes, half a kick; order 2
   };
   Path path = Path::kNone;
-  Array damping_rows;  // [sqrt(N s/m)] (num_damping x num_padded) R: force of the dashpots -R'R q_dot
+  Array damping_rows;  // [sqrt(N s/m)] (num_damping x num_padded) R: force of the dashpots -R^T R q'
   std::int32_t num_damping = 0;
-  // exact: (q, q_dot) of the mixed modes = sum of columns times (q, q_dot, Q_start, Q_end - Q_start)
+  // exact: (q, q') of the mixed modes = sum of columns times (q, q', Q^0, Q^1 - Q^0)
   std::vector<std::int32_t> modes;  // mixed modes, ascending
   // [-], [s], [1/s], [m/N], [m/(s N)] (4 num_modes columns of pad(2 num_modes)) column-major
   Array columns;
@@ -142,7 +142,7 @@ struct PlanMixing {
   // likewise, what feedback does to the body over the step: force and torque at its start, then at its end,
   // of loads linear in time with the same impulse and first moment; empty without feedback
   Array load_columns;  // [N], [N m] per (m, m/s, N, N) (4 num_modes columns of kLoadRows) column-major
-  // split: q_dot += out' (q_rows q + q_dot_rows q_dot) over half a step
+  // split: q' += out^T (q_rows q + q_dot_rows q') over half a step
   std::int32_t num_kicks = 0;
   Array kick_q_rows, kick_q_dot_rows, kick_out;  // (num_kicks x num_padded)
 };
@@ -170,13 +170,13 @@ struct PlanCoupled {
   std::int32_t num_parts = 1;  // of a step, a power of two, so that the time of a part is exact   (X100)
 };
 
-/// Output rows for one published link: force = rows q + rate rows q_dot + load rows Q, each in
+/// Output rows for one published link: force = rows q + rate rows q' + load rows Q, each in
 /// Plan::link_rows.
 struct PlanLinkOutput {
   std::int32_t link = -1;            // index into Plan::links
   std::int32_t num_rows = 1;         // values, see LinkForceRows
   std::int32_t first_row = 0;        // of q
-  std::int32_t first_rate_row = -1;  // of q_dot; -1: none
+  std::int32_t first_rate_row = -1;  // of q'; -1: none
   std::int32_t first_load_row = -1;  // of Q; -1: none
 };
 
@@ -251,7 +251,7 @@ struct Plan {
   // carry (X67)
   std::int32_t num_padded = 0;
   Array omega;                      // [rad/s] (num_padded), padding 0
-  Array decay;                      // [1/s] (num_padded) zeta omega = d / (2 M)
+  Array decay;                      // [1/s] (num_padded) real part of the damped root   (THEORY X53)
   double frequency_accuracy = 0.0;  // [-]
   double conditioning = 0.0;        // [-]
   Propagator propagator;
@@ -259,8 +259,8 @@ struct Plan {
   PlanCoupled coupled;
   Fidelity fidelity = Fidelity::kSeparated;
   bool has_spin_load = false;  // centrifugal load, on the rung of that name   (THEORY X70)
-  // [kg m] (6 x num_padded) sum m r_a b_b for ab = xx, yy, zz, xy, xz, yz; empty without spin load and
-  // attractor
+  // [kg m] (6 x num_padded) Y_l,ab = sum m_i r_i,a b_il,b for ab = xx, yy, zz, xy, xz, yz; empty without spin
+  // load and attractor
   Array field_rows;
   // points, links, groups
   std::vector<PlanPoint> points;
@@ -268,7 +268,7 @@ struct Plan {
   std::vector<PlanGroup> groups;
   Array rows;         // [-] (3*num_row_blocks x num_padded) unit elastic displacements
   Array eckart_rows;  // (6 x num_padded) sum m b [kg], sum m r x b [kg m]: zero but for rounding
-  Array link_rows;    // (num_link_rows x num_padded) forces of links per q, q_dot or Q
+  Array link_rows;    // (num_link_rows x num_padded) forces of links per q, q' or Q
   std::vector<PlanLinkOutput> link_outputs;
   std::vector<std::vector<std::int32_t>> mechanisms;  // moved points of each
   // loads

@@ -19,7 +19,7 @@ Vec3 contract(const Plan& plan, const double* rows, const Array& x) noexcept {
   return contract_rows(rows, x.data(), index(plan.num_padded));
 }
 
-/// V_second - V_first of a bar, or their rates, from q or q_dot
+/// V_second - V_first of a bar, or their rates, from q or q'
 Vec3 difference(const Plan& plan, const PlanBar& bar, const Array& q) noexcept {
   return sub(contract(plan, rows_of(plan, bar.second), q), contract(plan, rows_of(plan, bar.first), q));
 }
@@ -131,7 +131,7 @@ Invariants read_invariants(const Plan& given, const MotionState& state) noexcept
   invariants.kinetic_elastic = 0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.q_dot.data(), n);
   invariants.potential = 0.5 * plan.mass * dot_squares(plan.omega.data(), state.q.data(), n);
   if (is_coupled(plan)) {
-    // twice the energy is omega . H + sum q' P (X91); each bar's differs from the linear one
+    // twice the energy is w . H + M sum q_l' p_l (X91); each bar's differs from the linear one
     invariants.kinetic_elastic =
         0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.coupled.momentum.data(), n);
     for (const PlanBar& bar : plan.coupled.bars) {

@@ -10,7 +10,7 @@ namespace freeflex {
 /// Rotation matrix of a unit quaternion, body to world.
 Mat3 rotation_matrix(const Quat& q_WB) noexcept;
 
-/// Angular velocity of the floating frame, body axes [rad/s]: I^-1 R^T H (THEORY X6).
+/// Angular velocity of the floating frame, body axes [rad/s]: w = I^-1 R_WB^T H_W (THEORY X6).
 Vec3 angular_velocity(const Plan& plan, const MotionState& state) noexcept;
 
 struct PointState {
@@ -19,8 +19,8 @@ struct PointState {
   Vec3 a_W{};  // [m/s^2] left limit at the tick
   Vec3 V_B{};  // [m] elastic displacement, body axes
 };
-/// Kinematics of one point with rows in the plan: p = p_WB + R x, v = v_WB + R (w cross x + V'), x = r + V
-/// (THEORY 2.3, 4.2).  \pre plan.points[point].row >= 0
+/// Kinematics of one point with rows in the plan: p_i = p_WB + R_WB x_i, v_i = v_WB + R_WB (w cross x_i +
+/// V_i'), x_i = r_i + V_i   (THEORY 2.3, 4.2).  \pre plan.points[point].row >= 0
 PointState read_point(const Plan& plan, const MotionState& state, int point) noexcept;
 
 struct GroupPose {
@@ -29,8 +29,8 @@ struct GroupPose {
   Vec3 v_W{};                     // [m/s]
   Vec3 w_B{};                     // [rad/s] body axes
 };
-/// Pose of a group from its points (all with rows), first order in V: its centre r_g + sum m V / m_g, turned
-/// by J_g^-1 sum m d x V   (THEORY X14).
+/// Pose of a group from its points (all with rows), first order in V: its centre r_g + sum m_i V_i / m_g,
+/// turned by theta = J_g^-1 sum m_i d_i x V_i   (THEORY X14).
 GroupPose read_group(const Plan& plan, const MotionState& state, int group) noexcept;
 
 /// Forces of one published link, rows q + rate rows q' + load rows Q, into out (num_rows of
@@ -39,8 +39,8 @@ void read_link(const Plan& plan, const MotionState& state, int output, std::span
 
 /// Conserved quantities and residuals   (THEORY 2.2, 4.4, 5.5).
 struct Invariants {
-  double kinetic_rigid = 0.0;          // [J] M v^2 / 2 + w . I w / 2 (THEORY 4.4)
-  double kinetic_elastic = 0.0;        // [J] M sum q'^2 / 2
+  double kinetic_rigid = 0.0;          // [J] M v_WB^2 / 2 + w^T I w / 2 (THEORY 4.4)
+  double kinetic_elastic = 0.0;        // [J] M sum q_l'^2 / 2
   double potential = 0.0;              // [J] elastic, M sum omega_l^2 q_l^2 / 2 (THEORY 5.5)
   Vec3 linear_momentum_W{};            // [kg m/s]
   Vec3 angular_momentum_W{};           // [kg m^2/s] about the centre of mass

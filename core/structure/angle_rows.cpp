@@ -19,6 +19,7 @@ const Eigen::Vector3d& position(const Scene& scene, int point) {
 
 }  // namespace
 
+// X60; the directions u_i and u_k are a and c here, eta is the normal
 DeformationRows bending_rows(const Scene& scene, const Link& link) {
   const int i = link.points[0], j = link.points[1], k = link.points[2];
   const Eigen::Vector3d to_i = position(scene, i) - position(scene, j);
@@ -54,6 +55,8 @@ DeformationRows bending_rows(const Scene& scene, const Link& link) {
   return rows;
 }
 
+// X61; a_1 to a_3 are b1 to b3 here, eta_1 and eta_2 are m and n, xi_1 and xi_3 first and last, B_i and B_l
+// at_i and at_l
 DeformationRows torsion_rows(const Scene& scene, const Link& link) {
   const int i = link.points[0], j = link.points[1], k = link.points[2], l = link.points[3];
   const Eigen::Vector3d b1 = position(scene, j) - position(scene, i),

@@ -23,7 +23,7 @@ EckartComplement::EckartComplement(const std::vector<PointMass>& points, const M
       order_.push_back(3 * point + axis);
     }
   add_stage(root_mass_.asDiagonal() * rigid_motions(properties)(order_, Eigen::all));
-  // constraints forbid y along M^-1/2 C'; blocks without a column have no memory that may be pointed into
+  // constraints forbid y along M^-1/2 C^T; blocks without a column have no memory that may be pointed into
   if (constraints.rows() > 0)
     add_stage(root_mass_.cwiseInverse().asDiagonal() * constraints(Eigen::all, order_).transpose());
   if (mechanisms.cols() > 0) add_stage(root_mass_.asDiagonal() * mechanisms(order_, Eigen::all));

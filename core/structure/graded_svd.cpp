@@ -60,8 +60,8 @@ void orthogonalise_columns(Eigen::MatrixXd& x) {
   }
 }
 
-// Relative error of the smallest value: some roundings times the condition of R with its rows scaled to one,
-// which is what one-sided Jacobi on R' depends on.
+// Relative error of the smallest value: some roundings times the condition of Z of (X52), R here, with its
+// rows scaled to one, which is what one-sided Jacobi on Z^T depends on.
 double scaled_condition(const Eigen::MatrixXd& R) {
   const Eigen::VectorXd size = R.rowwise().norm();
   const Eigen::MatrixXd scaled = size.cwiseInverse().asDiagonal() * R;
@@ -94,7 +94,7 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
   const auto loss = [](double largest, double smallest) {
     return 8.0 * kEpsilon * std::abs(largest / smallest);
   };
-  Eigen::MatrixXd left;  // left singular vectors of R'
+  Eigen::MatrixXd left;  // left singular vectors of R^T
   Eigen::VectorXd values;
   bool is_done = false;
   if (n > kSmall && loss(R(0, 0), R(n - 1, n - 1)) < limit) {
@@ -117,7 +117,7 @@ GradedSvd graded_svd(Eigen::MatrixXd matrix) {
   std::stable_sort(order.begin(), order.end(), [&](int a, int b) { return values[a] < values[b]; });
   svd.values = values(order);
   svd.vectors = qr.colsPermutation() * left(Eigen::all, order).eval();
-  // R' W = left values: a triangular solve keeps small components beside large ones
+  // R^T x = left values: a triangular solve keeps small components beside large ones
   Eigen::VectorXd lowest = Eigen::VectorXd::Zero(matrix.rows());
   lowest.head(n) = left.col(order[0]) * svd.values[0];
   R.transpose().triangularView<Eigen::Lower>().solveInPlace(lowest.head(n));

@@ -18,11 +18,12 @@ struct GradedSvd {
   double accuracy = 0.0;        // [-] stated relative accuracy of the smallest value
 };
 
-/// Row-sorted, column-pivoted Householder QR, then one-sided Jacobi on R': each singular value keeps its
-/// digits however the rows and columns are scaled   (THEORY X52; Drmac and Veselic 2008, SIAM J. Matrix Anal.
-/// Appl. 29, 1322-1362). Above kSmall columns Jacobi takes seconds, above kLarge minutes. There a bidiagonal
-/// divide and conquer on R takes over as long as what it loses, 8 eps times the ratio of the largest to the
-/// smallest value, stays below the two limits. \pre at least as many rows as columns, full column rank
+/// Row-sorted, column-pivoted Householder QR, then one-sided Jacobi on Z^T, Z the triangular factor: each
+/// singular value keeps its digits however the rows and columns are scaled   (THEORY X52; Drmac and Veselic
+/// 2008, SIAM J. Matrix Anal. Appl. 29, 1322-1362). Above kSmall columns Jacobi takes seconds, above kLarge
+/// minutes. There a bidiagonal divide and conquer on Z takes over as long as what it loses, 8 eps times the
+/// ratio of the largest to the smallest value, stays below the two limits. \pre at least as many rows as
+/// columns, full column rank
 GradedSvd graded_svd(Eigen::MatrixXd matrix);
 
 inline constexpr Eigen::Index kSmall = 200;      // columns

@@ -163,8 +163,8 @@ struct Condensed {
   Eigen::Index rank = 0;
 };
 
-// X47: [A_theta A_V] = Q [R *; 0 A]; the rows below the rank of A_theta are those of K condensed, and
-// theta = -R^+ (Q' A_V) V. known_rank < 0: found here, from columns scaled to one.
+// X47: O^T A_theta = [Z; 0]; the rows of O^T A_V below the rank of A_theta are those of the condensed A, and
+// theta = -Z^+ (O^T A_V) V. known_rank < 0: found here, from columns scaled to one.
 Condensed condense(Eigen::MatrixXd rows, Eigen::Index num_displacements, Eigen::Index known_rank,
                    bool with_recovery) {
   sort_rows(rows);

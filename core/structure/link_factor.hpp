@@ -1,4 +1,4 @@
-// Massless links in factor form: K = A'A with A = sqrt(D) B, never assembled.
+// Massless links in factor form: K = A^T A with A = sqrt(D) B, never assembled.
 #pragma once
 
 #include <array>
@@ -89,11 +89,11 @@ DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index
                             Faults& faults);
 
 /// Rigid motions of some points alone, orthonormal columns: six, five on a line, three in one place
-/// (THEORY X43, X46) [-] (3K x 3..6).
+/// (THEORY X43, X46) [-] (3 N_link x 3..6).
 Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points);
 
-/// Displacements that a rigid link or body forbids, unit rows: u . (V_2 - V_1) for two points, 3K - 6 for a
-/// body (3K - 5 on a line), all that is orthogonal to its rigid motions   (THEORY X64).
+/// Displacements that a rigid link or body forbids, unit rows: u . (V_2 - V_1) for two points, 3 N_link - 6
+/// for a body (3 N_link - 5 on a line), all that is orthogonal to its rigid motions   (THEORY X64).
 DeformationRows rigid_rows(const Scene& scene, const Link& link);
 
 /// True for a rigid body whose points are not on a line: what is joined to it turns with it
@@ -101,7 +101,7 @@ DeformationRows rigid_rows(const Scene& scene, const Link& link);
 bool is_rigid_body(const Scene& scene, const Link& link);
 
 /// Mean rotation of some points per displacement, J^-1 sum d_k x V_k, none about a line   (THEORY X14 with
-/// equal weights) [1/m] (3 x 3K).
+/// equal weights) [1/m] (3 x 3 N_link).
 Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points);
 
 /// Where a link's natural deformations stand in LinkFactor::natural; none for rigid links and dashpots.
@@ -124,7 +124,7 @@ struct LinkFactor {
   Eigen::MatrixXd constraints;       // C, [-] (num_constraints x 3N) C V = 0, independent rows
   std::vector<int> constraint_link;  // (num_constraints) index into Scene::links
   Eigen::MatrixXd
-      damping_rows;  // [sqrt(N s/m)] (num x 3N) dashpots and viscous links, force = rows' rows Vdot
+      damping_rows;  // [sqrt(N s/m)] (num x 3N) A_d, of dashpots and viscous links: force A_d^T A_d V'
 };
 
 /// Natural deformation k of a link.  \pre 0 <= k < count of its range

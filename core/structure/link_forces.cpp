@@ -8,8 +8,8 @@
 namespace freeflex {
 namespace {
 
-// X49: end forces of unit natural forces (axial, torsion, bending about z symmetric and antisymmetric, about
-// y the same)
+// X49: end forces of unit natural forces s_1 to s_6 (axial, torsion, bending about z symmetric and
+// antisymmetric, about y the same)
 Eigen::Matrix<double, 12, 6> end_forces(double length) {
   Eigen::Matrix<double, 12, 6> forces = Eigen::Matrix<double, 12, 6>::Zero();
   enum { kFx1, kFy1, kFz1, kMx1, kMy1, kMz1, kFx2, kFy2, kFz2, kMx2, kMy2, kMz2 };
@@ -61,8 +61,9 @@ Eigen::MatrixXd elastic_forces(const Scene& scene, const LinkFactor& factor, int
       link.kind);
 }
 
-// X67: multipliers of the constraints, lambda = (C M^-1 C')^-1 C M^-1 (F - K V - D Vdot); their shapes are
-// the rows of (C M^-1 C')^-1 C M^-1 = R^-1 Q' M^-1/2, with M^-1/2 C' = Q R
+// X67: constraint shapes, the columns of g = M^-1 C^T (C M^-1 C^T)^-1, of which the multipliers are
+// lambda = g^T (F - K (V + beta_R V') - A_d^T A_d V'). By the QR decomposition of M^-1/2 C^T, whose factors
+// are Q and R here.
 Eigen::MatrixXd constraint_shapes(const Scene& scene, const LinkFactor& factor) {
   Eigen::VectorXd root_mass(factor.rows.cols());
   for (Eigen::Index i = 0; i < root_mass.size(); ++i)

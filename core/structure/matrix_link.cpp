@@ -11,9 +11,9 @@ namespace {
 
 constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
-// [-] |K u| over |K| |u| for a rigid motion u. Coordinates and matrices are often written with seven digits
-// (single precision), which leaves residuals of some 1e-7; a link to ground leaves its whole share, far above
-// this.
+// [-] |K_link v| over |K_link| |v| for a rigid motion v (X46). Coordinates and matrices are often written
+// with seven digits (single precision), which leaves residuals of some 1e-7; a link to ground leaves its
+// whole share, far above this.
 constexpr double kRigidTolerance = 1e-5;
 
 // [-] relative to the largest eigenvalue. What clipping an eigenvalue changes is of the size that the two
@@ -55,7 +55,8 @@ bool check_matrix(const Scene& scene, const Link& link, const std::string& who, 
   return true;
 }
 
-// X63: on loads that balance within the link, H'FH = W diag(f) W'; rows e = W'H'V of stiffness 1 / f
+// X63: on loads that balance within the link, T_o^T Phi T_o = W diag(1/w) W^T; rows e = W^T T_o^T V, D = w.
+// T_o and Phi are H and F here, 1/w the eigenvalues.
 DeformationRows flexibility_rows(const Scene& scene, const Link& link, const std::string& who,
                                  const Eigen::MatrixXd& F, Faults& faults) {
   const Eigen::MatrixXd rigid = rigid_basis(scene, link.points);
@@ -124,7 +125,7 @@ DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index
 
   const Eigen::MatrixXd rigid = rigid_basis(scene, link.points);
   const Eigen::MatrixXd K_rigid = K * rigid;
-  // X46: K <- (1 - R R') K (1 - R R')
+  // X46: K_link <- (1 - T T^T) K_link (1 - T T^T); K_link and T are K and rigid here
   K.noalias() -= K_rigid * rigid.transpose();
   K -= (rigid * (rigid.transpose() * K)).eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(0.5 * (K + K.transpose()));

@@ -23,7 +23,7 @@ Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns) {
   return basis;
 }
 
-// Null space (columns) of the rows, by rank-revealing QR: [R11 R12] P' = 0 gives P [-R11^-1 R12; 1].
+// Null space (columns) of the rows, by rank-revealing QR: [R11 R12] P^T = 0 gives P [-R11^-1 R12; 1].
 Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows, double threshold) {
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows);
   qr.setThreshold(threshold);
@@ -101,11 +101,11 @@ Eigen::MatrixXd localise(const Eigen::MatrixXd& motions) {
   return own.transpose().fullPivLu().solve(basis.transpose()).transpose();
 }
 
-// True when no singular value of the rows is anywhere near zero: B'B - kSafe^2 has a Cholesky factor. Cheap
-// beside the rank-revealing QR, which decides where this does not.
+// True when no singular value of the rows is anywhere near zero: B^T B + T T^T - kSafe^2 has a Cholesky
+// factor (X50). Cheap beside the rank-revealing QR, which decides where this does not.
 bool has_full_rank(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid) {
   constexpr double kSafe =
-      1e-5;  // [-] its square is far above the rounding of B'B, some 1e-12 at 3000 columns
+      1e-5;  // [-] its square is far above the rounding of B^T B, some 1e-12 at 3000 columns
   const Eigen::SparseMatrix<double> sparse = unit_rows.sparseView();
   Eigen::MatrixXd gram = rigid * rigid.transpose() + Eigen::MatrixXd(sparse.transpose() * sparse);
   gram.diagonal().array() -= kSafe * kSafe;

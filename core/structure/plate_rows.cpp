@@ -18,8 +18,9 @@ struct Triangle {
   double area = 0.0;        // [m^2]
 };
 
-// [-] stiffness of a corner's turn about the normal, over E t^3 / 12: enough to hold it where neighbours are
-// folded by less than some 1/30 rad, too little to stiffen a plate of t = l / 10 by 1e-5
+// [-] stiffness of a corner's turn about the normal, over E thickness^3 / 12: enough to hold it where
+// neighbours are folded by less than some 1/30 rad, too little to stiffen a plate of thickness side / 10 by
+// 1e-5
 constexpr double kNormalTurn = 1e-3;
 
 constexpr std::array<std::size_t, 3> kNext{1, 2, 0}, kAfterNext{2, 0, 1};
@@ -45,7 +46,8 @@ Triangle triangle_of(const Scene& scene, const Link& link) {
   return triangle;
 }
 
-// exx + eyy, exx - eyy and gxy of a displacement field with gradient G are the sums over C_ab G_ab of these C
+// P of (X62): exx + eyy, exx - eyy and gxy of a displacement field with gradient G are the sums over P_ab
+// G_ab
 std::array<Eigen::Matrix3d, 3> strain_measures(const Triangle& triangle) {
   const Eigen::Matrix3d xx = triangle.x * triangle.x.transpose(), yy = triangle.y * triangle.y.transpose(),
                         xy = triangle.x * triangle.y.transpose();
@@ -56,7 +58,7 @@ std::array<Eigen::Matrix3d, 3> strain_measures(const Triangle& triangle) {
 DeformationRow curvature_row(const Triangle& triangle, const Eigen::Matrix3d& measure, std::size_t middle,
                              const Link& link, const Freedoms& freedoms) {
   DeformationRow row;
-  // adds beta_i . v, where the normal at point i leans by beta_i = theta_i x z
+  // adds beta_i . v, where the normal at point i leans by beta_i = theta_i cross z
   const auto add_lean = [&](std::size_t i, const Eigen::Vector3d& v) {
     add_vector(row, freedoms.rotation(link.points[i]), 1.0, triangle.z.cross(v));
   };

@@ -40,7 +40,8 @@ Structure reduce(const Structure& structure, const std::vector<int>& modes) {
 void keep_static_link_forces(const Structure& whole, const std::vector<int>& left_out,
                              const Eigen::MatrixXd& loads, Structure& structure) {
   if (structure.link_forces.empty() || left_out.empty() || loads.cols() == 0) return;
-  // static response of mode l to F: b_l . F / (M omega_l^2), split evenly between the two sides
+  // static response of mode l to F: b_l . F / (M omega_l^2), split evenly between the two sides   (X123); U
+  // is turn here
   Eigen::VectorXd root_flexibility = whole.omega(left_out).cwiseInverse();
   root_flexibility /= std::sqrt(whole.mass_properties.mass);
   const Eigen::MatrixXd shapes = whole.shapes(Eigen::all, left_out) * root_flexibility.asDiagonal();

@@ -114,8 +114,7 @@ double reduction_rounding(const Eigen::VectorXd& sizes, const GradedSvd& svd) {
          svd.values[0];
 }
 
-// modes from the singular values of sqrt(D) B M^-1/2 H (THEORY X52); mechanisms first, with omega exactly
-// zero
+// modes from the singular values of A M^-1/2 H (THEORY X52); mechanisms first, with omega exactly zero
 void find_modes(const LinkFactor& factor, const EckartComplement& complement, Structure& structure) {
   const GradedSvd svd = graded_svd(complement.reduce(factor.rows));
   const auto num_mechanisms = static_cast<Eigen::Index>(structure.mechanisms.size());

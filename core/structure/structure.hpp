@@ -28,7 +28,7 @@ struct Mechanism {
 };
 
 /// Rows that turn elastic coordinates into the forces of one published link   (THEORY X48, X49, X62, X67):
-/// force = rows q + rate_rows q_dot + load_rows (generalized forces of the constraint shapes).
+/// force = rows q + rate_rows q' + load_rows (generalized forces of the constraint shapes).
 /// Spring, bar, dashpot, rigid link: tension [N]. Bending and torsion spring: moment [N m], two for a
 /// straight bending spring. Beam: 12, forces and moments that the joints exert on it at its first, then its
 /// second point, local axes [N], [N m]. Plate: Nxx Nyy Nxy [N/m], Mxx Myy Mxy [N]. Matrix and rigid body:
@@ -48,7 +48,7 @@ struct Structure {
   double frequency_accuracy = 0.0;   // [-] stated relative accuracy of the lowest nonzero frequency
   double conditioning = 0.0;         // [-] omega_max / omega_min over nonzero modes
   int num_constraints = 0;           // freedoms that rigid links remove
-  Eigen::MatrixXd damping_rows;      // [sqrt(N s/m)] (num x n) D = rows' rows acts on q_dot   (THEORY X65)
+  Eigen::MatrixXd damping_rows;      // [sqrt(N s/m)] (num x n) R = A_d b, R^T R acts on q'   (THEORY X65)
   Eigen::VectorXd structural_ratio;  // [-] (n) damping ratio of the loss factors of links   (THEORY X66)
   std::vector<LinkForceRows> link_forces;  // for Scene::publication.links, in that order
   // displacements whose generalized forces give the forces of published rigid links   (THEORY X67)

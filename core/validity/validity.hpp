@@ -40,9 +40,9 @@ class Validity {
   double max_displacement(const MotionState& state) const noexcept;
   /// [-] max |V| / max |r|. \param max_displacement  [m]
   double displacement_ratio(double max_displacement) const noexcept;
-  /// [-] (|omega|^2 / omega_1^2) max |r| / max |V|: the displacement by centrifugal forces, which the elastic
+  /// [-] (|w| / omega_1)^2 max |r| / max |V|: the displacement by centrifugal forces, which the elastic
   /// equations leave out, over the one they have. 0 without spin or vibration, at most 1e9.
-  /// \param spin  [rad/s] |omega|  \param max_displacement  [m]
+  /// \param spin  [rad/s] |w|  \param max_displacement  [m]
   double spin_ratio(double spin, double max_displacement) const noexcept;
 
  private:
