@@ -7,10 +7,6 @@
 
 namespace freeflex::service {
 
-namespace {
-constexpr std::int64_t kSecond = 1'000'000'000;  // [ns]
-}
-
 std::int64_t MonotonicClock::now_ns() noexcept {
   timespec now{};
   clock_gettime(CLOCK_MONOTONIC, &now);

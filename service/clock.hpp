@@ -6,6 +6,8 @@
 
 namespace freeflex::service {
 
+inline constexpr std::int64_t kSecond = 1'000'000'000;  // [ns]
+
 /// Monotonic time. Used by the simulation thread only.
 class Clock {
  public:

@@ -18,7 +18,6 @@ using io::Reason;
 
 namespace {
 
-constexpr std::int64_t kSecond = 1'000'000'000;       // [ns]
 constexpr std::int64_t kStatusPatience = 30'000'000;  // [ns] for the loop to hand over a fresh snapshot
 // messages of one ring sent at one look, 32,000 a second: LCM's subscribers queue 30 and drop the newest
 // beyond

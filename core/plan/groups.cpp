@@ -2,17 +2,13 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
 #include "core/plan/arrays.hpp"
+#include "core/rounding.hpp"
 #include "core/structure/decompositions.hpp"
 
 namespace freeflex {
-namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
-}  // namespace
+namespace {}  // namespace
 
 PlanGroup compile_group(const Scene& scene, const Group& group, const MassProperties& body) {
   const auto num_points = static_cast<Eigen::Index>(group.points.size());

@@ -3,16 +3,14 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "core/rounding.hpp"
 #include "core/scene/faults.hpp"
 #include "core/step/array.hpp"
 #include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // [-] of its terms: a moment or a part along the normal below this is rounding of what a person typed
 constexpr double kRounding = 1e-12;

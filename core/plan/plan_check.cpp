@@ -17,11 +17,6 @@ namespace {
 constexpr std::int32_t kMaxPadded = 1 << 15;  // and the constraints of rigid links
 constexpr std::size_t kMaxItems = 1U << 20U;
 
-template <typename Sequence>
-bool are_finite(const Sequence& values) {
-  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
-}
-
 bool is_at_least(double value, double bound) { return std::isfinite(value) && value >= bound; }
 bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
 

@@ -1,11 +1,18 @@
 // The pieces of find_inconsistency(): what must hold in one plan, and between a plan and those in it.
 #pragma once
 
+#include <algorithm>
+#include <cmath>
 #include <string>
 
 #include "core/step/plan.hpp"
 
 namespace freeflex {
+
+template <typename Sequence>
+bool are_finite(const Sequence& values) {
+  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
+}
 
 /// What is wrong with a plan by itself, its wide plan and shadows apart; empty when nothing. (plan_check.cpp)
 std::string find_own_inconsistency(const Plan& plan);

@@ -9,11 +9,6 @@
 namespace freeflex {
 namespace {
 
-template <typename Sequence>
-bool are_finite(const Sequence& values) {
-  return std::all_of(values.begin(), values.end(), [](double value) { return std::isfinite(value); });
-}
-
 bool is_sized(const std::vector<Vec3>& values, std::size_t size) {
   return values.size() == size &&
          std::all_of(values.begin(), values.end(), [](const Vec3& value) { return are_finite(value); });

@@ -2,15 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <cmath>
-#include <limits>
 
 #include "core/plan/arrays.hpp"
+#include "core/rounding.hpp"
 #include "core/scene/faults.hpp"
 
 namespace freeflex {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // [-] of what is given: a rigid part above this is said, below it is rounding of what a person typed
 constexpr double kRigidPart = 1e-9;

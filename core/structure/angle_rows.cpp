@@ -2,16 +2,12 @@
 // Cross, Molecular Vibrations, 1955, section 4-1).
 #include <Eigen/Geometry>
 #include <cmath>
-#include <limits>
 
+#include "core/rounding.hpp"
 #include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 namespace {
-
-// three points lie on a line when the middle one is nearer to it than this many roundings of the coordinates,
-// as a whole shape does (THEORY X42)
-constexpr double kCollinearRoundings = 64.0;
 
 const Eigen::Vector3d& position(const Scene& scene, int point) {
   return scene.points[static_cast<std::size_t>(point)].position;
@@ -41,7 +37,7 @@ DeformationRows bending_rows(const Scene& scene, const Link& link) {
   double largest = 0.0;
   for (const int point : link.points)
     largest = std::max(largest, position(scene, point).cwiseAbs().maxCoeff());
-  const double rounding = kCollinearRoundings * std::numeric_limits<double>::epsilon() * largest;
+  const double rounding = kCollinearRoundings * kEpsilon * largest;
   if (across.norm() * std::min(length_i, length_k) <= rounding) {
     // on a line: straight when i and k stand on either side of j, folded when on one
     const double side = a.dot(c) < 0.0 ? 1.0 : -1.0;

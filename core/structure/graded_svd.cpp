@@ -2,16 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numeric>
 #include <vector>
 
+#include "core/rounding.hpp"
 #include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // Jacobi converges quadratically at the end; after QR with pivoting six to ten sweeps are usual.
 constexpr int kMaxSweeps = 40;

@@ -6,14 +6,13 @@
 #include <map>
 #include <set>
 
+#include "core/rounding.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
 #include "core/structure/graded_svd.hpp"
 
 namespace freeflex {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns, bool unit) {
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), num_columns);

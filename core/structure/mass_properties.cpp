@@ -2,19 +2,13 @@
 
 #include <Eigen/Geometry>
 #include <algorithm>
-#include <limits>
 
+#include "core/rounding.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
-
-// a width below this many roundings of the largest coordinate cannot be told from a line; the rest positions
-// carry one rounding each from the subtraction of the centre of mass and the fit of the line a few more
-constexpr double kCollinearRoundings = 64.0;
 
 // [-] width over length below which half or more of the digits of the spin about the line are lost
 constexpr double kNearlyCollinear = 1e-6;

@@ -2,14 +2,13 @@
 #include <cmath>
 #include <limits>
 
+#include "core/rounding.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
 #include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // [-] |K_link v| over |K_link| |v| for a rigid motion v (X46). Coordinates and matrices are often written
 // with seven digits (single precision), which leaves residuals of some 1e-7; a link to ground leaves its

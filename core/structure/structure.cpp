@@ -6,6 +6,7 @@
 #include <numeric>
 #include <tuple>
 
+#include "core/rounding.hpp"
 #include "core/scene/check_scene.hpp"
 #include "core/scene/extremes.hpp"
 #include "core/scene/faults.hpp"
@@ -17,8 +18,6 @@
 
 namespace freeflex {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // [-] components of a shape this close to the largest count as equal, so that rounding does not choose the
 // sign

@@ -26,7 +26,7 @@ void add_feedback(Scene& scene, int point, int sensor, const Eigen::Matrix3d& di
 }
 
 /// Faults of a scene on its way to a plan.
-Faults faults_of(const Scene& scene) {
+Faults faults_on_its_rung(const Scene& scene) {
   Faults faults;
   if (const auto structure = build_structure(scene, faults))
     make_whole_plan(scene, *structure, scene.fidelity, faults);
@@ -248,7 +248,7 @@ TEST(Feedback, OnEveryPointIsSplitWithSecondOrder) {
 TEST(Feedback, ThatDrivesIsSaid) {
   FeedbackRig rig;
   rig.c = 5.0;
-  const Faults faults = faults_of(rig.scene());
+  const Faults faults = faults_on_its_rung(rig.scene());
   ASSERT_EQ(faults.size(), 1u);
   EXPECT_NE(faults[0].message.find("the feedback drives a motion that grows by a factor of"),
             std::string::npos);
@@ -261,7 +261,7 @@ TEST(Feedback, ThatSplittingDrivesIsRefusedWithARateThatWillDo) {
   stretch(scene, 1e-7, 9);
   const double stiff = 10.0 * scene.points[2].mass * scene.rate * scene.rate;
   add_feedback(scene, 2, 2, -stiff * Eigen::Matrix3d::Identity(), Eigen::Matrix3d::Zero());
-  const Faults faults = faults_of(scene);
+  const Faults faults = faults_on_its_rung(scene);
   ASSERT_TRUE(has_words(faults, Fault::Severity::kError, "feedback 'f0': displacement gain of "));
   ASSERT_TRUE(has_words(faults, Fault::Severity::kError, "gain h^2 / m is 10;"));
   const std::string& message = faults.back().message;
@@ -269,7 +269,7 @@ TEST(Feedback, ThatSplittingDrivesIsRefusedWithARateThatWillDo) {
   ASSERT_NE(place, std::string::npos) << message;
   scene.rate = std::stod(message.substr(place + 18));
   EXPECT_GT(scene.rate, 1000.0);
-  EXPECT_FALSE(has_error(faults_of(scene)));
+  EXPECT_FALSE(has_error(faults_on_its_rung(scene)));
   Simulation simulation(scene);
   simulation.run(20000);
   // stable: the feedback is a spring to the mean frame, which stores its share of the energy at most
@@ -281,18 +281,18 @@ TEST(Feedback, ThatDrivesManyModesIsSaidAtEveryRate) {
   add_feedback(scene, 2, 2, Eigen::Matrix3d::Zero(), 5.0 * Eigen::Matrix3d::Identity());
   for (const double rate : {1000.0, 8000.0}) {
     scene.rate = rate;
-    const Faults faults = faults_of(scene);
+    const Faults faults = faults_on_its_rung(scene);
     EXPECT_FALSE(has_error(faults));
     EXPECT_TRUE(has_words(faults, Fault::Severity::kWarning, "the feedback drives a motion that grows by"));
   }
   scene.feedbacks[0].velocity_gain *= -1.0;
-  EXPECT_FALSE(has_words(faults_of(scene), Fault::Severity::kWarning, "feedback"));
+  EXPECT_FALSE(has_words(faults_on_its_rung(scene), Fault::Severity::kWarning, "feedback"));
 }
 
 TEST(Feedback, ThatSplittingMeetsCoarselyIsSaid) {
   Scene scene = two_boxes();
   add_feedback(scene, 2, 2, Eigen::Matrix3d::Zero(), -1e4 * Eigen::Matrix3d::Identity());
-  EXPECT_TRUE(has_words(faults_of(scene), Fault::Severity::kWarning,
+  EXPECT_TRUE(has_words(faults_on_its_rung(scene), Fault::Severity::kWarning,
                         "mixed modes are advanced by splitting, whose error goes with the square"));
 }
 

@@ -66,7 +66,7 @@ TEST(Attractor, PullsTurnsAndStrainsAsTheFullSystemSays) {
     std::string error;
     const auto system = make_cartesian_system(scene, error);
     ASSERT_TRUE(system) << error;
-    const double times[] = {kEnd};
+    const double times[] = {kCaseEnd};
     const ReferenceRun run = integrate(*system, times, options);
     ASSERT_EQ(run.error, "");
     Simulation simulation(scene);
@@ -75,7 +75,7 @@ TEST(Attractor, PullsTurnsAndStrainsAsTheFullSystemSays) {
     const double off = (p - run.states[0].p_W).colwise().norm().maxCoeff();
     errors.push_back(elastic_error(elastic_displacements(system->mass, system->r, p),
                                    elastic_displacements(system->mass, system->r, run.states[0].p_W)));
-    const Eigen::Vector3d fall = p.rowwise().mean() - system->p_W - kEnd * system->v_W;
+    const Eigen::Vector3d fall = p.rowwise().mean() - system->p_W - kCaseEnd * system->v_W;
     std::printf("attractor %.0f m away: positions within %.1e m after a fall of %.2f m, elastic error %.1e\n",
                 38.0 * distance, off, fall.norm(), errors.back());
     // (size / distance)^2 of the fall

@@ -8,6 +8,7 @@
 
 #include "core/reference/elastic_error.hpp"
 #include "core/reference/integrate.hpp"
+#include "tests/reference/system_of.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex {
@@ -15,13 +16,6 @@ namespace {
 
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
-
-CartesianSystem system_of(const Scene& scene) {
-  std::string error;
-  const auto system = make_cartesian_system(scene, error);
-  EXPECT_TRUE(system.has_value()) << error;
-  return *system;
-}
 
 // a truss that spins off its principal axes and swings by centimetres: nothing about it is linear
 Scene wild_truss() {

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "core/reference/integrate.hpp"
+#include "tests/reference/system_of.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex {
@@ -19,13 +20,6 @@ constexpr double kLength = 1.5;         // [m]
 constexpr double kStiffness = 4e4;      // [N/m]
 const double kReduced = kM0 * kM1 / (kM0 + kM1);
 const double kOmega = std::sqrt(kStiffness / kReduced);  // [rad/s]
-
-CartesianSystem system_of(const Scene& scene) {
-  std::string error;
-  const auto system = make_cartesian_system(scene, error);
-  EXPECT_TRUE(system.has_value()) << error;
-  return *system;
-}
 
 CartesianState state_at(const CartesianSystem& system, double t, const ReferenceOptions& options = {}) {
   const double times[] = {t};

@@ -13,12 +13,12 @@
 
 namespace freeflex::testing {
 
-inline constexpr double kEnd = 2.0;  // [s]
+inline constexpr double kCaseEnd = 2.0;  // [s]
 
 struct FullSystem {
   Eigen::VectorXd mass;
   Eigen::Matrix3Xd rest;
-  Eigen::Matrix3Xd u;  // [m] elastic displacements at kEnd
+  Eigen::Matrix3Xd u;  // [m] elastic displacements at kCaseEnd
   double accuracy = 0.0;
 };
 
@@ -26,7 +26,7 @@ inline FullSystem full_system(const Scene& scene, const ReferenceOptions& option
   std::string error;
   const auto system = make_cartesian_system(scene, error);
   EXPECT_TRUE(system.has_value()) << error;
-  const double times[] = {kEnd};
+  const double times[] = {kCaseEnd};
   const ReferenceRun run =
       with_estimate ? integrate_with_estimate(*system, times, options) : integrate(*system, times, options);
   EXPECT_EQ(run.error, "");
@@ -35,11 +35,11 @@ inline FullSystem full_system(const Scene& scene, const ReferenceOptions& option
   return full;
 }
 
-/// Elastic displacements at kEnd of the step at `rate` [Hz], from its world positions.
+/// Elastic displacements at kCaseEnd of the step at `rate` [Hz], from its world positions.
 inline Eigen::Matrix3Xd separated(Scene scene, const FullSystem& full, double rate) {
   scene.rate = rate;
   Simulation simulation(scene);
-  simulation.run(std::llround(kEnd * rate));
+  simulation.run(std::llround(kCaseEnd * rate));
   return elastic_displacements(full.mass, full.rest, simulation.positions_W());
 }
 
@@ -62,7 +62,7 @@ inline void expect_elastic_error(const char* name, const Scene& scene, const Ful
   // world-fixed loads on a frame that turns: second order, down to rounding of the fastest phase and of world
   // positions
   const Plan plan = plan_of(scene);
-  const double phase = 2.3e-16 * *std::max_element(plan.omega.begin(), plan.omega.end()) * kEnd;
+  const double phase = 2.3e-16 * *std::max_element(plan.omega.begin(), plan.omega.end()) * kCaseEnd;
   const double rounding = 2.3e-16 * full.rest.norm() / full.u.norm();
   EXPECT_LT(second, 0.3 * first + 10.0 * phase + 2.0 * rounding);
 }

@@ -25,7 +25,7 @@ TEST(SeparatedEquations, LeaveTheExpectedElasticErrorOnTheStiffTruss) {
   expect_elastic_error("S4", truss_s4(), full_system(truss_s4(), options, false), 2.1e-5);
 }
 
-/// Elastic error at kEnd beside the two ratios by which a user tells: max|V| / max|r| over the run, and
+/// Elastic error at kCaseEnd beside the two ratios by which a user tells: max|V| / max|r| over the run, and
 /// (|w| / omega_1)^2 max|r| / max|V|.
 double error_beside_ratios(const char* what, const Scene& scene) {
   ReferenceOptions options;

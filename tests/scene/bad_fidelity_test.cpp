@@ -5,10 +5,6 @@ namespace freeflex::testing {
 namespace {
 
 // line 5 is the text
-BadScene bad_line(const std::string& name, const std::string& text, std::vector<std::string> messages) {
-  return {name, {{"scene.yaml", kThreePoints + text + "\n"}}, std::move(messages)};
-}
-
 class FidelityKey : public ::testing::TestWithParam<BadScene> {};
 
 TEST_P(FidelityKey, IsRefusedWithItsMessages) { expect_refused(GetParam()); }

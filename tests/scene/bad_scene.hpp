@@ -29,6 +29,12 @@ inline const std::string kThreePoints =
     "  - {name: mid, mass: 1, at: [1, 0, 0]}\n"
     "  - {name: tip, mass: 2, at: [1, 1, 0]}\n";
 
+/// The three points and a line of text more.
+inline BadScene bad_line(const std::string& name, const std::string& text,
+                         std::vector<std::string> messages) {
+  return {name, {{"scene.yaml", kThreePoints + text + "\n"}}, std::move(messages)};
+}
+
 /// Two points joined by the matrix K.mtx.
 inline const std::string kMatrixScene =
     "points:\n"

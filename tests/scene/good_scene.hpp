@@ -21,4 +21,9 @@ inline Scene read_good(const TemporaryFolder& folder, const std::string& text) {
 /// The same in a folder of its own.
 inline Scene read_good(const std::string& text) { return read_good(TemporaryFolder(), text); }
 
+/// Two points 1 m apart, joined by a spring: two lines.
+inline const std::string kTwoPoints =
+    "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
+    "links: {spring: [a, b], stiffness: 1}\n";
+
 }  // namespace freeflex::testing

@@ -6,10 +6,6 @@
 namespace freeflex::testing {
 namespace {
 
-const std::string kTwoPoints =
-    "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
-    "links: {spring: [a, b], stiffness: 1}\n";
-
 TEST(ReadLeaveOut, NothingButWhatChangesNothingGoesUnlessWritten) {
   const LeaveOut leave_out = read_good(kTwoPoints).leave_out;
   EXPECT_EQ(leave_out.tolerance, 0.0);

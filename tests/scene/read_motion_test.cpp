@@ -4,10 +4,6 @@
 namespace freeflex::testing {
 namespace {
 
-const std::string kTwoPoints =
-    "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
-    "links: {spring: [a, b], stiffness: 1}\n";
-
 TEST(ReadMotion, SceneIsSeparatedInAUniformFieldUnlessWritten) {
   const Scene scene = read_good(kTwoPoints);
   EXPECT_EQ(scene.fidelity, Fidelity::kSeparated);

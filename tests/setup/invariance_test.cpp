@@ -6,13 +6,12 @@
 #include <iostream>
 #include <numeric>
 
+#include "core/rounding.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {
 namespace {
-
-constexpr double kEpsilon = 2.220446049250313e-16;
 
 // displacements under self-equilibrated static loads: V = sum b (b.F) / (M omega^2)
 Eigen::VectorXd static_displacement(const Structure& structure, const Eigen::VectorXd& F) {
@@ -21,13 +20,13 @@ Eigen::VectorXd static_displacement(const Structure& structure, const Eigen::Vec
          (Q.array() / (structure.mass_properties.mass * structure.omega.array().square())).matrix();
 }
 
-struct Change {
+struct Placing {
   Eigen::Matrix3d R = Eigen::Matrix3d::Identity();
   Eigen::Vector3d shift = Eigen::Vector3d::Zero();
   std::vector<int> order;  // new point k is old point order[k]
 };
 
-Scene changed(const Scene& scene, const Change& change) {
+Scene changed(const Scene& scene, const Placing& change) {
   Scene other = scene;
   std::vector<int> place(scene.points.size());
   for (std::size_t k = 0; k < place.size(); ++k) {
@@ -42,7 +41,7 @@ Scene changed(const Scene& scene, const Change& change) {
   return other;
 }
 
-void expect_same(const Scene& scene, const Change& change) {
+void expect_same(const Scene& scene, const Placing& change) {
   std::mt19937_64 engine(17);
   std::normal_distribution<double> normal;
   Eigen::VectorXd F(3 * static_cast<Eigen::Index>(scene.points.size()));

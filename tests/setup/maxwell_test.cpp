@@ -5,8 +5,8 @@
 
 #include <Eigen/Cholesky>
 #include <cstdio>
-#include <limits>
 
+#include "core/rounding.hpp"
 #include "core/structure/decompositions.hpp"
 #include "core/structure/mass_properties.hpp"
 #include "tests/setup/all_bases.hpp"
@@ -14,8 +14,6 @@
 
 namespace freeflex::testing {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 LinkFactor factor_of(const Scene& scene) {
   Faults faults;

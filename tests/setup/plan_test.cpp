@@ -7,13 +7,12 @@
 #include "core/plan/compile.hpp"
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
+#include "core/rounding.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {
 namespace {
-
-constexpr double kEpsilon = 2.220446049250313e-16;
 
 Eigen::Vector3d vector(const Vec3& v) { return {v[0], v[1], v[2]}; }
 Eigen::Matrix3d matrix(const Mat3& m) {

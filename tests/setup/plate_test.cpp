@@ -3,17 +3,15 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <set>
 
+#include "core/rounding.hpp"
 #include "core/scene/link_kinds.hpp"
 #include "core/structure/decompositions.hpp"
 #include "tests/setup/plate_mesh.hpp"
 
 namespace freeflex::testing {
 namespace {
-
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 
 // a turn about no special axis: columns are the directions of a patch's x, y, z
 Eigen::Matrix3d skew_axes() {

@@ -35,7 +35,7 @@ Plan full_plan() {
 }
 
 /// Steps with the shadows beside, a command, a reset and a horizon that is over: no access out of bounds.
-void exercise(const Plan& plan) {
+void exercise_with_budget(const Plan& plan) {
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);
   Budget budget = make_budget(plan);
@@ -64,7 +64,7 @@ TEST(RungPlan, ComesBackFromBytesToTheBit) {
   EXPECT_EQ(back->coupled.num_parts, plan.coupled.num_parts);
   EXPECT_EQ(back->coupled.bars.size(), 6U);
   EXPECT_EQ(back->budget.shadows[0].plan.coupled.num_parts, plan.budget.shadows[0].plan.coupled.num_parts);
-  exercise(*back);
+  exercise_with_budget(*back);
 }
 
 TEST(RungPlan, WhatDoesNotFitTheRungIsRefused) {
@@ -87,7 +87,7 @@ TEST(RungPlan, WhatDoesNotFitTheRungIsRefused) {
 }
 
 TEST(RungPlan, SealedDamageIsRefusedOrHarmless) {
-  const DamageCount count = damage(full_plan(), 11, 2000, exercise);
+  const DamageCount count = damage(full_plan(), 11, 2000, exercise_with_budget);
   EXPECT_GT(count.num_refused, 500);
   EXPECT_GT(count.num_taken, 100);
 }
@@ -99,7 +99,7 @@ TEST(RungPlan, AnotherRateDividesAnew) {
   EXPECT_EQ(plan.coupled.num_parts, 2 * parts);
   EXPECT_EQ(plan.budget.shadows[0].plan.period * plan.budget.shadows[0].substeps, plan.period);
   EXPECT_EQ(find_inconsistency(plan), "");
-  exercise(plan);
+  exercise_with_budget(plan);
 }
 
 }  // namespace

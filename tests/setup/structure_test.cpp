@@ -6,6 +6,7 @@
 #include <Eigen/Geometry>
 #include <functional>
 
+#include "core/rounding.hpp"
 #include "core/structure/link_factor.hpp"
 #include "core/structure/mass_properties.hpp"
 #include "tests/setup/make_scene.hpp"
@@ -13,8 +14,6 @@
 
 namespace freeflex::testing {
 namespace {
-
-constexpr double kEpsilon = 2.220446049250313e-16;
 
 using Engine = std::mt19937_64;
 

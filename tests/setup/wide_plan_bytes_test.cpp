@@ -37,7 +37,7 @@ Plan wide_plan() {
 }
 
 /// Steps, replans where it can, goes on, resets: no access out of bounds.
-void exercise(const Plan& plan) {
+void exercise_with_command(const Plan& plan) {
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);
   StepReport report;
@@ -73,7 +73,7 @@ TEST(WidePlan, ComesBackFromBytesToTheBit) {
   EXPECT_EQ(back->wide.front().omega, plan.wide.front().omega);
   EXPECT_EQ(back->parts.size(), static_cast<std::size_t>(kNumParts));
   EXPECT_EQ(back->parts[3].why, plan.parts[3].why);
-  exercise(*back);
+  exercise_with_command(*back);
 }
 
 TEST(WidePlan, WhatDoesNotFitTheNarrowOneIsRefused) {
@@ -92,7 +92,7 @@ TEST(WidePlan, WhatDoesNotFitTheNarrowOneIsRefused) {
 }
 
 TEST(WidePlan, SealedDamageIsRefusedOrHarmless) {
-  const DamageCount count = damage(wide_plan(), 7, 4000, exercise);
+  const DamageCount count = damage(wide_plan(), 7, 4000, exercise_with_command);
   EXPECT_GT(count.num_refused, 1000);
   EXPECT_GT(count.num_taken, 100);
 }
@@ -102,7 +102,7 @@ TEST(WidePlan, AnotherRateIsThatOfBothPlans) {
   set_rate(plan, 500.0);
   EXPECT_EQ(plan.wide.front().period, plan.period);
   EXPECT_EQ(find_inconsistency(plan), "");
-  exercise(plan);
+  exercise_with_command(plan);
 }
 
 }  // namespace

@@ -6,11 +6,11 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <limits>
 #include <random>
 
 #include "core/plan/rates.hpp"
 #include "core/reference/closed_form.hpp"
+#include "core/rounding.hpp"
 #include "tests/step/hand_plan.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"
@@ -18,7 +18,6 @@
 namespace freeflex::testing {
 namespace {
 
-constexpr double kEpsilon = std::numeric_limits<double>::epsilon();
 constexpr double kPi = 3.141592653589793;
 constexpr std::array<double, 5> kRatios = {0.0, 1e-9, 0.02, 1.0, 1e3};
 

@@ -11,7 +11,7 @@
 namespace freeflex::testing {
 namespace {
 
-const std::vector<Mode> kModes(5, Mode{100.0, 1.0, 1e-3, 0.0});
+const std::vector<Mode> kFiveModes(5, Mode{100.0, 1.0, 1e-3, 0.0});
 
 ForceCommand push(const char* sender, int slot, const Vec3& force, std::int64_t duration = 1000000) {
   ForceCommand command = hand_command(sender, slot);
@@ -31,7 +31,7 @@ bool is_same(const State& a, const State& b) {
 }
 
 TEST(Slots, AddUpInOneOrderWhateverTheOrderOfArrival) {
-  const Plan plan = hand_plan(1e-3, kModes, 3);
+  const Plan plan = hand_plan(1e-3, kFiveModes, 3);
   std::vector<ForceCommand> commands;
   for (int k = 0; k < 9; ++k)
     commands.push_back(
@@ -48,7 +48,7 @@ TEST(Slots, AddUpInOneOrderWhateverTheOrderOfArrival) {
 }
 
 TEST(Slots, CommandReplacesItsOwnSlotOnly) {
-  const Plan plan = hand_plan(1e-3, kModes, 1);
+  const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   const std::vector<ForceCommand> first = {push("a", 0, {1, 0, 0}), push("a", 1, {0, 2, 0}),
                                            push("b", 0, {0, 0, 4})};
@@ -65,7 +65,7 @@ TEST(Slots, CommandReplacesItsOwnSlotOnly) {
 }
 
 TEST(Slots, DurationEndsAtItsTickAndIsReported) {
-  const Plan plan = hand_plan(1e-3, kModes, 1);
+  const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   ForceCommand command = push("a", 7, {1, 0, 0}, 3);
   command.sequence = 42;
@@ -84,7 +84,7 @@ TEST(Slots, DurationEndsAtItsTickAndIsReported) {
 }
 
 TEST(Slots, LeaseHoldsWhileRenewedAndEndsWhenNot) {
-  const Plan plan = hand_plan(1e-3, kModes, 1);
+  const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   ForceCommand command = push("a", 0, {1, 0, 0}, 0);
   command.lease_ticks = 5;
@@ -101,7 +101,7 @@ TEST(Slots, LeaseHoldsWhileRenewedAndEndsWhenNot) {
 }
 
 TEST(Slots, ExpiryComesBeforeTheCommandThatTakesItsPlace) {
-  const Plan plan = hand_plan(1e-3, kModes, 1);
+  const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   const ForceCommand first = push("a", 0, {1, 0, 0}, 2), second = push("a", 0, {3, 0, 0});
   run.run(2, std::span(&first, 1));
@@ -111,7 +111,7 @@ TEST(Slots, ExpiryComesBeforeTheCommandThatTakesItsPlace) {
 }
 
 TEST(Slots, AreSixtyFourAndNoMore) {
-  const Plan plan = hand_plan(1e-3, kModes, 1);
+  const Plan plan = hand_plan(1e-3, kFiveModes, 1);
   HandRun run(plan);
   std::vector<ForceCommand> commands;
   for (int k = 0; k < kMaxSlots; ++k) commands.push_back(push("a", k, {1, 0, 0}));
@@ -128,7 +128,7 @@ TEST(Slots, AreSixtyFourAndNoMore) {
 }
 
 TEST(Slots, ResetDropsThemAndStartsAgainFromTheInitialState) {
-  Plan plan = hand_plan(1e-3, kModes, 1);
+  Plan plan = hand_plan(1e-3, kFiveModes, 1);
   plan.initial.w_WB_B = {0.1, 0.2, 0.3};
   HandRun run(plan);
   const ForceCommand command = push("a", 0, {1, 0, 0});
@@ -146,7 +146,7 @@ TEST(Slots, ResetDropsThemAndStartsAgainFromTheInitialState) {
 }
 
 TEST(NotFinite, StepLeavesTheStateAsItWas) {
-  Plan plan = hand_plan(1e-3, kModes, 2);
+  Plan plan = hand_plan(1e-3, kFiveModes, 2);
   plan.initial.w_WB_B = {0.1, 0.2, 0.3};
   HandRun run(plan);
   const std::vector<ForceCommand> start = {push("a", 0, {1, 0, 0}, 10), push("b", 0, {1, 0, 0})};

@@ -114,10 +114,10 @@ status_t some() {
 }
 
 template <class Message>
-class WireLayout : public testing::Test {};
-using Types = testing::Types<ack_t, applied_t, control_t, force_t, loads_t, points_t, scene_t, shapes_t,
-                             state_t, status_t>;
-TYPED_TEST_SUITE(WireLayout, Types);
+class WireLayout : public ::testing::Test {};
+using Messages = ::testing::Types<ack_t, applied_t, control_t, force_t, loads_t, points_t, scene_t, shapes_t,
+                                  state_t, status_t>;
+TYPED_TEST_SUITE(WireLayout, Messages);
 
 TYPED_TEST(WireLayout, FitsWhatTheGeneratedCodeEncodes) {
   const std::vector<std::byte> bytes = io::encode(some<TypeParam>());

@@ -30,7 +30,7 @@ constexpr const char* kStyle =
     ".wide{overflow:visible}table{font-size:8px}th,td{padding:1px 3px}}\n"
     "</style></head><body>\n";
 
-std::string number(const std::optional<double>& value, const char* format = "%.1e") {
+std::string number_cell(const std::optional<double>& value, const char* format = "%.1e") {
   if (!value || !std::isfinite(*value)) return "&ndash;";
   return format_text(format, *value);
 }
@@ -40,7 +40,7 @@ std::string cell(const std::string& text, const char* kind = "") {
                        : std::string("<td class=\"") + kind + "\">" + text + "</td>";
 }
 
-std::string other(const Comparison::Other& other) {
+std::string other_cell(const Comparison::Other& other) {
   if (other.method.empty()) return cell("&ndash;") + cell("not reached", "t");
   return cell(format_text("%.3g", other.ratio)) +
          cell(escaped(other.method) + format_text(" (%.1e)", other.cpu), "t");
@@ -66,8 +66,9 @@ std::string comparison_table(const Report& report) {
         }
         const Run& ours = study.runs[found->ours];
         text += cell(escaped(ours.method) + ", " + setting_of(ours), "t ours") +
-                cell(number(ours.elastic_error)) + cell(number(ours.model_error)) + cell(number(found->cpu)) +
-                other(found->hand_written) + other(found->packaged) + other(found->linearised) + "</tr>\n";
+                cell(number_cell(ours.elastic_error)) + cell(number_cell(ours.model_error)) +
+                cell(number_cell(found->cpu)) + other_cell(found->hand_written) +
+                other_cell(found->packaged) + other_cell(found->linearised) + "</tr>\n";
       }
   return text + "</tbody></table></div>\n";
 }
@@ -90,13 +91,13 @@ std::string run_table(const Study& study) {
       text += "<td class=\"t\" colspan=\"14\">" + escaped(run.failure) + "</td></tr>\n";
       continue;
     }
-    text += cell(number(run.elastic_error)) + cell(number(run.integration_error)) +
-            cell(number(run.model_error)) + cell(number(run.position_error)) +
-            cell(number(run.attitude_error)) + cell(number(run.frequency_error)) +
-            cell(number(run.energy_drift));
-    for (const auto& cpu : run.cpu) text += cell(number(cpu));
-    text += cell(std::to_string(run.steps)) + cell(number(ns_per_step(study, run), "%.0f")) +
-            cell(number(run.set_up, "%.1e")) + cell(std::to_string(run.memory / 1024)) + "</tr>\n";
+    text += cell(number_cell(run.elastic_error)) + cell(number_cell(run.integration_error)) +
+            cell(number_cell(run.model_error)) + cell(number_cell(run.position_error)) +
+            cell(number_cell(run.attitude_error)) + cell(number_cell(run.frequency_error)) +
+            cell(number_cell(run.energy_drift));
+    for (const auto& cpu : run.cpu) text += cell(number_cell(cpu));
+    text += cell(std::to_string(run.steps)) + cell(number_cell(ns_per_step(study, run), "%.0f")) +
+            cell(number_cell(run.set_up, "%.1e")) + cell(std::to_string(run.memory / 1024)) + "</tr>\n";
   }
   return text + "</tbody></table></div>\n";
 }

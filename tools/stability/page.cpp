@@ -9,7 +9,9 @@ namespace {
 
 constexpr const char* kEnd = "</tbody></table></div>\n";
 
-std::string number(double value) { return std::isfinite(value) ? format_text("%.1e", value) : "&ndash;"; }
+std::string number_cell(double value) {
+  return std::isfinite(value) ? format_text("%.1e", value) : "&ndash;";
+}
 
 /// Rows of one group; those that must be refused have words for figures.
 std::string table_head(const StabilityCase& what) {
@@ -30,11 +32,11 @@ std::string rows_of(const StabilityRow& row) {
   const std::string name = "<tr><td class=\"t\">" + escaped(row.what.name) + "</td>";
   if (row.what.must_refuse) return name + verdict + words(row.outcome.said) + "</tr>\n";
   std::string text = name + "<td class=\"t ours\">freeflex</td>" + verdict + "<td>" +
-                     number(row.outcome.measured) + "</td><td>" + number(row.what.limit) + "</td>" +
+                     number_cell(row.outcome.measured) + "</td><td>" + number_cell(row.what.limit) + "</td>" +
                      words(row.what.quantity) + words(row.outcome.said) + "</tr>\n";
   for (const PeerFigure& peer : row.outcome.peers)
     text += "<tr><td></td><td class=\"t\">" + escaped(peer.method) + "</td><td></td><td>" +
-            number(peer.figure) + "</td><td></td><td></td>" + words(peer.failure) + "</tr>\n";
+            number_cell(peer.figure) + "</td><td></td><td></td>" + words(peer.failure) + "</tr>\n";
   return text;
 }
 

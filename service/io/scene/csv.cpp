@@ -11,7 +11,7 @@ struct Field {
   int column;  // from 1, in characters
 };
 
-bool is_blank(char c) { return c == ' ' || c == '\t' || c == '\r'; }
+bool is_padding(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 std::vector<Field> split(std::string_view line) {
   std::vector<Field> fields;
@@ -20,11 +20,11 @@ std::vector<Field> split(std::string_view line) {
     const std::size_t end = std::min(line.find(',', start), line.size());
     Field field{line.substr(start, end - start), column};
     column += locate(field.text, field.text.size()).column;  // its characters and the comma
-    while (!field.text.empty() && is_blank(field.text.front())) {
+    while (!field.text.empty() && is_padding(field.text.front())) {
       field.text.remove_prefix(1);
       ++field.column;
     }
-    while (!field.text.empty() && is_blank(field.text.back())) field.text.remove_suffix(1);
+    while (!field.text.empty() && is_padding(field.text.back())) field.text.remove_suffix(1);
     fields.push_back(field);
     start = end + 1;
   }
@@ -101,7 +101,7 @@ bool CsvTable::next_line(std::string_view& line) {
     line = rest_.substr(0, end);
     rest_.remove_prefix(std::min(end + 1, rest_.size()));
     ++line_;
-    const auto first = std::find_if_not(line.begin(), line.end(), is_blank);
+    const auto first = std::find_if_not(line.begin(), line.end(), is_padding);
     if (first != line.end() && *first != '#') return true;
   }
   return false;

@@ -20,13 +20,6 @@ struct Entry {
   int line;
 };
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result)
-    if (c >= 'A' && c <= 'Z') c = static_cast<char>(c - 'A' + 'a');
-  return result;
-}
-
 class MatrixReader {
  public:
   MatrixReader(Report& report, int source, const MatrixContent& content)

@@ -15,12 +15,6 @@ bool is_digit(char c) { return c >= '0' && c <= '9'; }
 
 char lower(char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c - 'A' + 'a') : c; }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  for (char& c : result) c = lower(c);
-  return result;
-}
-
 // length of the longest decimal number that text starts with: sign, digits, point, exponent
 std::size_t number_length(std::string_view text) {
   std::size_t i = 0;
@@ -262,6 +256,12 @@ bool is_control(std::string_view character) {
 }
 
 }  // namespace
+
+std::string lower(std::string_view text) {
+  std::string result(text);
+  for (char& c : result) c = lower(c);
+  return result;
+}
 
 std::string describe(const Quantity& quantity) {
   std::string text = "a number";

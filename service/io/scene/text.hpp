@@ -41,6 +41,9 @@ std::string quote(std::string_view text);
 /// near.
 std::string did_you_mean(std::string_view text, const std::vector<std::string_view>& candidates);
 
+/// Letters A to Z as a to z, the rest as it is.
+std::string lower(std::string_view text);
+
 /// "a, b, c"
 std::string join(const std::vector<std::string_view>& words);
 
