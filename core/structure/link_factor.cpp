@@ -106,7 +106,7 @@ void name_redundant(const Scene& scene, const Eigen::ColPivHouseholderQR<Eigen::
   const auto link_at = [&](Eigen::Index column) {
     return link_of[static_cast<std::size_t>(qr.colsPermutation().indices()[column])];
   };
-  const auto name = [&](int link) { return quoted(scene.links[static_cast<std::size_t>(link)].name, link); };
+  const auto name = [&](int link) { return called(scene.links[static_cast<std::size_t>(link)], link); };
   std::map<int, std::pair<int, std::set<int>>>
       redundant;  // link: rows that are redundant, links that hold them
   for (Eigen::Index k = 0; k < num_redundant; ++k) {
