@@ -135,6 +135,13 @@ TEST(CommandLine, AUrlThatIsNoneIsExitTwoWithWhatIsAllowed) {
        {"nonsense", "tcpq://127.0.0.1:1", "udpm://1.2.3.4:1", "udpm://239.255.76.67:7667?ttl=x"}) {
     for (const char* arguments : {"push --point tip --force 0,0,1", "monitor --duration 1"}) {
       const Outcome outcome =
+TEST(Loads, AreThoseOfANamedScene) {
+  const std::string line = kFreeflex + " loads " + kScenes + "boom.yaml --force tip=0,5,0";
+  EXPECT_TRUE(run(line).out.starts_with("boom: 4 points, 3 links\nresultant          0 5 0 N, "))
+      << run(line).out;
+  EXPECT_EQ(Json::parse(run(line + " --json").out)["name"], "boom");
+}
+
           run("LCM_DEFAULT_URL='" + std::string(url) + "' " + kFreeflex + " " + arguments);
       EXPECT_EQ(outcome.exit_code, 2) << url;
       EXPECT_TRUE(contains(outcome.err, url) && contains(outcome.err, "must be ")) << outcome.err;
