@@ -115,7 +115,8 @@ int report(const Options& options) {
   report.machine = this_machine();
   StudyOptions study = options.study;
   study.has_rivals = !options.only_rungs;
-  bool is_interrupted_now = is_interrupted(), failed = false;
+  // nobody asks until the first set-up is done: an interrupt ends it at once
+  bool is_interrupted_now = false, failed = false;
   for (std::size_t k = 0; k < scenes.size() && !is_interrupted_now; ++k) {
     study.end = options.ends[options.ends.size() == 1 ? 0 : k];
     {

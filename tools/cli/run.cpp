@@ -333,6 +333,8 @@ int run(const CLI::App& command, const Options& options) {
 
   const std::unique_ptr<RunOutput> output =
       make_run_output(*plan, options.input, options.prefix, options.out);
+  // from here on there is a file, which an interrupt leaves as NAME.partial
+  if (is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;
   Result result;
   Extremes extremes(*plan);
   if (!output->has_error()) result = simulate(*plan, commands, *last, *output, extremes);
