@@ -14,8 +14,6 @@
 #include <string_view>
 #include <utility>
 
-#include "core/plan/automatic.hpp"
-#include "core/plan/rates.hpp"
 #include "tools/terminal/json.hpp"
 
 namespace freeflex::tools {
@@ -65,19 +63,14 @@ void print_faults(const Faults& faults, const std::vector<std::string>& sources)
 
 std::optional<Plan> load_or_explain(const std::string& path, double rate, const std::string& output) {
   if (would_overwrite(path, output)) return std::nullopt;
-  io::PlanResult result = [&path] {
+  io::PlanResult result = [&path, rate] {
     const Progress progress("set-up");
-    return io::load_plan(path);
+    return io::load_plan(path, rate);
   }();
   for (const std::string& source : result.sources) {
     if (would_overwrite(source, output)) return std::nullopt;
   }
   print_faults(result.faults, result.sources);
-  if (result.plan && rate > 0.0) {
-    if (const std::string untried = find_untried_rate(*result.plan, rate); !untried.empty())
-      std::fprintf(stderr, "%s: warning: %s\n", path.c_str(), untried.c_str());
-    set_rate(*result.plan, rate);
-  }
   return std::move(result.plan);
 }
 
