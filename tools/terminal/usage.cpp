@@ -1,5 +1,6 @@
 #include "tools/terminal/usage.hpp"
 
+#include <CLI/Formatter.hpp>
 #include <string_view>
 #include <vector>
 
@@ -12,6 +13,22 @@ namespace {
 std::string found(const std::string& text, const std::string& allowed) {
   return "found '" + text + "', must be " + allowed;
 }
+
+/// Where the text of an option begins.
+constexpr std::size_t kTextColumn = 30;
+
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_option(const CLI::Option* option, bool is_positional) const override {
+    std::string line = "  " + make_option_name(option, is_positional) + make_option_opts(option);
+    const std::string text = make_option_desc(option);
+    if (line.size() >= kTextColumn)
+      line += "\n" + std::string(kTextColumn, ' ');
+    else
+      line.resize(kTextColumn, ' ');
+    return line + wrapped(text, kTextColumn) + "\n";
+  }
+};
 
 }  // namespace
 
@@ -77,5 +94,7 @@ CLI::Option* add_vector(CLI::App& command, const std::string& name, std::vector<
       ->expected(1, 3)
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
+
+std::shared_ptr<CLI::FormatterBase> make_help_formatter() { return std::make_shared<HelpFormatter>(); }
 
 }  // namespace freeflex::tools

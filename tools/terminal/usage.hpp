@@ -5,6 +5,7 @@
 #include <CLI/Validators.hpp>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -45,5 +46,8 @@ template <class Integer>
 inline constexpr std::int64_t kMost = std::numeric_limits<Integer>::max();
 
 using service::explain;
+
+/// Lays out --help within kLineWidth columns. Texts that follow the options are taken as they are.
+std::shared_ptr<CLI::FormatterBase> make_help_formatter();
 
 }  // namespace freeflex::tools
