@@ -12,9 +12,7 @@
 #include <thread>
 #include <utility>
 
-#include "core/plan/automatic.hpp"
 #include "core/plan/plan_bytes.hpp"
-#include "core/plan/rates.hpp"
 #include "service/bus.hpp"
 #include "service/ingress.hpp"
 #include "service/io/scene/input.hpp"
@@ -33,26 +31,19 @@ constexpr milliseconds kSupervision{2};  // between looks at the ingress
 // a daemon publishes its status every 100 ms or more often, so one that is there is heard within this
 constexpr milliseconds kListening{300};
 
-/// A reason to end before the first tick, with its exit code.
+/// A reason to end before the first tick, with its exit code. Empty: it has been said.
 struct StartFault : std::runtime_error {
   StartFault(ExitCode code_, const std::string& text) : std::runtime_error(text), code(code_) {}
   ExitCode code;
 };
 
 Plan read_plan(const DaemonOptions& options) {
-  io::PlanResult result = io::load_plan(options.input);
+  io::PlanResult result = io::load_plan(options.input, options.rate);
   // faults are for the person who wrote the file: plain, where compilers write theirs
   for (const Fault& fault : result.faults)
     std::fputs((io::format_fault(fault, result.sources) + "\n").c_str(), stderr);
-  if (!result.plan) throw StartFault(kUsage, fmt::format("'{}' gives no plan, see above", options.input));
+  if (!result.plan) throw StartFault(kUsage, "");
   Plan plan = std::move(*result.plan);
-  if (options.rate > 0.0) {
-    if (const std::string untried = find_untried_rate(plan, options.rate); !untried.empty())
-      std::fputs(fmt::format("{}: warning: {}\n", options.input, untried).c_str(), stderr);
-    set_rate(plan, options.rate);
-    if (const std::string fault = find_inconsistency(plan); !fault.empty())
-      throw StartFault(kUsage, fmt::format("--rate {:g} does not suit the scene: {}", options.rate, fault));
-  }
   if (plan.points.size() > std::size_t{kMaxNamedPoints} || plan.groups.size() > std::size_t{kMaxGroups}) {
     throw StartFault(
         kUsage, fmt::format("{} points and {} groups: the daemon takes up to {} and {}", plan.points.size(),
@@ -124,7 +115,6 @@ Daemon::Daemon(const DaemonOptions& options, SignalWatch& signals)
                options.timing};
   check_pace(options.timing, plan_.period);
   if (std::string fault = check_lcm_url(url_); !fault.empty()) throw StartFault(kUsage, fault);
-  if (std::string fault = check_prefix(options.prefix); !fault.empty()) throw StartFault(kUsage, fault);
 }
 
 Daemon::~Daemon() {
@@ -263,7 +253,12 @@ int run_daemon(const DaemonOptions& options, SignalWatch& signals) {
     auto daemon = std::make_unique<Daemon>(options, signals);
     return daemon->run();
   } catch (const StartFault& fault) {
-    spdlog::error("{}", fault.what());
+    // wrong usage is said plainly, whatever the level of the log, and what is empty has been said
+    const std::string text = fault.what();
+    if (fault.code != kUsage)
+      spdlog::error("{}", text);
+    else if (!text.empty())
+      std::fputs(("freeflexd: error: " + text + "\n").c_str(), stderr);
     return fault.code;
   } catch (const std::exception& fault) {
     spdlog::error("{}", fault.what());

@@ -72,12 +72,8 @@ struct SpawnPlan {
 }  // namespace
 
 std::string check_prefix(const std::string& prefix) {
-  const auto is_allowed = [](char c) {
-    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
-  };
-  if (!prefix.empty() && prefix.size() <= 32 && std::all_of(prefix.begin(), prefix.end(), is_allowed))
-    return {};
-  return "channel prefix '" + prefix + "': must be 1 to 32 of A-Z a-z 0-9 _ -";
+  if (is_channel_prefix(prefix)) return {};
+  return "channel prefix '" + prefix + "': must be " + kPrefixAllowed;
 }
 
 IngressProcess::~IngressProcess() {

@@ -18,12 +18,6 @@ constexpr std::int64_t kReaderWait = 20'000;        // [ns] between looks at a b
 constexpr std::int64_t kReaderPatience = 1'000'000'000;  // [ns]
 constexpr std::int64_t kReofferEvery = 1'000'000'000;    // [ns] state of a standing loop, for late joiners
 
-/// [ticks] between two publications at rate [Hz]; 0: off.
-std::int64_t ticks_between(double rate, double period) {
-  if (!(rate > 0.0)) return 0;
-  return std::max<std::int64_t>(1, std::llround(1.0 / (rate * period)));
-}
-
 }  // namespace
 
 std::optional<Timing> parse_timing(const std::string& text) {
@@ -63,9 +57,6 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
       inbound_(inbound),
       output_(output),
       names_(std::make_unique<io::NameTable>()),
-      state_every_(ticks_between(plan.state_rate, plan.period)),
-      points_every_(ticks_between(plan.points_rate, plan.period)),
-      loads_every_(ticks_between(plan.loads_rate, plan.period)),
       state_(make_state(plan)),
       workspace_(make_workspace(plan)),
       budget_(make_budget(plan)),
@@ -73,6 +64,8 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
       inbound_entry_(std::make_unique<InboundEntry>()),
       applied_entry_(std::make_unique<AppliedEntry>()) {
   io::fill_name_table(plan, *names_);
+  for (std::size_t i = 0; i < every_.size(); ++i)
+    every_[i] = io::ticks_between(plan.*io::kMotionChannels[i].rate, plan.period);
 }
 
 void Simulation::run() noexcept {
@@ -214,19 +207,16 @@ void Simulation::offer(Box<Snapshot>& box) noexcept {
 
 /// At the start, the end, a reset, a fault, the end of a STEP, and now and then while standing.
 void Simulation::offer_all() noexcept {
-  if (state_every_ > 0) offer(output_.state);
-  if (points_every_ > 0) offer(output_.points);
-  if (loads_every_ > 0) offer(output_.loads);
+  for (std::size_t i = 0; i < every_.size(); ++i)
+    if (every_[i] > 0) offer(output_.motion[i]);
   next_reoffer_ns_ = clock_.now_ns() + kReofferEvery;
 }
 
 /// After a tick: what stands at a multiple of its interval; everything when it was the last of a STEP.
 void Simulation::offer_due() noexcept {
   if (!is_advancing()) return offer_all();
-  const auto is_due = [tick = state_.tick](std::int64_t every) { return every > 0 && tick % every == 0; };
-  if (is_due(state_every_)) offer(output_.state);
-  if (is_due(points_every_)) offer(output_.points);
-  if (is_due(loads_every_)) offer(output_.loads);
+  for (std::size_t i = 0; i < every_.size(); ++i)
+    if (every_[i] > 0 && state_.tick % every_[i] == 0) offer(output_.motion[i]);
 }
 
 }  // namespace freeflex::service

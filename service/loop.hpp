@@ -87,9 +87,8 @@ class Simulation {
   Clock& clock_;
   InboundRing& inbound_;
   Output& output_;
-  std::unique_ptr<io::NameTable> names_;  // own copy: the shared one is not trusted
-  // publication, in ticks between two; 0: off
-  std::int64_t state_every_, points_every_, loads_every_;
+  std::unique_ptr<io::NameTable> names_;                      // own copy: the shared one is not trusted
+  std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks] between two publications; 0: off
 
   State state_;
   Workspace workspace_;

@@ -7,7 +7,6 @@
 
 #include <CLI/CLI.hpp>
 #include <chrono>
-#include <cmath>
 #include <cstdio>
 #include <exception>
 #include <future>
@@ -19,7 +18,7 @@
 #include "messages/channels.hpp"
 #include "service/daemon.hpp"
 #include "service/ingress.hpp"
-#include "service/io/scene/text.hpp"
+#include "service/usage.hpp"
 
 namespace {
 
@@ -36,15 +35,6 @@ Environment:
 
 Exit status:
   0 ended as told (SIGINT, SIGTERM, SIGHUP, STOP, --until), 1 failed at run time, 2 wrong usage or scene)";
-
-/// A number as scenes take it, that is_right takes, as a CLI11 check.
-auto must_be(const char* allowed, bool (*is_right)(double)) {
-  return [allowed, is_right](const std::string& text) {
-    const std::optional<double> value = freeflex::io::reader::parse_number(text, {"-"}).value;
-    if (value && is_right(*value)) return std::string{};
-    return "found '" + text + "', must be " + allowed;
-  };
-}
 
 /// Lines go to a queue and from there to stderr: whoever logs never waits for a slow or broken terminal.
 void start_log(const std::string& level) {
@@ -87,17 +77,17 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
   app.add_option("SCENE", options.input, "scene (YAML) or compiled plan")->required();
   app.add_option("--lcm-url", options.lcm_url, "LCM bus, udpm://ADDRESS:PORT?ttl=N");
   app.add_option("--prefix", options.prefix, "first part of every channel name")
-      ->default_val(freeflex::channels::kDefaultPrefix);
+      ->default_val(freeflex::channels::kDefaultPrefix)
+      ->check(freeflex::service::channel_prefix());
   app.add_option("--rate", options.rate, "ticks per simulated second [Hz] in place of the scene's")
-      ->check(
-          must_be("a number from 0.001 to 1000000", [](double rate) { return rate >= 1e-3 && rate <= 1e6; }));
+      ->check(freeflex::service::rate_in_hertz());
   app.add_option("--time", timing, "realtime, scaled=K, lockstep or asap")->default_str(timing);
   app.add_option("--until", options.until, "end at this simulated time [s]")
-      ->check(must_be("a number > 0", [](double time) { return std::isfinite(time) && time > 0.0; }));
+      ->check(freeflex::service::must_be("a number > 0 [s]", [](double time) { return time > 0.0; }));
   app.add_flag("--hold", options.starts_holding, "start holding: wait for RUN or STEP");
-  app.add_option("--log-level", level, "least level that is logged")
+  app.add_option("--log-level", level, "least level that is logged: debug, info, warning, error or off")
       ->default_str(level)
-      ->check(CLI::IsMember({"debug", "info", "warning", "error", "off"}));
+      ->check(freeflex::service::one_of({"debug", "info", "warning", "error", "off"}));
   try {
     app.parse(argc, argv);
     const auto parsed = freeflex::service::parse_timing(timing);
@@ -105,11 +95,12 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       throw CLI::ValidationError(
           "--time", "found '" + timing + "', must be realtime, scaled=K with K > 0, lockstep or asap");
     options.timing = *parsed;
-  } catch (const CLI::RequiredError&) {
-    std::fprintf(stderr, "freeflexd: SCENE is missing\n\n%s", app.help().c_str());
-    return freeflex::service::kUsage;
   } catch (const CLI::ParseError& error) {
-    return app.exit(error) == 0 ? freeflex::service::kClean : freeflex::service::kUsage;
+    // --help and --version come this way too
+    if (error.get_exit_code() == 0) return app.exit(error), freeflex::service::kClean;
+    std::fprintf(stderr, "freeflexd: error: %s\n", freeflex::service::explain(app, error).c_str());
+    if (argc == 1) std::fprintf(stderr, "\n%s", app.help().c_str());
+    return freeflex::service::kUsage;
   }
   return std::nullopt;
 }

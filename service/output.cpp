@@ -1,6 +1,7 @@
 #include "service/output.hpp"
 
 #include <algorithm>
+#include <utility>
 
 namespace freeflex::service {
 
@@ -14,10 +15,17 @@ Snapshot make_snapshot(const Plan& plan) {
   return snapshot;
 }
 
+namespace {
+
+template <std::size_t... I>
+std::array<Box<Snapshot>, sizeof...(I)> make_boxes(const Snapshot& prototype, std::index_sequence<I...>) {
+  return {(static_cast<void>(I), Box<Snapshot>(prototype))...};
+}
+
+}  // namespace
+
 Output::Output(const Plan& plan)
-    : state(make_snapshot(plan)),
-      points(make_snapshot(plan)),
-      loads(make_snapshot(plan)),
+    : motion(make_boxes(make_snapshot(plan), std::make_index_sequence<io::kNumMotionChannels>{})),
       status(make_snapshot(plan)) {}
 
 }  // namespace freeflex::service

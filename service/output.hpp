@@ -9,6 +9,7 @@
 #include "core/step/budget.hpp"
 #include "service/box.hpp"
 #include "service/histogram.hpp"
+#include "service/io/wire/outbound.hpp"
 #include "service/shared.hpp"
 
 namespace freeflex::service {
@@ -73,8 +74,8 @@ struct Output {
   Ring<AckEntry, kNumAcks> acks;
   Ring<AppliedEntry, kNumApplied> applied;
   Ring<ShapeRequest, kNumShapes> shapes;
-  // the latest is enough; filled at the tick multiples of each channel's rate
-  Box<Snapshot> state, points, loads;
+  // the latest is enough; filled at the tick multiples of each channel's rate, as io::kMotionChannels
+  std::array<Box<Snapshot>, io::kNumMotionChannels> motion;
   // filled when asked for
   std::atomic<bool> is_status_wanted{false};
   Box<Snapshot> status;

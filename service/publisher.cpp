@@ -102,9 +102,8 @@ void Publisher::run() {
 /// One look at every ring and box; true when there may be more to send.
 bool Publisher::send_all() {
   const std::int64_t now_ns = MonotonicClock{}.now_ns();
-  if (state_ == nullptr) state_ = output_.state.take();
-  if (points_ == nullptr) points_ = output_.points.take();
-  if (loads_ == nullptr) loads_ = output_.loads.take();
+  for (std::size_t i = 0; i < motion_.size(); ++i)
+    if (motion_[i] == nullptr) motion_[i] = output_.motion[i].take();
   if (const Snapshot* const fresh = output_.status.take()) {
     status_ = fresh;
     has_fresh_ = true;
@@ -123,23 +122,15 @@ bool Publisher::send_all() {
 
 /// Sends what was taken, once every APPLIED that it contains is out; true when there was something.
 bool Publisher::send_motion() {
-  const auto is_due = [this](const Snapshot* snapshot) {
-    return snapshot != nullptr && snapshot->applied_count <= num_applied_;
-  };
-  const bool has_any = state_ != nullptr || points_ != nullptr || loads_ != nullptr;
-  if (is_due(state_)) {
-    send(channels::kState, io::make_state_message(plan_, state_->motion, stamp(*state_)));
-    state_ = nullptr;
-  }
-  if (is_due(points_)) {
-    for (const auto& page : io::make_points_messages(plan_, points_->motion, stamp(*points_)))
-      send(channels::kPoints, page);
-    points_ = nullptr;
-  }
-  if (is_due(loads_)) {
-    for (const auto& page : io::make_loads_messages(plan_, loads_->motion, stamp(*loads_)))
-      send(channels::kLoads, page);
-    loads_ = nullptr;
+  bool has_any = false;
+  for (std::size_t i = 0; i < motion_.size(); ++i) {
+    if (motion_[i] == nullptr) continue;
+    has_any = true;
+    if (motion_[i]->applied_count > num_applied_) continue;
+    const io::MotionChannel& channel = io::kMotionChannels[i];
+    for (const auto& message : channel.encode(plan_, motion_[i]->motion, stamp(*motion_[i])))
+      bus_.send(channel.suffix, message);
+    motion_[i] = nullptr;
   }
   return has_any;
 }

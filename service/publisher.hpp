@@ -1,6 +1,7 @@
 // The publisher thread: takes what the simulation hands out, encodes and sends it.
 #pragma once
 
+#include <array>
 #include <atomic>
 #include <cstdint>
 #include <string>
@@ -18,7 +19,7 @@ namespace freeflex::service {
 freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Plan& plan, std::int64_t session,
                               std::int64_t utime);
 
-/// STATE, POINTS and LOADS leave as the simulation offers them; ACK and APPLIED in order, before any state
+/// Channels of the motion leave as the simulation offers them; ACK and APPLIED in order, before any state
 /// that contains them; STATUS by the wall clock at the scene's rate and at least kMinStatusRate, also while
 /// the loop starts or stands, so that a second daemon hears this one; SCENE once a second.
 class Publisher {
@@ -55,12 +56,10 @@ class Publisher {
   SharedBlock& shared_;
   StatusReporter reporter_;
   const std::int64_t status_every_ns_;
-  Snapshot starting_;                // what status says before the loop runs
-  const Snapshot* status_;           // latest taken
-  const Snapshot* state_ = nullptr;  // taken, to be sent after the APPLIED it contains
-  const Snapshot* points_ = nullptr;
-  const Snapshot* loads_ = nullptr;
-  std::int64_t num_applied_ = 0;  // sent
+  Snapshot starting_;                                             // what status says before the loop runs
+  const Snapshot* status_;                                        // latest taken
+  std::array<const Snapshot*, io::kNumMotionChannels> motion_{};  // taken, to be sent after their APPLIED
+  std::int64_t num_applied_ = 0;                                  // sent
   std::int64_t status_due_ns_ = 0;
   std::int64_t second_due_ns_ = 0;
   bool has_asked_ = false;  // for the status that is due

@@ -68,7 +68,7 @@ std::string stretched_links(const Scene& scene, const LinkFactor& factor, const 
       links.insert(factor.constraint_link[static_cast<std::size_t>(row)]);
   std::string names;
   for (const int link : links)
-    names += (names.empty() ? "" : ", ") + quoted(scene.links[static_cast<std::size_t>(link)].name, link);
+    names += (names.empty() ? "" : ", ") + called(scene.links[static_cast<std::size_t>(link)], link);
   return names;
 }
 

@@ -66,8 +66,9 @@ PlanBar true_bar(const Scene& scene, int index) {
   bar.first = link.points[0];
   bar.second = link.points[1];
   bar.length = rest.stableNorm();
-  bar.stiffness = axial_stiffness(scene, link);
-  bar.damping = axial_damping(link) + (scene.damping.beta + link.viscous) * bar.stiffness;
+  const Axial axial = axial_of(scene, link);
+  bar.stiffness = axial.stiffness;
+  bar.damping = axial.damping + (scene.damping.beta + link.viscous) * bar.stiffness;
   const Eigen::Vector3d direction = rest / bar.length;
   bar.direction = {direction.x(), direction.y(), direction.z()};
   return bar;

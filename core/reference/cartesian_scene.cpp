@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/reference/cartesian.hpp"
+#include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
 #include "core/structure/decompositions.hpp"
 
@@ -42,14 +43,14 @@ Inertia inverse_inertia(const Eigen::VectorXd& mass, const Matrix3Xd& d) {
 }
 
 std::string find_refusal(const Scene& scene) {
-  for (const Link& link : scene.links) {
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    const Link& link = scene.links[k];
+    const std::string who = "link " + called(link, static_cast<int>(k));
     if (!traits_of(link).is_axial) {
-      return "link '" + link.name +
-             "': the Cartesian reference holds springs, bars and dashpots only; a beam or a matrix " +
+      return who + ": the Cartesian reference holds springs, bars and dashpots only; a beam or a matrix " +
              "is linear in the displacements and has no true length";
     }
-    if (link.loss_factor != 0.0)
-      return "link '" + link.name + "': a loss factor is one of modes, which are not here";
+    if (link.loss_factor != 0.0) return who + ": a loss factor is one of modes, which are not here";
   }
   if (!scene.feedbacks.empty())
     return "feedback acts on elastic displacements, which the Cartesian reference has not";

@@ -121,7 +121,7 @@ void Checker::check_dissipation(const Link& link, const std::string& who) {
 }
 
 void Checker::check_link(const Link& link, int index) {
-  const std::string who = "link " + quoted(link.name, index);
+  const std::string who = "link " + called(link, index);
   check_link_points(link, who);
   check_dissipation(link, who);
   for (const LinkValue& each : values_of(link)) {

@@ -151,7 +151,7 @@ void Checker::check_publication() {
     const Link& link = scene.links[static_cast<std::size_t>(index)];
     if (has_point_forces(link) && link.points.size() > kMaxForcePoints)
       error(link.origin,
-            join_text("link ", quoted(link.name, index), " has ", link.points.size(), " points; at most ",
+            join_text("link ", called(link, index), " has ", link.points.size(), " points; at most ",
                       kMaxForcePoints, " forces of one link fit a message: do not publish its forces"));
   }
   for (const int index : scene.pushable) known_point({}, "the list of pushable points", index);

@@ -29,7 +29,7 @@ class Search {
       take_large("position", point.position, "m");
     }
     for (std::size_t k = 0; k < scene_.links.size(); ++k) {
-      look_at(scene_.links[k].origin, of("link", scene_.links, k));
+      look_at(scene_.links[k].origin, "link " + called(scene_.links[k], static_cast<int>(k)));
       take_link(scene_.links[k]);
     }
     for (std::size_t k = 0; k < scene_.loads.size(); ++k) {

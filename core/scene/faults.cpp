@@ -13,6 +13,10 @@ std::string quoted(const std::string& name, int index) {
   return name.empty() ? join_text("number ", index + 1) : join_text("'", name, "'");
 }
 
+std::string called(const Link& link, int index) {
+  return link.place.empty() ? quoted(link.name, index) : link.place;
+}
+
 std::string point_names(const Scene& scene, const std::vector<int>& points, int limit) {
   std::string names;
   const int num_named = std::min(limit, static_cast<int>(points.size()));

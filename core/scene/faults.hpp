@@ -29,6 +29,9 @@ inline void add_warning(Faults& faults, const Origin& origin, std::string messag
 /// 'name' in quotes, or "number i" (from 1) when the item has no name.
 std::string quoted(const std::string& name, int index);
 
+/// What messages call a link: 'name', or where it stands when it was written without one.
+std::string called(const Link& link, int index);
+
 /// "a, b, c and 4 more": at most limit names of the given points.
 std::string point_names(const Scene& scene, const std::vector<int>& points, int limit);
 

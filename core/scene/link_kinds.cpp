@@ -39,15 +39,20 @@ Eigen::Vector3d span_of(const Scene& scene, const Link& link) {
          scene.points[static_cast<std::size_t>(link.points[0])].position;
 }
 
-double axial_stiffness(const Scene& scene, const Link& link) {
-  if (const auto* spring = std::get_if<Spring>(&link.kind)) return spring->stiffness;
-  const auto* bar = std::get_if<Bar>(&link.kind);
-  return bar != nullptr ? bar->EA / span_of(scene, link).stableNorm() : 0.0;
-}
-
-double axial_damping(const Link& link) {
-  const auto* dashpot = std::get_if<Dashpot>(&link.kind);
-  return dashpot != nullptr ? dashpot->damping : 0.0;
+Axial axial_of(const Scene& scene, const Link& link) {
+  return std::visit(
+      LinkCases{
+          [](const Spring& spring) { return Axial{.stiffness = spring.stiffness}; },
+          [&](const Bar& bar) { return Axial{.stiffness = bar.EA / span_of(scene, link).stableNorm()}; },
+          [](const Beam&) { return Axial{}; },
+          [](const MatrixLink&) { return Axial{}; },
+          [](const BendingSpring&) { return Axial{}; },
+          [](const TorsionSpring&) { return Axial{}; },
+          [](const Plate&) { return Axial{}; },
+          [](const Rigid&) { return Axial{}; },
+          [](const Dashpot& dashpot) { return Axial{.damping = dashpot.damping}; },
+      },
+      link.kind);
 }
 
 bool is_body(const Link& link) {

@@ -80,11 +80,12 @@ struct LinkValue {
 /// The numbers of a link but for matrices and Poisson's ratio.
 std::vector<LinkValue> values_of(const Link& link);
 
-/// Axial stiffness D of a spring, or EA / L of a bar; 0 for a dashpot   (THEORY X44) [N/m].
-/// \pre traits_of(link).is_axial
-double axial_stiffness(const Scene& scene, const Link& link);
-/// Damping of a dashpot, c; 0 for springs and bars   (THEORY X65) [N s/m].  \pre traits_of(link).is_axial
-double axial_damping(const Link& link);
+/// What a link resists along the line of its two points; nothing unless traits_of(link).is_axial.
+struct Axial {
+  double stiffness = 0.0;  // [N/m] D of a spring, EA / L of a bar   (THEORY X44)
+  double damping = 0.0;    // [N s/m] c of a dashpot   (THEORY X65)
+};
+Axial axial_of(const Scene& scene, const Link& link);
 
 /// Rest vector from a link's first point to its second [m].
 Eigen::Vector3d span_of(const Scene& scene, const Link& link);

@@ -117,6 +117,9 @@ struct Link {
   double viscous =
       0.0;  // [s] force = stiffness (deformation + viscous * its rate); springs without rotations
   double loss_factor = 0.0;  // [-] structural: equivalent modal damping at each frequency   (THEORY X66)
+  // of one written without a name, whose name is a number among all links, where it stands in its list: "2",
+  // the third of a chain "2.3", "in row 4"
+  std::string place = {};
 };
 
 /// A named set of points that takes wrenches and has a pose.

@@ -27,7 +27,7 @@ DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms&
                              Faults& faults) {
   const Link& link = scene.links[static_cast<std::size_t>(link_index)];
   using Rows = DeformationRows;
-  const auto axial = [&] { return Rows{axial_row(scene, link, axial_stiffness(scene, link))}; };
+  const auto axial = [&] { return Rows{axial_row(scene, link, axial_of(scene, link).stiffness)}; };
   return std::visit(
       LinkCases{
           [&](const Spring&) { return axial(); },
@@ -105,7 +105,7 @@ void name_redundant(const Scene& scene, const Eigen::ColPivHouseholderQR<Eigen::
   const auto link_at = [&](Eigen::Index column) {
     return link_of[static_cast<std::size_t>(qr.colsPermutation().indices()[column])];
   };
-  const auto name = [&](int link) { return quoted(scene.links[static_cast<std::size_t>(link)].name, link); };
+  const auto name = [&](int link) { return called(scene.links[static_cast<std::size_t>(link)], link); };
   std::map<int, std::pair<int, std::set<int>>>
       redundant;  // link: rows that are redundant, links that hold them
   for (Eigen::Index k = 0; k < num_redundant; ++k) {
@@ -205,7 +205,7 @@ Eigen::MatrixXd damping_rows(const Scene& scene, const LinkFactor& factor) {
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     const Link& link = scene.links[i];
     if (traits_of(link).effect == LinkEffect::kDamps)
-      rows.push_back(axial_row(scene, link, axial_damping(link)));
+      rows.push_back(axial_row(scene, link, axial_of(scene, link).damping));
     if (link.viscous == 0.0) continue;
     const RowRange range = factor.natural_of[i];
     for (int k = range.first; k < range.first + range.count; ++k) {

@@ -114,7 +114,7 @@ void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& st
       force.rows = Eigen::MatrixXd::Zero(1, b.cols());
       force.rate_rows = force.rows;
       for (const auto& [freedom, coefficient] : axial_row(scene, link, 1.0).coefficients)
-        force.rate_rows += axial_damping(link) * coefficient * b.row(freedom);
+        force.rate_rows += axial_of(scene, link).damping * coefficient * b.row(freedom);
     } else if (effect == LinkEffect::kForbids) {
       std::vector<int> own;
       for (std::size_t row = 0; row < factor.constraint_link.size(); ++row)

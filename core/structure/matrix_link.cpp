@@ -116,7 +116,7 @@ Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points) 
 DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index, double& accuracy,
                             Faults& faults) {
   const auto& matrix = std::get<MatrixLink>(link.kind);
-  const std::string who = quoted(link.name, link_index);
+  const std::string who = called(link, link_index);
   Eigen::MatrixXd K = matrix.matrix;
   if (!check_matrix(scene, link, who, K, faults)) return {};
   K = (0.5 * (K + K.transpose())).eval();

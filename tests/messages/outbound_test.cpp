@@ -125,6 +125,33 @@ TEST(Outbound, AStateIsWhatTheCoreHolds) {
   EXPECT_EQ(message.q_dot, std::vector<double>(state.q_dot.begin(), state.q_dot.begin() + kElastic));
 }
 
+TEST(Outbound, EachChannelOfTheMotionHasItsNameItsRateAndItsMessages) {
+  Plan plan = make_plan();
+  const State state = make_test_state(plan);
+  plan.state_rate = 50.0, plan.points_rate = 20.0, plan.loads_rate = 10.0;
+  std::vector<std::string> names;
+  std::vector<std::int64_t> ticks;
+  std::vector<std::vector<std::vector<std::byte>>> sent;
+  for (const io::MotionChannel& channel : io::kMotionChannels) {
+    names.emplace_back(channel.suffix);
+    ticks.push_back(io::ticks_between(plan.*channel.rate, plan.period));
+    sent.push_back(channel.encode(plan, state, kStamp));
+  }
+  EXPECT_EQ(names, (std::vector<std::string>{"_STATE", "_POINTS", "_LOADS"}));
+  EXPECT_EQ(names[io::kStateChannel], channels::kState);
+  EXPECT_EQ(ticks, (std::vector<std::int64_t>{20, 50, 100}));
+  EXPECT_EQ(io::ticks_between(0.0, plan.period), 0) << "off";
+  EXPECT_EQ(io::ticks_between(1e9, plan.period), 1) << "each tick at most once";
+  std::vector<std::vector<std::vector<std::byte>>> expected(3);
+  expected[0].push_back(io::encode(io::make_state_message(plan, state, kStamp)));
+  for (const auto& page : io::make_points_messages(plan, state, kStamp))
+    expected[1].push_back(io::encode(page));
+  for (const auto& page : io::make_loads_messages(plan, state, kStamp))
+    expected[2].push_back(io::encode(page));
+  EXPECT_GT(expected[1].size(), 1u);
+  EXPECT_TRUE(sent == expected);
+}
+
 TEST(Outbound, TwoThousandPointsGoOutWholeInPages) {
   const Plan plan = make_plan();
   const State state = make_test_state(plan);

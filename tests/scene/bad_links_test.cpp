@@ -43,6 +43,15 @@ INSTANTIATE_TEST_SUITE_P(
                  "{spring: [hub..tip, hub], stiffness: 1}\n"
                  "  - {spring: [hub, tip], stiffness: -5}",
                  {"scene.yaml:7:37: error: link 2: stiffness -5 N/m, must be > 0"}),
+        // the places in the list, although these are the links of number 5 and 6
+        bad_link("PhysicsBehindAChain",
+                 "{spring: [hub..tip, hub], stiffness: 1}\n"
+                 "  - {beam: [hub, mid, tip], EA: 1, GJ: 1, EIy: 1, EIz: 1, y_axis: [0, 1, 0]}\n"
+                 "  - {beam: [hub, mid], EA: 1, GJ: 1, EIy: 1, EIz: 1, y_axis: [1, 0, 0]}",
+                 {"scene.yaml:7:5: error: link 2.2: y_axis (0 1 0) is parallel to the beam; give a direction "
+                  "across it, or none to have one chosen",
+                  "scene.yaml:8:5: error: link 3: y_axis (1 0 0) is parallel to the beam; give a direction "
+                  "across it, or none to have one chosen"}),
         // a link that could not be read has a number too
         BadScene{
             "PhysicsBesideReading",
@@ -56,7 +65,7 @@ INSTANTIATE_TEST_SUITE_P(
               "  - {spring: [a, b], stiffness: 1}\n"}},
             {"scene.yaml:6:18: error: link 1: spring names the point 'd', which the scene does not have; "
              "it has a, b, c",
-             "scene.yaml:7:5: error: link '2' joins 'a', 'b', which are in one place; a link needs a "
+             "scene.yaml:7:5: error: link 2 joins 'a', 'b', which are in one place; a link needs a "
              "length > 0: move a point or remove the link"}}),
     bad_scene_name);
 

@@ -195,6 +195,20 @@ INSTANTIATE_TEST_SUITE_P(
               "name,mass,x,y,z\n"
               "\"a\",1,0,0,0\n"}},
             {"points.csv:2:1: error: point in row 1: name '\"a\"' must be 1 to 63 of A-Z a-z 0-9 _ . -"}},
+        BadScene{
+            "PhysicsOfARowWithoutAName",
+            {{"scene.yaml",
+              "points:\n"
+              "  - {name: a, mass: 1, at: [0, 0, 0]}\n"
+              "  - {name: b, mass: 1, at: [0, 0, 0]}\n"
+              "  - {name: c, mass: 1, at: [1, 0, 0]}\n"
+              "links: [{spring: [a, c, b], stiffness: 1}, {csv: links.csv}]\n"},
+             {"links.csv",
+              "from,to,stiffness\n"
+              "a,c,5\n"
+              "a,b,5\n"}},
+            {"links.csv:3:1: error: link in row 2 joins 'a', 'b', which are in one place; a link needs a "
+             "length > 0: move a point or remove the link"}},
         BadScene{"RowsWithoutAName",
                  {{"scene.yaml",
                    "points:\n"

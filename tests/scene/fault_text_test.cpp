@@ -84,12 +84,38 @@ initial: {modes: {99: {q: 1}}}
   EXPECT_EQ(found[0].rfind("scene.yaml:1:7: error: scene: rate", 0), 0u) << found[0];
   EXPECT_EQ(
       found[1],
-      "scene.yaml:7:5: error: link '1' joins 'a', 'b', which are in one place; a link needs a length > 0: "
+      "scene.yaml:7:5: error: link 1 joins 'a', 'b', which are in one place; a link needs a length > 0: "
       "move a point or remove the link");
   EXPECT_NE(found[2].find("stiffness is missing"), std::string::npos) << found[2];
   EXPECT_NE(found[3].find("unknown key 'stifness'"), std::string::npos) << found[3];
   EXPECT_EQ(found[4],
             "scene.yaml:9:10: error: initial state names elastic mode 99, there are 4, numbered from 1");
+}
+
+// the rigid links are the fourth and fifth of all, the second and third in the list
+TEST(FaultText, AWarningNamesALinkBehindAChainByItsPlaceToo) {
+  const TemporaryFolder folder;
+  folder.write("scene.yaml", R"(points:
+  - {name: a, mass: 1, at: [0, 0, 0]}
+  - {name: b, mass: 1, at: [1, 0, 0]}
+  - {name: c, mass: 1, at: [0, 1, 0]}
+links:
+  - {spring: [a, b, c, a], stiffness: 1}
+  - {rigid: [a, b]}
+  - {rigid: [b, a]}
+)");
+  const io::PlanResult result = io::load_plan("scene.yaml");
+  ASSERT_TRUE(result.plan);
+  std::string found;
+  for (const Fault& fault : result.faults) found += io::format_fault(fault, result.sources, false) + "\n";
+  const bool is_second = found.find(
+                             "scene.yaml:7:5: warning: rigid link 2 is redundant: a freedom that it "
+                             "removes is removed by 3 already") != std::string::npos;
+  const bool is_third = found.find(
+                            "scene.yaml:8:5: warning: rigid link 3 is redundant: a freedom that it "
+                            "removes is removed by 2 already") != std::string::npos;
+  EXPECT_TRUE(is_second != is_third) << found;
+  EXPECT_EQ(result.plan->links[4].name, "5") << "the name is still the number";
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
 // Each kind of link stands in the scene as it is written.
+#include "core/scene/link_kinds.hpp"
 #include "tests/scene/good_scene.hpp"
 
 namespace freeflex::testing {
@@ -19,6 +20,34 @@ std::vector<Link> read_links(const std::string& links) {
 }
 
 using Released = std::array<std::array<bool, 3>, 2>;
+
+// how one of each kind is written; a new kind does not compile until it has a line here
+std::string written(const Spring&) { return "{spring: [a, b], stiffness: 1}"; }
+std::string written(const Bar&) { return "{bar: [a, b], EA: 1}"; }
+std::string written(const Beam&) { return "{beam: [a, b], EA: 1, GJ: 1, EIy: 1, EIz: 1}"; }
+std::string written(const MatrixLink&) { return "{matrix: K.mtx, points: [a, b]}"; }
+std::string written(const BendingSpring&) { return "{bending: [a, b, c], stiffness: 1}"; }
+std::string written(const TorsionSpring&) { return "{torsion: [a, b, c, d], stiffness: 1}"; }
+std::string written(const Plate&) { return "{plate: [a, b, c], E: 1, nu: 0.3, thickness: 1}"; }
+std::string written(const Rigid&) { return "{rigid: [a, b]}"; }
+std::string written(const Dashpot&) { return "{dashpot: [a, b], damping: 1}"; }
+
+TEST(ReadLinks, EveryKindIsWrittenUnderItsName) {
+  const TemporaryFolder folder;
+  folder.write("K.mtx", "%%MatrixMarket matrix coordinate real symmetric\n6 6 3\n1 1 5\n4 1 -5\n4 4 5\n");
+  const auto expect = [&]<std::size_t I>(std::integral_constant<std::size_t, I>) {
+    const std::variant_alternative_t<I, LinkKind> kind{};
+    const std::string text = written(kind);
+    EXPECT_EQ(text.rfind("{" + std::string(traits_of(kind).name) + ": ", 0), 0u) << text;
+    const auto links = read_good(folder, kSixPoints + "links: [" + text + "]\n").links;
+    ASSERT_EQ(links.size(), 1u) << text;
+    EXPECT_EQ(links[0].kind.index(), I) << text;
+  };
+  [&]<std::size_t... I>(std::index_sequence<I...>) {
+    (expect(std::integral_constant<std::size_t, I>{}), ...);
+  }
+  (std::make_index_sequence<std::variant_size_v<LinkKind>>{});
+}
 
 TEST(ReadLinks, BeamHasNoShearAndNoReleaseUnlessGiven) {
   const auto links = read_links("  - {beam: [a, b, c], EA: 1, GJ: 2, EIy: 3, EIz: 4}\n");

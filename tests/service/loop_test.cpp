@@ -67,11 +67,9 @@ Course run_course(const Plan& plan, const Timing& timing) {
   std::thread simulating([&rig] { rig.simulation.run(); });
   for (bool is_last = false; !is_last;) {
     is_last = rig.output->is_finished.load();
-    if (const service::Snapshot* snapshot = rig.output->state.take()) {
+    if (const service::Snapshot* snapshot = rig.take_motion()) {
       course.published[snapshot->motion.tick] = motion_bits(snapshot->motion);
     }
-    rig.output->points.take();
-    rig.output->loads.take();
     rig.output->status.take();
     std::this_thread::yield();
   }
@@ -118,8 +116,7 @@ TEST(Loop, LockstepAdvancesByStepAloneAndPublishesAfterEach) {
   std::vector<std::int64_t> published;
   int num_sleeps = 0;
   rig.clock.on_sleep = [&] {
-    if (const auto* snapshot = rig.output->state.take()) published.push_back(snapshot->motion.tick);
-    rig.output->points.take(), rig.output->loads.take();
+    if (const auto* snapshot = rig.take_motion()) published.push_back(snapshot->motion.tick);
     if (++num_sleeps == 10) rig.control(control_t::STEP, 7);
     if (num_sleeps == 20) {
       EXPECT_EQ(rig.tick(), 7);
@@ -211,7 +208,7 @@ TEST(Loop, HoldsTheLastGoodStateWhenTheNextIsNotFiniteAndResetRecovers) {
   Array held_q;
   int num_idle = 0;
   rig.clock.on_sleep = [&] {
-    if (const auto* snapshot = rig.output->state.take()) {
+    if (const auto* snapshot = rig.take_motion()) {
       seen = snapshot->mode;
       fault_sequence = snapshot->fault.sequence;
       held_q = snapshot->motion.q;
@@ -252,7 +249,7 @@ TEST(Loop, AppliedHasNoGapWhenNobodyReadsIt) {
     // acknowledgements are read, APPLIED is not
     for (service::AckEntry ack; rig.output->acks.try_pop(ack);) rig.acks.push_back(ack);
     for (int i = 0; i < 40; ++i) rig.push(make_push(sequence++, i % 8));
-    rig.output->state.take(), rig.output->points.take(), rig.output->loads.take();
+    rig.take_motion();
   };
   rig.run();
   std::int64_t num_accepted = 0, num_full = 0;
@@ -296,7 +293,7 @@ TEST(Loop, LeavesCommandsInTheRingWhileTheirAnswersHaveNoRoom) {
   rig.clock.on_sleep = [&] {
     for (service::AppliedEntry entry; rig.output->applied.try_pop(entry);) rig.applied.push_back(entry);
     for (int i = 0; i < 100; ++i) num_pushed += rig.push(make_push(sequence++, 0)) ? 1 : 0;
-    rig.output->state.take(), rig.output->points.take(), rig.output->loads.take();
+    rig.take_motion();
   };
   rig.run();  // acknowledgements are read only now
   ASSERT_GT(num_pushed, service::Output::kNumAcks);

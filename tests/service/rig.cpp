@@ -45,6 +45,15 @@ void Rig::collect() {
   for (service::AppliedEntry entry; output->applied.try_pop(entry);) applied.push_back(entry);
 }
 
+const service::Snapshot* Rig::take_motion() {
+  const service::Snapshot* state = nullptr;
+  for (std::size_t i = 0; i < output->motion.size(); ++i) {
+    const service::Snapshot* const taken = output->motion[i].take();
+    if (i == io::kStateChannel) state = taken;
+  }
+  return state;
+}
+
 void Rig::run() {
   simulation.run();
   collect();

@@ -45,6 +45,8 @@ struct Rig {
   bool control(std::int32_t command, std::int64_t count = 0);
   /// What the rings hold by now, appended to acks and applied.
   void collect();
+  /// The latest STATE that nobody took, and what stands in the boxes beside it is taken too.
+  const service::Snapshot* take_motion();
   /// Runs to the end and collects.
   void run();
   /// Next tick to be executed, as the loop last published it.

@@ -102,6 +102,27 @@ TEST(LinkKinds, EachHasANameOfItsOwnAndAsManyPointsAsItNeeds) {
   EXPECT_EQ(names.size(), std::variant_size_v<LinkKind>);
 }
 
+TEST(LinkKinds, OnlySpringsBarsAndDashpotsResistAlongALine) {
+  Scene scene;
+  add_point(scene, 1.0, {0.0, 0.0, 0.0});
+  add_point(scene, 1.0, {0.0, 2.0, 0.0});
+  const auto expect = [&](const auto& kind, double stiffness, double damping) {
+    const Axial axial = axial_of(scene, scene.links[static_cast<std::size_t>(add_link(scene, 0, 1, kind))]);
+    EXPECT_EQ(axial.stiffness, stiffness) << traits_of(kind).name;
+    EXPECT_EQ(axial.damping, damping) << traits_of(kind).name;
+    EXPECT_EQ(traits_of(kind).is_axial, stiffness + damping > 0.0) << traits_of(kind).name;
+  };
+  expect(Spring{5.0}, 5.0, 0.0);
+  expect(Bar{6.0}, 3.0, 0.0);  // EA / L
+  expect(Dashpot{7.0}, 0.0, 7.0);
+  expect(Beam{1.0, 1.0, 1.0, 1.0}, 0.0, 0.0);
+  expect(BendingSpring{1.0}, 0.0, 0.0);
+  expect(TorsionSpring{1.0}, 0.0, 0.0);
+  expect(Plate{1.0, 0.3, 1.0}, 0.0, 0.0);
+  expect(Rigid{}, 0.0, 0.0);
+  expect(MatrixLink{}, 0.0, 0.0);
+}
+
 TEST(Rungs, EachKeepsWhatTheOneBeforeItKeeps) {
   for (std::size_t k = 1; k < kRungs.size(); ++k) {
     const RungTraits &less = kRungs[k - 1], &more = kRungs[k];

@@ -77,51 +77,6 @@ TEST(CommandLine, WrongUsageIsExitTwo) {
   }
 }
 
-TEST(CommandLine, AMisspeltWordIsAnsweredWithTheNearest) {
-  const std::vector<std::pair<std::string, std::string>> misspelt{
-      {"chek a.yaml", "no command 'chek' (did you mean 'check'?); there are check, modes, "},
-      {"check --jsno a.yaml", "no option '--jsno' (did you mean '--json'?)"},
-      {"run a.yaml --untl=3", "no option '--untl=3' (did you mean '--until'?)"},
-      {"--versoin", "no option '--versoin' (did you mean '--version'?)"},
-      {"check a.yaml b.yaml", "'b.yaml' is one argument too many"},
-      {"modes --count=-1 a.yaml", "--count: found '-1', must be a whole number from 0 to 2147483647"},
-      {"modes --count=99999999999999999999 a.yaml", "must be a whole number from 0 to 2147483647"},
-      {"compile a.yaml -o a.plan --rate 0",
-       "--rate: found '0', must be a number from 0.001 to 1000000 [Hz]"}};
-  for (const auto& [arguments, text] : misspelt) {
-    const Outcome outcome = run(kFreeflex + " " + arguments);
-    EXPECT_EQ(outcome.exit_code, 2) << arguments;
-    EXPECT_TRUE(contains(outcome.err, text)) << outcome.err;
-  }
-}
-
-TEST(CommandLine, WhatIsNotThreeNumbersIsToldSo) {
-  const std::vector<std::pair<std::string, std::string>> refused{
-      {"push --point a --force 5", "--force 5: three numbers X,Y,Z in newton are wanted, as 0,5,0"},
-      {"push --point a --force 1,2,3,4", "--force 1,2,3,4: three numbers X,Y,Z in newton are wanted"},
-      {"push --point a --force 1,x,3", "--force 1,x,3: three numbers X,Y,Z in newton are wanted"},
-      {"push --group a --torque 1,2", "--torque 1,2: three numbers X,Y,Z in newton metre are wanted"},
-      {"loads a.yaml --spin 1", "--spin 1: three numbers X,Y,Z in rad/s are wanted"}};
-  for (const auto& [arguments, text] : refused) {
-    const Outcome outcome = run(kFreeflex + " " + arguments);
-    EXPECT_EQ(outcome.exit_code, 2) << arguments;
-    EXPECT_TRUE(contains(outcome.err, "error: " + text)) << outcome.err;
-  }
-  // also apart, before a scene, and below zero
-  for (const char* taken : {"--spin 0,0,-1 ", "--spin 0 0 -1 "})
-    EXPECT_TRUE(contains(run(kFreeflex + " loads " + taken + kScenes + "boom.yaml").err, "spin-loaded"))
-        << taken;
-}
-
-TEST(CommandLine, TheFormerSpellingOfStabilityNamesTheNewOne) {
-  for (const char* arguments : {"report --stability", "report --stability --quick --out x"}) {
-    const Outcome outcome = run(kFreeflex + " " + arguments);
-    EXPECT_EQ(outcome.exit_code, 2) << arguments;
-    EXPECT_TRUE(contains(outcome.err, "--stability: use freeflex stability")) << outcome.err;
-  }
-  EXPECT_FALSE(contains(run(kFreeflex + " report --help").out, "--stability"));
-}
-
 TEST(CommandLine, OutputThatCannotBeWrittenIsExitOne) {
   for (const char* arguments : {"check", "modes", "modes --json"}) {
     const Outcome outcome = run(kFreeflex + " " + arguments + " " + kScenes + "boom.yaml >/dev/full");
@@ -178,6 +133,13 @@ TEST(Loads, ThatHaveNoAnswerAreExitTwoInWords) {
   }
   for (const char* taken : {"--wrench l=0,0,0,0,5,0", "--wrench p=1,0,0,0,0,0", "--wrench body=0,0,0,5,0,0"})
     EXPECT_EQ(run(kFreeflex + " loads " + folder / "a.yaml" + " " + taken).exit_code, 0) << taken;
+}
+
+TEST(Loads, AreThoseOfANamedScene) {
+  const std::string line = kFreeflex + " loads " + kScenes + "boom.yaml --force tip=0,5,0";
+  EXPECT_TRUE(run(line).out.starts_with("boom: 4 points, 3 links\nresultant          0 5 0 N, "))
+      << run(line).out;
+  EXPECT_EQ(Json::parse(run(line + " --json").out)["name"], "boom");
 }
 
 TEST(Check, APlanIsCheckedToo) {
@@ -353,24 +315,6 @@ TEST(Run, InterruptedFileIsMarkedAndReplays) {
   const Outcome replayed =
       run(kFreeflex + " replay " + folder / "a.log.partial --plan " + kGolden + "frame.plan");
   EXPECT_EQ(replayed.exit_code, 0) << replayed.err << replayed.out;
-}
-
-TEST(CommandLine, TheDaemonTakesNumbersAsScenesDo) {
-  for (const char* number : {"0x10", "' 5'", "010", "inf"}) {
-    const Outcome outcome =
-        run("timeout 20 " + kFreeflexd + " " + kScenes + "boom.yaml --until 0.1 --rate " + number);
-    EXPECT_EQ(outcome.exit_code, 2) << number << outcome.err;
-    EXPECT_TRUE(contains(outcome.err, "--rate: found '")) << outcome.err;
-  }
-}
-
-TEST(CommandLine, TheDaemonWithoutASceneSaysItsUsage) {
-  const Outcome outcome = run(kFreeflexd);
-  EXPECT_EQ(outcome.exit_code, 2);
-  for (const char* part :
-       {"SCENE is missing", "Usage: freeflexd [OPTIONS] SCENE", "--lcm-url", "Exit status:"})
-    EXPECT_TRUE(contains(outcome.err, part)) << outcome.err;
-  EXPECT_EQ(outcome.out, "");
 }
 
 TEST(Scripts, WrongArgumentsAreAnsweredWithUsage) {

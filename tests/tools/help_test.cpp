@@ -1,6 +1,9 @@
 // --help says what the fields of --json are: every one that a command prints.
 #include <gtest/gtest.h>
 
+#include <sstream>
+#include <vector>
+
 #include "tests/tools/json_fields.hpp"
 #include "tests/tools/shell.hpp"
 
@@ -19,6 +22,14 @@ const std::string kScene =
     "loads:\n  - {name: kick, forces: {d: [0.3, 0.5, 0.2]}, pulse: {start: 0, duration: 0.02}}\n"
     "leave_out: {on_need: refuse}\n";
 
+/// What tools/README.md says of a command.
+std::string section_of(const std::string& command) {
+  const std::string all = read_text(std::string(FREEFLEX_SOURCE_DIR) + "/tools/README.md");
+  const std::size_t begin = all.find("\n## freeflex " + command + "\n");
+  EXPECT_NE(begin, std::string::npos) << command;
+  return all.substr(std::min(all.size(), begin), all.find("\n## ", begin + 1) - begin);
+}
+
 class Help : public ::testing::Test {
  protected:
   Help() { write_text(folder_ / "scene.yaml", kScene); }
@@ -32,6 +43,10 @@ class Help : public ::testing::Test {
     const std::string help = run(kFreeflex + " " + arguments.substr(0, arguments.find(' ')) + " --help").out;
     EXPECT_TRUE(contains(help, "JSON fields:")) << help;
     EXPECT_EQ(unsaid(json, help.substr(std::min(help.size(), help.find("JSON fields:")))), "") << arguments;
+    // of studies the document says the uppermost fields alone
+    if (!arguments.starts_with("report")) {
+      EXPECT_EQ(unsaid(json, section_of(arguments.substr(0, arguments.find(' ')))), "") << arguments;
+    }
     return json;
   }
   TemporaryFolder folder_;
@@ -74,14 +89,57 @@ TEST_F(Help, SaysTheJsonFieldsOfStudies) {
   EXPECT_EQ(unsaid(table, run(kFreeflex + " stability --help").out), "");
 }
 
-TEST_F(Help, FitsTheScreen) {
-  for (const char* command : {"check", "modes", "inspect", "loads", "plan", "report", "stability", "compile",
-                              "run", "push", "monitor", "replay"}) {
+// a link of every kind of value, and one of each that has its own column
+TEST_F(Help, NamesTheColumnsOfATable) {
+  write_text(folder_ / "links.yaml",
+             "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+             "  - {name: c, mass: 1, at: [1, 1, 0]}\n  - {name: d, mass: 1, at: [0, 1, 1]}\nlinks:\n"
+             "  - {spring: [a, b, c, d, a], stiffness: 1}\n  - {name: D, dashpot: [a, c], damping: 1}\n"
+             "  - {name: R, rigid: [b, d]}\n  - {name: B, bending: [a, b, c], stiffness: 1}\n"
+             "  - {name: T, torsion: [a, b, c, d], stiffness: 1}\n"
+             "  - {name: P, plate: [a, b, c], E: 1, nu: 0.3, thickness: 0.1}\n"
+             "  - {name: M, beam: [a, d], EA: 1, GJ: 1, EIy: 1, EIz: 1}\n");
+  const Outcome outcome =
+      run("cd " + folder_.path() + " && " + kFreeflex + " run links.yaml --until 0 --out -");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string help = run(kFreeflex + " run --help").out, document = section_of("run");
+  std::istringstream header(outcome.out.substr(0, outcome.out.find('\n')));
+  for (std::string column; std::getline(header, column, ',');) {
+    const std::size_t last = column.rfind('.');
+    std::string said = column;
+    if (column.starts_with("q") && std::isdigit(static_cast<unsigned char>(column.back())) != 0)
+      said = column.starts_with("q_dot") ? "q_dot1.." : "q1..";
+    else if (last != std::string::npos)
+      said = column.substr(0, column.find('.')) + ".NAME" +
+             (std::isdigit(static_cast<unsigned char>(column.back())) != 0 ? ".1 .." : column.substr(last));
+    EXPECT_TRUE(contains(help, said)) << column << " as " << said << " in " << help;
+    if (column.starts_with("link.")) {
+      EXPECT_TRUE(contains(document, said.substr(0, said.find(' ')))) << said;
+    }
+  }
+  for (const char* kind : {"dashpot", "rigid link", "bending or torsion", "plate"})
+    EXPECT_TRUE(contains(help, kind)) << kind;
+}
+
+TEST_F(Help, NamesTheExitCodeOfAnInterruptWhereSomethingIsKeptOrSaid) {
+  for (const char* command : {"report", "stability", "run", "replay"}) {
     const std::string help = run(kFreeflex + " " + command + " --help").out;
-    // options are laid out by CLI11
-    std::istringstream lines(help.substr(std::min(help.size(), help.find("Example"))));
+    EXPECT_TRUE(contains(help.substr(std::min(help.size(), help.find("Exit codes"))), "130 interrupted"))
+        << help;
+  }
+}
+
+TEST_F(Help, FitsTheScreen) {
+  std::vector<std::string> programs{kFreeflex, kFreeflexd};
+  for (const char* command : {"check", "modes", "inspect", "loads", "plan", "report", "stability", "compile",
+                              "run", "push", "monitor", "replay"})
+    programs.push_back(kFreeflex + " " + command);
+  for (const std::string& program : programs) {
+    const std::string help = run(program + " --help").out;
+    EXPECT_TRUE(contains(help, "Usage: freeflex")) << program;
+    std::istringstream lines(help);
     for (std::string line; std::getline(lines, line);)
-      EXPECT_LE(line.size(), 120u) << command << ": " << line;
+      EXPECT_LE(line.size(), 120u) << program << ": " << line;
   }
 }
 

@@ -98,6 +98,41 @@ TEST_F(Run, OneDashIsTheTableAndNothingElseOnStandardOutput) {
   EXPECT_TRUE(contains(full.err, "standard output")) << full.err;
 }
 
+/// A cloud of 700 points whose set-up takes many seconds.
+std::string slow_scene() {
+  std::string points = "points:\n", links = "links:\n";
+  for (int i = 0; i < 700; ++i) {
+    const auto name = [](int k) { return "p" + std::to_string(k); };
+    points += "  - {name: " + name(i) + ", mass: 1, at: [" + std::to_string(i) + ", " +
+              std::to_string(i * i % 7) + ", " + std::to_string(i * 3 % 5) + "]}\n";
+    for (int k = std::max(0, i - 4); k < i; ++k)
+      links += "  - {spring: [" + name(k) + ", " + name(i) + "], stiffness: 1000}\n";
+  }
+  return points + links;
+}
+
+// a shell without job control ignores SIGINT for what it starts with &
+TEST_F(Run, AnInterruptDuringTheSetUpEndsEachCommandAtOnceAndWritesNothing) {
+  write_text(folder_ / "slow.yaml", slow_scene());
+  for (const char* signal : {"INT", "TERM"}) {
+    const std::string start =
+        "for c in 'run slow.yaml --until 1 --out a.log' 'run slow.yaml --until 1 --out -' "
+        "'compile slow.yaml -o a.plan' 'modes --json slow.yaml'; do " +
+        kFreeflex + " $c & pids=\"$pids $!\"; done; ";
+    // signal 2 is caught: the second bit of the mask
+    const std::string wait =
+        "for p in $pids; do until grep -q '^SigCgt:.*[2367abef]$' /proc/$p/status; do sleep 0.1; done; "
+        "done; ";
+    const std::string end =
+        "sleep 0.5; kill -" + std::string(signal) + " $pids; for p in $pids; do wait $p; echo $?; done";
+    const Outcome outcome = run("cd " + folder_.path() + " && " + start + wait + end);
+    EXPECT_EQ(outcome.out, "130\n130\n130\n130\n") << signal;
+    const std::string said = "freeflex: interrupted before there was a result\n";
+    EXPECT_EQ(outcome.err, said + said + said + said) << signal;
+    EXPECT_EQ(run("ls " + folder_.path()).out, "slow.yaml\n") << signal;
+  }
+}
+
 TEST_F(Run, ReportsTheRatiosOfAStretchedAndSpunPair) {
   // the displacement is largest at the start; the spin of a collinear body across its line stays
   const Outcome outcome = run_scene(stretched_and_spun(2e-4, 0.1), "--until 2 --json --out a.csv");

@@ -11,7 +11,7 @@ inline constexpr int kExitDiffers =
     1;                                // the answer is no: states differ, command rejected, output not written
 inline constexpr int kExitUsage = 2;  // wrong arguments, scene or plan
 inline constexpr int kExitIncomplete = 3;     // a log that is damaged or lacks something
-inline constexpr int kExitInterrupted = 130;  // Ctrl-C
+inline constexpr int kExitInterrupted = 130;  // Ctrl-C, SIGTERM
 
 void add_check(CLI::App& app, int& exit_code);
 void add_modes(CLI::App& app, int& exit_code);

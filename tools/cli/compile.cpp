@@ -33,6 +33,8 @@ Exit codes: 0 written, 1 cannot be written, 2 the scene has errors.)";
 int compile(const Options& options) {
   const std::optional<Plan> plan = load_or_explain(options.scene, options.rate, options.plan);
   if (!plan) return kExitUsage;
+  // from here on the plan is written whole
+  if (is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;
   const std::string error = io::save_plan(*plan, options.plan);
   if (!error.empty()) {
     print_error(error);

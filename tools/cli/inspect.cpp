@@ -101,10 +101,11 @@ void add_inspect(CLI::App& app, int& exit_code) {
   command
       ->add_option(
           "--basis", options->basis,
-          "recipe of the unit elastic displacements; auto: the explicit one of the shape where it is "
-          "complete, else formal")
+          "recipe of the unit elastic displacements: " + listed(basis_names(), basis_names().size()) +
+              "; auto is the explicit one of the shape where it is complete, else formal")
       ->capture_default_str()
-      ->check(CLI::IsMember(basis_names()));
+      ->check(one_of(basis_names()))
+      ->type_name("RECIPE");
   command->add_flag("--json", options->json,
                     "one JSON object on standard output, with full matrices up to 200 elastic freedoms");
   command->footer(kFooter);

@@ -127,6 +127,9 @@ void print_loads_json(const Plan& plan, const State& state) {
 }
 
 void print_loads(const Plan& plan, const State& state) {
+  std::printf("%s: %s, %s\n", plan.name.c_str(),
+              counted(static_cast<std::int64_t>(plan.points.size()), "point").c_str(),
+              counted(static_cast<std::int64_t>(plan.links.size()), "link").c_str());
   std::printf("resultant          %.10g %.10g %.10g N, %.10g %.10g %.10g N m about the centre of mass\n",
               state.force_W[0], state.force_W[1], state.force_W[2], state.moment_B[0], state.moment_B[1],
               state.moment_B[2]);

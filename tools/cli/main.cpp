@@ -25,7 +25,9 @@ int end_output(int exit_code) {
 
 /// Parses and runs one command.
 int run_command_line(int argc, char** argv) {
+  end_when_interrupted(kExitInterrupted);
   CLI::App app{"freeflex: scenes, plans, runs and recordings of free flexible structures", "freeflex"};
+  app.formatter(make_help_formatter());
   app.set_version_flag("--version", std::string("freeflex ") + FREEFLEX_VERSION);
   app.require_subcommand(1);
   app.footer(

@@ -258,6 +258,7 @@ std::int64_t monitor_live(Bus& bus, const Options& options) {
 int monitor(const Options& options) {
   if (options.live && (options.json || !options.channel.empty()))
     return print_error("--live goes with neither --json nor --channel"), kExitUsage;
+  if (is_interrupted()) return kExitOk;  // from here on the ordinary end
   Bus bus(options.bus);
   if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;
   const std::int64_t num_messages = options.live              ? monitor_live(bus, options)

@@ -297,9 +297,11 @@ void add_plan(CLI::App& app, int& exit_code) {
   CLI::App* command = app.add_subcommand(
       "plan", "what is kept and left out of a scene, why, what that may change, ns a step");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
-  command->add_option("--keep", options->keep, "parts that stay whatever the scene needs, or all")
-      ->check(CLI::IsMember(keep_names()))
-      ->type_name("PART...");
+  command
+      ->add_option("--keep", options->keep,
+                   "parts that stay whatever the scene needs: " + listed(keep_names(), keep_names().size()))
+      ->check(one_of(keep_names()))
+      ->type_name("PART");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(kFooter);
   command->callback([options, &exit_code] { exit_code = show(*options); });

@@ -151,8 +151,8 @@ void add_force_options(CLI::App& command, PushOptions& options) {
       ->allow_extra_args(false);
   add_vector(command, "--force", options.force, "force [N]", "newton");
   add_vector(command, "--torque", options.torque, "torque [N m], groups only", "newton metre");
-  command.add_option("--axes", options.axes, "axes of force and torque")
-      ->check(CLI::IsMember({"world", "body"}))
+  command.add_option("--axes", options.axes, "axes of force and torque: world or body")
+      ->check(one_of({"world", "body"}))
       ->type_name("AXES")
       ->capture_default_str();
   command.add_option("--duration", options.duration, "how long it acts [s], default 1")

@@ -43,7 +43,7 @@ JSON fields:
   error, warning
                in words, where there is one
 Exit codes: 0 identical to the bit, 1 differs (first tick, coordinate and both values are printed), 2 wrong
-arguments or plan, 3 log damaged or incomplete.)";
+arguments, plan or no log at all, 3 log damaged or incomplete, 130 interrupted.)";
 
 /// The first thing that is not as recorded.
 struct Difference {

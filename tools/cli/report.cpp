@@ -5,7 +5,6 @@
 #include <algorithm>
 #include <array>
 #include <filesystem>
-#include <limits>
 #include <memory>
 #include <string>
 #include <vector>
@@ -115,7 +114,8 @@ int report(const Options& options) {
   report.machine = this_machine();
   StudyOptions study = options.study;
   study.has_rivals = !options.only_rungs;
-  bool is_interrupted_now = is_interrupted(), failed = false;
+  // nobody asks until the first set-up is done: an interrupt ends it at once
+  bool is_interrupted_now = false, failed = false;
   for (std::size_t k = 0; k < scenes.size() && !is_interrupted_now; ++k) {
     study.end = options.ends[options.ends.size() == 1 ? 0 : k];
     {
@@ -164,26 +164,32 @@ void add_report(CLI::App& app, int& exit_code) {
   command
       ->add_option("--estimates", options->num_estimates,
                    "random scenes on which the error estimate is held against the full system")
-      ->check(whole_number(1, 100000));
+      ->check(whole_number(1, 100000))
+      ->type_name("N");
   command->add_option("--seed", options->seed, "of the random scenes")
       ->capture_default_str()
-      ->check(whole_number(0, std::numeric_limits<std::int64_t>::max()));
+      ->check(whole_number(0, kMost<std::int64_t>))
+      ->type_name("S");
   command
       ->add_option("--out", options->folder,
                    "folder for report.csv, report.json, report.html and work-precision.svg, with --estimates "
                    "estimates.csv")
-      ->check(file_name());
+      ->check(file_name())
+      ->type_name("DIR");
   command->add_option("--until", options->ends, "simulated time [s], one for all or one a scene")
       ->default_str("2")
       ->delimiter(',')
       ->allow_extra_args(false)
-      ->check(study_time());
+      ->check(study_time())
+      ->type_name("S[,S...]");
   command->add_option("--budget", options->study.budget, "CPU time that one run may take [s]")
       ->capture_default_str()
-      ->check(positive_time());
+      ->check(positive_time())
+      ->type_name("S");
   command->add_option("--repeats", options->study.repeats, "timings of a run, of which the median is taken")
       ->capture_default_str()
-      ->check(whole_number(1, 1000));
+      ->check(whole_number(1, 1000))
+      ->type_name("N");
   command->add_flag("--rungs", options->only_rungs,
                     "no other methods, only the rungs against the full system");
   // as it was called up to version 0.3; not in the help

@@ -43,7 +43,9 @@ A log holds STATE, POINTS, LOADS, APPLIED and SCENE at the scene's rates, time s
 Columns of a table, one row a STATE: tick; time [s]; x y z [m] and vx vy vz [m/s] of the centre of mass, world
 axes; qw qx qy qz; wx wy wz [rad/s], body axes; hx hy hz [kg m^2/s], world axes; q1.. [m]; q_dot1.. [m/s];
 point.NAME.x point.NAME.y point.NAME.z [m], world axes, of each published point; link.NAME.axial [N] of each
-published spring or bar, link.NAME.1 to link.NAME.12 [N, N m] of each published beam.
+published spring, bar, dashpot or rigid link; link.NAME.moment [N m] of each published bending or torsion
+spring; link.NAME.1 .. of each other published link: 12 of a beam, 6 of a plate, three a point of a matrix or
+a rigid body (messages/README.md, section 7).
 JSON fields:
   output       the file;  ticks, time [s]: how far it went;  complete: whether to the end
   displacement_ratio, spin_ratio
@@ -51,8 +53,8 @@ JSON fields:
   errors       null without error_budget in the scene, else: age [s], lost, validity (0 good, 1 watch,
                2 outside), cause, and estimate, integration, truncation, model, each null when lost, else
                position [m], attitude [rad], elastic
-Exit codes: 0 written, 1 not written, 2 wrong arguments, scene or plan, 3 --log damaged or incomplete,
-130 interrupted: what was done stands in FILE.partial.)";
+Exit codes: 0 written, 1 not written or the state stopped being finite, 2 wrong arguments, scene or plan,
+3 --log damaged or incomplete, 130 interrupted: what was done stands in FILE.partial, which replay takes.)";
 
 struct Commands {
   std::unique_ptr<io::LogReader> log;
@@ -331,6 +333,8 @@ int run(const CLI::App& command, const Options& options) {
   const std::optional<std::int64_t> last = last_tick(options, *plan, commands);
   if (!last) return kExitUsage;
 
+  // from here on there is a file, which an interrupt leaves as NAME.partial
+  if (is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;
   const std::unique_ptr<RunOutput> output =
       make_run_output(*plan, options.input, options.prefix, options.out);
   Result result;

@@ -1,6 +1,7 @@
 #include "tools/cli/run_output.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cmath>
 #include <cstdio>
@@ -17,12 +18,6 @@
 namespace freeflex::tools {
 namespace {
 
-/// [ticks] between two publications at a rate [Hz]; 0: off. The daemon's rule.
-std::int64_t ticks_between(double rate, double period) {
-  if (!(rate > 0.0)) return 0;
-  return std::max<std::int64_t>(1, std::llround(1.0 / (rate * period)));
-}
-
 bool is_due(std::int64_t every, std::int64_t tick, bool is_edge) {
   return every > 0 && (is_edge || tick % every == 0);
 }
@@ -37,13 +32,9 @@ bool has_ending(const std::string& path, const char* ending) {
 class LogOutput : public RunOutput {
  public:
   LogOutput(const Plan& plan, const std::string& input, const std::string& prefix, const std::string& path)
-      : plan_(plan),
-        prefix_(prefix),
-        writer_(path),
-        state_every_(ticks_between(plan.state_rate, plan.period)),
-        points_every_(ticks_between(plan.points_rate, plan.period)),
-        loads_every_(ticks_between(plan.loads_rate, plan.period)),
-        scene_every_(ticks_between(1.0, plan.period)) {
+      : plan_(plan), prefix_(prefix), writer_(path), scene_every_(io::ticks_between(1.0, plan.period)) {
+    for (std::size_t i = 0; i < every_.size(); ++i)
+      every_[i] = io::ticks_between(plan.*io::kMotionChannels[i].rate, plan.period);
     std::error_code ignored;
     input_ = std::filesystem::absolute(input, ignored).lexically_normal().string();
     stamp_.session = 1;
@@ -53,13 +44,14 @@ class LogOutput : public RunOutput {
   void publish(const State& state, bool is_edge) override {
     stamp_.utime = utime(state.tick);
     if (is_due(scene_every_, state.tick, false))
-      put_all(channels::kScene, io::make_scene_messages(active_plan(plan_, state), input_, stamp_));
-    if (is_due(state_every_, state.tick, is_edge))
-      put(channels::kState, io::make_state_message(plan_, state, stamp_));
-    if (is_due(points_every_, state.tick, is_edge))
-      put_all(channels::kPoints, io::make_points_messages(plan_, state, stamp_));
-    if (is_due(loads_every_, state.tick, is_edge))
-      put_all(channels::kLoads, io::make_loads_messages(plan_, state, stamp_));
+      for (const auto& page : io::make_scene_messages(active_plan(plan_, state), input_, stamp_))
+        put(channels::kScene, page);
+    for (std::size_t i = 0; i < every_.size(); ++i) {
+      if (!is_due(every_[i], state.tick, is_edge)) continue;
+      const io::MotionChannel& channel = io::kMotionChannels[i];
+      for (const auto& message : channel.encode(plan_, state, stamp_))
+        writer_.write(prefix_ + channel.suffix, stamp_.utime, message);
+    }
   }
   void applied_reset(std::int64_t tick) override {
     stamp_.utime = utime(tick);
@@ -91,17 +83,14 @@ class LogOutput : public RunOutput {
   void put(const char* channel, const Message& message) {
     writer_.write(prefix_ + channel, stamp_.utime, io::encode(message));
   }
-  template <class Message>
-  void put_all(const char* channel, const std::vector<Message>& pages) {
-    for (const Message& page : pages) put(channel, page);
-  }
 
   const Plan& plan_;
   std::string prefix_;
   std::string input_;
   io::LogWriter writer_;
   io::Stamp stamp_;
-  std::int64_t state_every_, points_every_, loads_every_, scene_every_;  // [ticks]
+  std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks]
+  std::int64_t scene_every_;                                  // [ticks]
 };
 
 class CsvOutput : public RunOutput {
@@ -109,7 +98,7 @@ class CsvOutput : public RunOutput {
   CsvOutput(const Plan& plan, const std::string& path)
       : plan_(plan),
         writer_(is_standard_output(path) ? io::CsvWriter(stdout, "standard output") : io::CsvWriter(path)),
-        every_(ticks_between(plan.state_rate, plan.period)) {
+        every_(io::ticks_between(plan.state_rate, plan.period)) {
     std::vector<std::string> names{"tick", "time", "x",  "y",  "z",  "qw", "qx", "qy", "qz",
                                    "vx",   "vy",   "vz", "wx", "wy", "wz", "hx", "hy", "hz"};
     for (const char* name : {"q", "q_dot"}) {

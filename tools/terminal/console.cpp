@@ -3,6 +3,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <atomic>
 #include <cinttypes>
 #include <condition_variable>
 #include <csignal>
@@ -10,16 +11,38 @@
 #include <cstdio>
 #include <filesystem>
 #include <mutex>
+#include <string_view>
 #include <utility>
 
-#include "core/plan/automatic.hpp"
-#include "core/plan/rates.hpp"
 #include "tools/terminal/json.hpp"
 
 namespace freeflex::tools {
 namespace {
 
-volatile std::sig_atomic_t interrupted = 0;
+// what a handler can reach: lock-free, and never destroyed
+std::atomic<bool> interrupted{false};
+std::atomic<int> code_at_once{-1};  // < 0: a signal sets the flag
+std::atomic<bool> draws{false};     // a line of Progress may stand on the terminal
+static_assert(std::atomic<int>::is_always_lock_free && std::atomic<bool>::is_always_lock_free);
+
+/// On any thread, at any moment: async-signal-safe calls only.
+extern "C" void on_interrupt(int) {
+  if (const int code = code_at_once.load(); code >= 0) {
+    const std::string_view clear = draws.load() ? "\r\033[K" : "";
+    for (const std::string_view text : {clear, std::string_view(kInterrupted)}) {
+      [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, text.data(), text.size());
+    }
+    _exit(code);
+  }
+  interrupted.store(true);
+}
+
+void handle_interrupts() {
+  struct sigaction action {};
+  action.sa_handler = on_interrupt;
+  sigaction(SIGINT, &action, nullptr);
+  sigaction(SIGTERM, &action, nullptr);
+}
 
 }  // namespace
 
@@ -40,19 +63,14 @@ void print_faults(const Faults& faults, const std::vector<std::string>& sources)
 
 std::optional<Plan> load_or_explain(const std::string& path, double rate, const std::string& output) {
   if (would_overwrite(path, output)) return std::nullopt;
-  io::PlanResult result = [&path] {
+  io::PlanResult result = [&path, rate] {
     const Progress progress("set-up");
-    return io::load_plan(path);
+    return io::load_plan(path, rate);
   }();
   for (const std::string& source : result.sources) {
     if (would_overwrite(source, output)) return std::nullopt;
   }
   print_faults(result.faults, result.sources);
-  if (result.plan && rate > 0.0) {
-    if (const std::string untried = find_untried_rate(*result.plan, rate); !untried.empty())
-      std::fprintf(stderr, "%s: warning: %s\n", path.c_str(), untried.c_str());
-    set_rate(*result.plan, rate);
-  }
   return std::move(result.plan);
 }
 
@@ -110,14 +128,18 @@ std::string listed(std::span<const std::string> names, std::size_t limit) {
 }
 
 bool is_interrupted() {
-  static const bool is_installed = [] {
-    struct sigaction action {};
-    action.sa_handler = [](int) { interrupted = 1; };
-    sigaction(SIGINT, &action, nullptr);
-    sigaction(SIGTERM, &action, nullptr);
+  static const bool is_asked = [] {
+    code_at_once.store(-1);
+    handle_interrupts();
     return true;
   }();
-  return is_installed && interrupted != 0;
+  return is_asked && interrupted.load();
+}
+
+void end_when_interrupted(int exit_code) {
+  draws.store(isatty(STDERR_FILENO) == 1);
+  code_at_once.store(exit_code);
+  handle_interrupts();
 }
 
 Progress::Progress(std::string what, std::chrono::milliseconds patience)

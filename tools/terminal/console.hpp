@@ -55,8 +55,12 @@ std::string counted(std::int64_t count, const std::string& noun);
 /// "a, b, c and 97 more".
 std::string listed(std::span<const std::string> names, std::size_t limit);
 
+/// SIGINT and SIGTERM, also where they were ignored, end the program at once with exit_code and kInterrupted
+/// on stderr, until is_interrupted() is asked: nothing is lost by then, and a set-up has nowhere to ask.
+void end_when_interrupted(int exit_code);
 /// From the first call on, SIGINT and SIGTERM only set a flag. True once one of them came.
 bool is_interrupted();
+inline constexpr const char* kInterrupted = "freeflex: interrupted before there was a result\n";
 
 /// A line on stderr for work that turns out long: its name and the time so far, and a bar once it has told
 /// how far it is. Nothing unless stderr is a terminal and `patience` has passed. It is drawn by a thread of

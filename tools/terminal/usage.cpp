@@ -1,6 +1,6 @@
 #include "tools/terminal/usage.hpp"
 
-#include <algorithm>
+#include <CLI/Formatter.hpp>
 #include <string_view>
 #include <vector>
 
@@ -14,25 +14,21 @@ std::string found(const std::string& text, const std::string& allowed) {
   return "found '" + text + "', must be " + allowed;
 }
 
-std::vector<std::string> command_names(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
-  return names;
-}
+/// Where the text of an option begins.
+constexpr std::size_t kTextColumn = 30;
 
-std::vector<std::string> option_names(const CLI::App& app) {
-  std::vector<std::string> names;
-  for (const CLI::Option* option : app.get_options()) {
-    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+class HelpFormatter : public CLI::Formatter {
+ public:
+  std::string make_option(const CLI::Option* option, bool is_positional) const override {
+    std::string line = "  " + make_option_name(option, is_positional) + make_option_opts(option);
+    const std::string text = make_option_desc(option);
+    if (line.size() >= kTextColumn)
+      line += "\n" + std::string(kTextColumn, ' ');
+    else
+      line.resize(kTextColumn, ' ');
+    return line + wrapped(text, kTextColumn) + "\n";
   }
-  return names;
-}
-
-std::string joined(const std::vector<std::string>& names) { return listed(names, names.size()); }
-
-std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
-  return io::reader::did_you_mean(word, {names.begin(), names.end()});
-}
+};
 
 }  // namespace
 
@@ -54,19 +50,6 @@ std::optional<NamedNumbers> parse_named_numbers(const std::string& text, std::si
     begin = end + 1;
   }
   return named;
-}
-
-CLI::Validator must_be(const char* allowed, bool (*is_right)(double)) {
-  return {[allowed, is_right](std::string& text) {
-            const std::optional<double> value = read_number(text);
-            return value && is_right(*value) ? std::string() : found(text, allowed);
-          },
-          ""};
-}
-
-CLI::Validator rate_in_hertz() {
-  return must_be("a number from 0.001 to 1000000 [Hz]",
-                 [](double value) { return value >= 1e-3 && value <= 1e6; });
 }
 
 CLI::Validator positive_time() {
@@ -94,18 +77,6 @@ CLI::Validator file_name() {
           ""};
 }
 
-CLI::Validator channel_prefix() {
-  return {[](std::string& text) {
-            const bool is_right =
-                !text.empty() && text.size() <= 32 && std::all_of(text.begin(), text.end(), [](char c) {
-                  return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') ||
-                         c == '_' || c == '-';
-                });
-            return is_right ? std::string() : found(text, "1 to 32 of A-Z a-z 0-9 _ -");
-          },
-          ""};
-}
-
 CLI::Option* add_vector(CLI::App& command, const std::string& name, std::vector<double>& vector,
                         const std::string& meaning, const std::string& unit) {
   const auto take = [&vector, name, unit](const CLI::results_t& words) {
@@ -124,28 +95,6 @@ CLI::Option* add_vector(CLI::App& command, const std::string& name, std::vector<
       ->multi_option_policy(CLI::MultiOptionPolicy::TakeAll);
 }
 
-std::string explain(const CLI::App& app, const CLI::ParseError& error) {
-  const std::vector<CLI::App*> parsed = app.get_subcommands();
-  const std::vector<std::string> left = app.remaining(true);
-  const bool is_about_words = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
-                              error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
-  std::string text = error.what();
-  if (parsed.empty() && left.empty()) {
-    text = "no command given; there are " + joined(command_names(app));
-  } else if (!left.empty() && is_about_words) {
-    // a misspelt option also leaves a required one missing: name the word
-    const CLI::App& active = parsed.empty() ? app : *parsed.front();
-    const std::string& word = left.front();
-    if (word.starts_with("-")) {
-      text = "no option '" + word + "'" + did_you_mean(word.substr(0, word.find('=')), option_names(active));
-    } else if (parsed.empty()) {
-      const std::vector<std::string> names = command_names(app);
-      text = "no command '" + word + "'" + did_you_mean(word, names) + "; there are " + joined(names);
-    } else {
-      text = "'" + word + "' is one argument too many";
-    }
-  }
-  return text + "\nTry 'freeflex " + (parsed.empty() ? "" : parsed.front()->get_name() + " ") + "--help'.";
-}
+std::shared_ptr<CLI::FormatterBase> make_help_formatter() { return std::make_shared<HelpFormatter>(); }
 
 }  // namespace freeflex::tools

@@ -1,14 +1,17 @@
-// Command lines: what an option may be, and what to say when it is something else.
+// Command lines of freeflex: what an option may be, and what to say when it is something else.
 #pragma once
 
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
 #include <cstdint>
 #include <limits>
+#include <memory>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
+
+#include "service/usage.hpp"
 
 namespace freeflex::tools {
 
@@ -23,16 +26,15 @@ struct NamedNumbers {
 /// nullopt when what stands behind = is not `count` numbers.
 std::optional<NamedNumbers> parse_named_numbers(const std::string& text, std::size_t count);
 
-/// Takes what reads as a number and is right. \param allowed  continues "must be "
-CLI::Validator must_be(const char* allowed, bool (*is_right)(double));
-
-// what several options are
-CLI::Validator rate_in_hertz();  // 0.001 to 1e6, as freeflexd
+// what several options are, beside those of freeflexd too
+using service::channel_prefix;
+using service::must_be;
+using service::one_of;
+using service::rate_in_hertz;
 CLI::Validator positive_time();  // [s] > 0
 CLI::Validator study_time();  // [s] > 0, at most 1000: the reference of a report keeps the motion each 10 ms
 CLI::Validator whole_number(std::int64_t least, std::int64_t most);
-CLI::Validator file_name();       // not empty
-CLI::Validator channel_prefix();  // as freeflexd takes it
+CLI::Validator file_name();  // not empty
 
 /// An option of three numbers, X,Y,Z; anything else is refused with what is wanted.
 /// \param unit  "newton"
@@ -43,7 +45,9 @@ CLI::Option* add_vector(CLI::App& command, const std::string& name, std::vector<
 template <class Integer>
 inline constexpr std::int64_t kMost = std::numeric_limits<Integer>::max();
 
-/// What is wrong with a command line, with the nearest command or option where there is one.
-std::string explain(const CLI::App& app, const CLI::ParseError& error);
+using service::explain;
+
+/// Lays out --help within kLineWidth columns. Texts that follow the options are taken as they are.
+std::shared_ptr<CLI::FormatterBase> make_help_formatter();
 
 }  // namespace freeflex::tools

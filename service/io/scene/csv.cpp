@@ -44,7 +44,7 @@ double CsvRow::number(std::size_t column, const std::string& label, const Quanti
 
 std::string CsvRow::label(const std::string& noun, std::size_t name_column) const {
   const std::string_view name = fields_[name_column];
-  if (!name_problem(name).empty()) return noun + " in row " + std::to_string(number_);
+  if (!name_problem(name).empty()) return noun + " " + place();
   return noun + " " + quote(name);
 }
 

@@ -30,13 +30,15 @@ std::string faults_to_json(const Faults& faults, const std::vector<std::string>&
 /// True when the file can be read and starts as plans do.
 bool is_plan_file(const std::string& path);
 
-/// A plan from a scene file or a plan file (told apart by the plan's magic bytes).
+/// A plan and every fault on the way to it.
 struct PlanResult {
   std::optional<Plan> plan;  // empty when faults has an error
   Faults faults;
   std::vector<std::string> sources;
 };
-PlanResult load_plan(const std::string& path);
+/// A plan from a scene file or a plan file (told apart by the plan's magic bytes).
+/// \param rate  [Hz] ticks per second in place of its own; 0: its own. One that does not suit it is a fault.
+PlanResult load_plan(const std::string& path, double rate = 0.0);
 
 /// Writes a plan file, complete or not at all (temporary file, fsync, rename). Empty string, or what went
 /// wrong.

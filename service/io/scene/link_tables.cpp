@@ -133,6 +133,7 @@ void SceneReader::read_links_table(const Node& node) {
     Link link;
     link.origin = row.origin();
     link.name = table.has("name") ? std::string(row.text(kName)) : next_link_name();
+    if (!table.has("name")) link.place = row.place();
     const std::string label = row.label("link", kName);
     if (const std::string problem = name_problem(link.name); !problem.empty()) {
       report_.error(row.origin(kName), label + ": name " + problem);

@@ -252,8 +252,11 @@ void SceneReader::read_link(const Node& node, std::size_t position) {
   Link link;
   link.origin = node.origin;
   link.name = next_link_name();
-  if (const Node* given = fields.find("name"))
+  if (const Node* given = fields.find("name")) {
     if (const auto text = read_name(report_, *given, label + ": name")) link.name = *text;
+  } else {
+    link.place = std::to_string(position);
+  }
   link.kind = form->read(report_, fields);
   fields.read("viscous", kViscous, link.viscous);
   fields.read("loss_factor", kLossFactor, link.loss_factor);
@@ -282,11 +285,12 @@ void SceneReader::read_chain(const Fields& fields, const LinkForm& form, Link li
     report_.error(release->origin, fields.label() + ": release belongs to one beam, this chain has " +
                                        std::to_string(num_links) +
                                        "; write the beam with released ends as a link of its own");
-  const std::string name = link.name;
+  const std::string name = link.name, place = link.place;
   for (std::size_t i = 0; i < num_links; ++i) {
     // a chain's links are name.1, name.2, ...; one without a name numbers them on
-    if (num_links > 1)
-      link.name = fields.find("name") ? name + "." + std::to_string(i + 1) : next_link_name();
+    const std::string part = "." + std::to_string(i + 1);
+    if (num_links > 1) link.name = place.empty() ? name + part : next_link_name();
+    if (num_links > 1 && !place.empty()) link.place = place + part;
     const auto first = points->begin() + static_cast<std::ptrdiff_t>(i);
     link.points.assign(first, first + static_cast<std::ptrdiff_t>(size));
     if (const auto point = is_chain ? find_repeated(link.points) : std::nullopt) {

@@ -8,11 +8,14 @@
 #include <filesystem>
 #include <utility>
 
+#include "core/plan/automatic.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/plan/plan_bytes.hpp"
+#include "core/plan/rates.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/report.hpp"
+#include "service/io/scene/text.hpp"
 
 namespace freeflex::io {
 namespace {
@@ -28,6 +31,30 @@ PlanResult load_plan_file(const std::string& path) {
   if (problem.empty()) result.plan = plan_from_bytes(std::as_bytes(std::span(text)), problem);
   if (!result.plan) result.faults.push_back({Fault::Severity::kError, {0, 0, 0}, problem});
   return result;
+}
+
+PlanResult compile_scene_file(const std::string& path) {
+  SceneResult scene = read_scene(path);
+  PlanResult result;
+  result.faults = std::move(scene.faults);
+  result.sources = std::move(scene.sources);
+  if (!scene.scene) return result;
+  const std::optional<Structure> structure = build_structure(*scene.scene, result.faults);
+  if (structure) result.plan = make_plan(*scene.scene, *structure, result.faults);
+  return result;
+}
+
+void change_rate(double rate, PlanResult& result) {
+  if (const std::string untried = find_untried_rate(*result.plan, rate); !untried.empty())
+    result.faults.push_back({Fault::Severity::kWarning, {0, 0, 0}, untried});
+  set_rate(*result.plan, rate);
+  const std::string fault = find_inconsistency(*result.plan);
+  if (fault.empty()) return;
+  result.faults.push_back({Fault::Severity::kError,
+                           {0, 0, 0},
+                           "--rate " + reader::format_number(rate) + " does not suit the scene: " + fault +
+                               "; take a higher one"});
+  result.plan.reset();
 }
 
 // a file that is removed again unless it is kept
@@ -97,15 +124,9 @@ bool is_plan_file(const std::string& path) {
   return is_plan;
 }
 
-PlanResult load_plan(const std::string& path) {
-  if (is_plan_file(path)) return load_plan_file(path);
-  SceneResult scene = read_scene(path);
-  PlanResult result;
-  result.faults = std::move(scene.faults);
-  result.sources = std::move(scene.sources);
-  if (!scene.scene) return result;
-  const std::optional<Structure> structure = build_structure(*scene.scene, result.faults);
-  if (structure) result.plan = make_plan(*scene.scene, *structure, result.faults);
+PlanResult load_plan(const std::string& path, double rate) {
+  PlanResult result = is_plan_file(path) ? load_plan_file(path) : compile_scene_file(path);
+  if (result.plan && rate > 0.0) change_rate(rate, result);
   return result;
 }
 

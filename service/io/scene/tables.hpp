@@ -26,7 +26,9 @@ class CsvRow {
   const Origin& origin() const { return line_; }
   std::string_view text(std::size_t column) const { return fields_[column]; }
   const Origin& origin(std::size_t column) const { return places_[column]; }
-  /// "point 'hub'" when the row has a good name, "point in row 3" otherwise, counted from 1 below the header.
+  /// "in row 3", counted from 1 below the header.
+  std::string place() const { return "in row " + std::to_string(number_); }
+  /// "point 'hub'" when the row has a good name, "point in row 3" otherwise.
   std::string label(const std::string& noun, std::size_t name_column) const;
   /// Number of a column, or 0 after reporting "<label>: <column> ...".
   double number(std::size_t column, const std::string& label, const Quantity& quantity) const;

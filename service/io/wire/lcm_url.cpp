@@ -4,6 +4,7 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstdint>
@@ -88,6 +89,13 @@ int try_on_socket(Call call, const sockaddr_in& address) {
 }
 
 }  // namespace
+
+bool is_channel_prefix(std::string_view prefix) {
+  const auto is_allowed = [](char c) {
+    return (c >= 'A' && c <= 'Z') || (c >= 'a' && c <= 'z') || (c >= '0' && c <= '9') || c == '_' || c == '-';
+  };
+  return !prefix.empty() && prefix.size() <= 32 && std::all_of(prefix.begin(), prefix.end(), is_allowed);
+}
 
 std::string effective_url(const std::string& url) { return url.empty() ? kDefaultUrl : url; }
 

@@ -2,12 +2,17 @@
 #pragma once
 
 #include <string>
+#include <string_view>
 
 namespace freeflex::service {
 
 /// LCM's own default.
 inline constexpr const char* kDefaultUrl = "udpm://239.255.76.67:7667?ttl=0";
 inline constexpr std::size_t kMaxUrlSize = 220;  // [B]
+
+/// True for what may be the first part of channel names.
+bool is_channel_prefix(std::string_view prefix);
+inline constexpr const char* kPrefixAllowed = "1 to 32 of A-Z a-z 0-9 _ -";
 
 /// url, or kDefaultUrl for "".
 std::string effective_url(const std::string& url);

@@ -77,6 +77,19 @@ void add_item(std::vector<Page>& pages, const Page& empty, std::vector<Item> Pag
   (pages.back().*items).push_back(std::move(item));
 }
 
+std::vector<std::vector<std::byte>> encode_state(const Plan& plan, const MotionState& state,
+                                                 const Stamp& stamp) {
+  return {encode(make_state_message(plan, state, stamp))};
+}
+
+template <auto make_pages>
+std::vector<std::vector<std::byte>> encode_pages(const Plan& plan, const MotionState& state,
+                                                 const Stamp& stamp) {
+  std::vector<std::vector<std::byte>> encoded;
+  for (const auto& page : make_pages(plan, state, stamp)) encoded.push_back(encode(page));
+  return encoded;
+}
+
 freeflex_msgs::applied_t make_applied(std::int32_t kind, std::int64_t tick, std::int64_t applied_sequence,
                                       const Stamp& stamp) {
   freeflex_msgs::applied_t message{};
@@ -92,6 +105,16 @@ freeflex_msgs::applied_t make_applied(std::int32_t kind, std::int64_t tick, std:
 }
 
 }  // namespace
+
+constinit const std::array<MotionChannel, kNumMotionChannels> kMotionChannels{
+    {{channels::kState, &Plan::state_rate, encode_state},
+     {channels::kPoints, &Plan::points_rate, encode_pages<make_points_messages>},
+     {channels::kLoads, &Plan::loads_rate, encode_pages<make_loads_messages>}}};
+
+std::int64_t ticks_between(double rate, double period) {
+  if (!(rate > 0.0)) return 0;
+  return std::max<std::int64_t>(1, std::llround(1.0 / (rate * period)));
+}
 
 freeflex_msgs::state_t make_state_message(const Plan& given, const MotionState& state, const Stamp& stamp) {
   const Plan& plan = active_plan(given, state);

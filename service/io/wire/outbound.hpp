@@ -1,6 +1,8 @@
 // Core values -> the messages that go out. Used by the daemon's publish side and by `freeflex run`.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
 #include <string>
 #include <vector>
@@ -31,6 +33,22 @@ std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, cons
                                                           const Stamp& stamp);
 std::vector<freeflex_msgs::loads_t> make_loads_messages(const Plan& plan, const MotionState& state,
                                                         const Stamp& stamp);
+/// A channel on which the motion goes out at a rate of the plan, of simulated time.
+struct MotionChannel {
+  const char* suffix;  // of its name
+  double Plan::*rate;  // [Hz] 0: off
+  std::vector<std::vector<std::byte>> (*encode)(const Plan& plan, const MotionState& state,
+                                                const Stamp& stamp);  // its messages
+};
+inline constexpr std::size_t kNumMotionChannels = 3;
+/// STATE, POINTS, LOADS, in the order in which those of one tick leave. What is here, the daemon and
+/// `freeflex run` publish.
+extern const std::array<MotionChannel, kNumMotionChannels> kMotionChannels;
+inline constexpr std::size_t kStateChannel = 0;  // the one that a replay compares
+
+/// [ticks] between two publications at a rate [Hz]; 0: off.
+std::int64_t ticks_between(double rate, double period);
+
 /// At least one page; every page has the front (name, rate, mass properties, totals).
 /// \pre no single name, and no group's points, near channels::kMaxMessageBytes
 std::vector<freeflex_msgs::scene_t> make_scene_messages(const Plan& plan, const std::string& plan_file,

@@ -1,0 +1,106 @@
+#include "service/usage.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <string_view>
+
+#include "service/io/scene/text.hpp"
+#include "service/io/wire/lcm_url.hpp"
+
+namespace freeflex::service {
+namespace {
+
+std::string found(const std::string& text, const std::string& allowed) {
+  return "found '" + text + "', must be " + allowed;
+}
+
+std::vector<std::string> command_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
+  return names;
+}
+
+std::vector<std::string> option_names(const CLI::App& app) {
+  std::vector<std::string> names;
+  for (const CLI::Option* option : app.get_options()) {
+    for (const std::string& name : option->get_lnames()) names.push_back("--" + name);
+  }
+  return names;
+}
+
+std::string joined(const std::vector<std::string>& names) {
+  return io::reader::join({names.begin(), names.end()});
+}
+
+std::string did_you_mean(const std::string& word, const std::vector<std::string>& names) {
+  return io::reader::did_you_mean(word, {names.begin(), names.end()});
+}
+
+/// The words of the parser, in ours where they are those of a programmer.
+std::string reworded(const CLI::ParseError& error) {
+  std::string text = error.what();
+  constexpr std::string_view kRequired = " is required";
+  if (text.ends_with(kRequired)) return text.substr(0, text.size() - kRequired.size()) + " is missing";
+  const bool is_count = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ArgumentMismatch);
+  const std::size_t colon = text.find(": ");
+  if (!is_count || colon == std::string::npos) return text;
+  const std::string name = text.substr(0, colon);
+  if (text.ends_with(" missing")) return name + ": its value is missing";
+  return text.find("At Most 1 ") != std::string::npos ? name + " is given more than once; give it once"
+                                                      : text;
+}
+
+}  // namespace
+
+CLI::Validator must_be(const char* allowed, bool (*is_right)(double)) {
+  return {[allowed, is_right](std::string& text) {
+            const std::optional<double> value = io::reader::parse_number(text, {"-"}).value;
+            return value && is_right(*value) ? std::string() : found(text, allowed);
+          },
+          ""};
+}
+
+CLI::Validator one_of(const std::vector<std::string>& names) {
+  return {[names](std::string& text) {
+            if (std::find(names.begin(), names.end(), text) != names.end()) return std::string();
+            return "found '" + text + "'; allowed: " + joined(names);
+          },
+          ""};
+}
+
+CLI::Validator rate_in_hertz() {
+  return must_be("a number from 0.001 to 1000000 [Hz]",
+                 [](double value) { return value >= 1e-3 && value <= 1e6; });
+}
+
+CLI::Validator channel_prefix() {
+  return {
+      [](std::string& text) { return is_channel_prefix(text) ? std::string() : found(text, kPrefixAllowed); },
+      ""};
+}
+
+std::string explain(const CLI::App& app, const CLI::ParseError& error) {
+  const std::vector<CLI::App*> parsed = app.get_subcommands();
+  const CLI::App& active = parsed.empty() ? app : *parsed.front();
+  const std::vector<std::string> commands = command_names(active), left = app.remaining(true);
+  const bool is_about_words = error.get_exit_code() == static_cast<int>(CLI::ExitCodes::ExtrasError) ||
+                              error.get_exit_code() == static_cast<int>(CLI::ExitCodes::RequiredError);
+  std::string text = reworded(error);
+  if (!commands.empty() && left.empty()) {
+    text = "no command given; there are " + joined(commands);
+  } else if (!left.empty() && is_about_words) {
+    // a misspelt option also leaves a required one missing: name the word
+    const std::string& word = left.front();
+    if (word.starts_with("-")) {
+      text = "no option '" + word + "'" + did_you_mean(word.substr(0, word.find('=')), option_names(active));
+    } else if (!commands.empty()) {
+      text = "no command '" + word + "'" + did_you_mean(word, commands) + "; there are " + joined(commands);
+    } else {
+      text = "'" + word + "' is one argument too many";
+    }
+  }
+  return text + "\nTry '" + app.get_name() + " " + (parsed.empty() ? "" : active.get_name() + " ") +
+         "--help'.";
+}
+
+}  // namespace freeflex::service

@@ -1,0 +1,22 @@
+// Command lines of freeflexd and freeflex: what an option may be, and what to say when it is something else.
+#pragma once
+
+#include <CLI/App.hpp>
+#include <CLI/Validators.hpp>
+#include <string>
+#include <vector>
+
+namespace freeflex::service {
+
+/// Takes what reads as a number, as scenes take it, and is right. \param allowed  continues "must be "
+CLI::Validator must_be(const char* allowed, bool (*is_right)(double));
+/// Takes one of the names.
+CLI::Validator one_of(const std::vector<std::string>& names);
+CLI::Validator rate_in_hertz();  // 0.001 to 1e6
+CLI::Validator channel_prefix();
+
+/// What is wrong with a command line, with the nearest command or option where there is one, and how to get
+/// the help.
+std::string explain(const CLI::App& app, const CLI::ParseError& error);
+
+}  // namespace freeflex::service
