@@ -15,12 +15,12 @@
 namespace freeflex::tools {
 namespace {
 
-struct Options {
+struct CheckOptions {
   std::string scene;
   bool json = false;
 };
 
-constexpr const char* kFooter = R"(Example:
+constexpr const char* kCheckFooter = R"(Example:
   freeflex check service/scenes/rotor.yaml
 JSON fields:
   scene        the file;  ok: whether it is good
@@ -50,7 +50,7 @@ Checked check_file(const std::string& path) {
   return checked;
 }
 
-int check(const Options& options) {
+int check(const CheckOptions& options) {
   const Checked checked = check_file(options.scene);
   const std::optional<Plan>& plan = checked.plan;
   std::int64_t errors = 0;
@@ -92,12 +92,12 @@ int check(const Options& options) {
 }  // namespace
 
 void add_check(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CheckOptions>();
   CLI::App* command =
       app.add_subcommand("check", "all faults of a scene at once: file, line, column, what is allowed");
   command->add_option("SCENE", options->scene, "scene file (YAML), or a plan")->required();
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(kFooter);
+  command->footer(kCheckFooter);
   command->callback([options, &exit_code] { exit_code = check(*options); });
 }
 

@@ -16,21 +16,21 @@
 namespace freeflex::tools {
 namespace {
 
-struct Options {
+struct CompileOptions {
   std::string scene;
   std::string plan;
   double rate = 0.0;  // [Hz] 0: the scene's
   bool json = false;
 };
 
-constexpr const char* kFooter = R"(Example:
+constexpr const char* kCompileFooter = R"(Example:
   freeflex compile service/scenes/rotor.yaml -o rotor.plan --rate 2000
 JSON fields:
   plan         the file;  bytes: its size;  fingerprint: 16 hexadecimal digits
   rate         [Hz];  elastic_freedoms: number of them
 Exit codes: 0 written, 1 cannot be written, 2 the scene has errors.)";
 
-int compile(const Options& options) {
+int compile(const CompileOptions& options) {
   const std::optional<Plan> plan = load_or_explain(options.scene, options.rate, options.plan);
   if (!plan) return kExitUsage;
   // from here on the plan is written whole
@@ -59,7 +59,7 @@ int compile(const Options& options) {
 }  // namespace
 
 void add_compile(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<CompileOptions>();
   CLI::App* command =
       app.add_subcommand("compile", "scene to plan: set-up done once, the same bits everywhere");
   command->add_option("SCENE", options->scene, "scene file, or a plan to write at another rate")->required();
@@ -71,7 +71,7 @@ void add_compile(CLI::App& app, int& exit_code) {
       ->check(rate_in_hertz())
       ->type_name("HZ");
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(kFooter);
+  command->footer(kCompileFooter);
   command->callback([options, &exit_code] { exit_code = compile(*options); });
 }
 

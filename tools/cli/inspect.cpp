@@ -16,13 +16,13 @@
 namespace freeflex::tools {
 namespace {
 
-struct Options {
+struct InspectOptions {
   std::string scene;
   std::string basis = "auto";
   bool json = false;
 };
 
-constexpr const char* kFooter = R"(Example:
+constexpr const char* kInspectFooter = R"(Example:
   freeflex inspect service/scenes/boom.yaml --basis formal
 JSON fields:
   name, points, links, shape, rigid_freedoms, constraints, redundant_constraints, elastic_freedoms
@@ -61,7 +61,7 @@ std::optional<Recipe> recipe_named(const std::string& name) {
   return std::nullopt;
 }
 
-int inspect(const Options& options) {
+int inspect(const InspectOptions& options) {
   if (io::is_plan_file(options.scene)) {
     print_error(options.scene + " is a plan, which holds no links: name the scene that it was made from");
     return kExitUsage;
@@ -94,7 +94,7 @@ int inspect(const Options& options) {
 }  // namespace
 
 void add_inspect(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<InspectOptions>();
   CLI::App* command = app.add_subcommand(
       "inspect", "mass, freedoms, unit elastic displacements, Maxwell and influence coefficients");
   command->add_option("SCENE", options->scene, "scene file")->required();
@@ -108,7 +108,7 @@ void add_inspect(CLI::App& app, int& exit_code) {
       ->type_name("RECIPE");
   command->add_flag("--json", options->json,
                     "one JSON object on standard output, with full matrices up to 200 elastic freedoms");
-  command->footer(kFooter);
+  command->footer(kInspectFooter);
   command->callback([options, &exit_code] { exit_code = inspect(*options); });
 }
 

@@ -20,7 +20,7 @@
 namespace freeflex::tools {
 namespace {
 
-struct Options {
+struct LoadsOptions {
   std::string input;
   std::vector<std::string> forces;
   std::vector<std::string> wrenches;
@@ -28,7 +28,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* kFooter = R"(Shows published points and links.
+constexpr const char* kLoadsFooter = R"(Shows published points and links.
 Example:
   freeflex loads service/scenes/boom.yaml --force tip=0,5,0
 JSON fields:
@@ -53,7 +53,7 @@ std::string names_of(const Items& items) {
 }
 
 /// Loads of the command line; false after explaining.
-bool read_forces(const Options& options, const Plan& plan, std::vector<PointForce>& forces) {
+bool read_forces(const LoadsOptions& options, const Plan& plan, std::vector<PointForce>& forces) {
   for (const std::string& text : options.forces) {
     const auto named = parse_named_numbers(text, 3);
     if (!named || named->numbers.empty()) {
@@ -74,7 +74,7 @@ bool read_forces(const Options& options, const Plan& plan, std::vector<PointForc
   return true;
 }
 
-bool read_wrenches(const Options& options, const Plan& plan, std::vector<Wrench>& wrenches) {
+bool read_wrenches(const LoadsOptions& options, const Plan& plan, std::vector<Wrench>& wrenches) {
   for (const std::string& text : options.wrenches) {
     const auto named = parse_named_numbers(text, 6);
     if (!named || named->numbers.empty()) {
@@ -178,7 +178,7 @@ std::optional<Plan> load_whole_or_explain(const std::string& path) {
   return plan;
 }
 
-int loads(const Options& options) {
+int loads(const LoadsOptions& options) {
   if (options.forces.empty() && options.wrenches.empty() && options.spin.empty()) {
     print_error("no load is given; give --force, --wrench or --spin");
     return kExitUsage;
@@ -204,7 +204,7 @@ int loads(const Options& options) {
 }  // namespace
 
 void add_loads(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<LoadsOptions>();
   CLI::App* command = app.add_subcommand(
       "loads", "displacements and link forces under a steady load (inertia relief) and a steady spin");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
@@ -217,7 +217,7 @@ void add_loads(CLI::App& app, int& exit_code) {
              "steady spin, body axes [rad/s]; the scene must be spin-loaded or above", "rad/s")
       ->type_name("WX,WY,WZ");
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(kFooter);
+  command->footer(kLoadsFooter);
   command->callback([options, &exit_code] { exit_code = loads(*options); });
 }
 

@@ -16,13 +16,13 @@
 namespace freeflex::tools {
 namespace {
 
-struct Options {
+struct ModesOptions {
   std::string input;
   int count = 30;
   bool json = false;
 };
 
-constexpr const char* kFooter = R"(Example:
+constexpr const char* kModesFooter = R"(Example:
   freeflex modes service/scenes/rotor.yaml --count 8
 JSON fields:
   name, points, links, rigid_freedoms, elastic_freedoms
@@ -184,7 +184,7 @@ void print_frequencies(const Plan& plan, int limit) {
   }
 }
 
-int modes(const Options& options) {
+int modes(const ModesOptions& options) {
   const std::optional<Plan> plan = load_or_explain(options.input, 0.0);
   if (!plan) return kExitUsage;
   const Principal principal = principal_axes(*plan);
@@ -233,7 +233,7 @@ int modes(const Options& options) {
 }  // namespace
 
 void add_modes(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ModesOptions>();
   CLI::App* command =
       app.add_subcommand("modes", "mass, principal moments, freedoms, frequencies and mechanisms");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
@@ -242,7 +242,7 @@ void add_modes(CLI::App& app, int& exit_code) {
       ->check(whole_number(0, kMost<int>))
       ->type_name("N");
   command->add_flag("--json", options->json, "one JSON object on standard output, all frequencies");
-  command->footer(kFooter);
+  command->footer(kModesFooter);
   command->callback([options, &exit_code] { exit_code = modes(*options); });
 }
 

@@ -24,7 +24,7 @@ namespace {
 
 using Clock = std::chrono::steady_clock;
 
-struct Options {
+struct MonitorOptions {
   BusOptions bus;
   std::string channel;
   std::optional<std::int64_t> count;
@@ -34,7 +34,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* kFooter = R"(Examples:
+constexpr const char* kMonitorFooter = R"(Examples:
   freeflex monitor
   freeflex monitor --live
   freeflex monitor --channel STATE --json --count 10
@@ -154,7 +154,7 @@ Clock::duration seconds(double value) {
 
 /// Calls show(), with the time it covers [s], every interval, and for what came after the last, until the
 /// time is over, count messages came, or Ctrl-C. Less than half an interval is too short for a rate: nullopt.
-void watch(Bus& bus, const Options& options, const std::int64_t& num_messages,
+void watch(Bus& bus, const MonitorOptions& options, const std::int64_t& num_messages,
            const std::function<void(std::optional<double>)>& show) {
   constexpr double kForever = 1e9;  // [s]
   const Clock::time_point start = Clock::now();
@@ -185,7 +185,7 @@ std::string quoted(const std::string& text) {
   return out;
 }
 
-std::int64_t monitor_channel(Bus& bus, const Options& options) {
+std::int64_t monitor_channel(Bus& bus, const MonitorOptions& options) {
   // a short name means one of ours
   const bool is_short = options.channel.find(options.bus.prefix) != 0;
   const std::string name = is_short ? options.bus.prefix + "_" + options.channel : options.channel;
@@ -220,7 +220,7 @@ std::int64_t monitor_channel(Bus& bus, const Options& options) {
   return num_messages;
 }
 
-std::int64_t monitor_all(Bus& bus, const Options& options) {
+std::int64_t monitor_all(Bus& bus, const MonitorOptions& options) {
   Overview overview(options.bus.prefix);
   std::int64_t num_messages = 0;
   bus.subscribe(".*", [&](const BusMessage& message) {
@@ -238,14 +238,14 @@ std::int64_t monitor_all(Bus& bus, const Options& options) {
   return num_messages;
 }
 
-std::int64_t monitor_live(Bus& bus, const Options& options) {
+std::int64_t monitor_live(Bus& bus, const MonitorOptions& options) {
   LiveView view;
   std::int64_t num_messages = 0;
   bus.subscribe(options.bus.prefix + "_.*", [&](const BusMessage& message) {
     ++num_messages;
     view.take(suffix_of(options.bus.prefix, message.channel), message);
   });
-  Options pace = options;
+  MonitorOptions pace = options;
   const bool is_terminal = isatty(STDOUT_FILENO) == 1;
   if (is_terminal) pace.interval = std::min(0.2, options.interval);
   Screen screen(is_terminal);
@@ -255,7 +255,7 @@ std::int64_t monitor_live(Bus& bus, const Options& options) {
   return num_messages;
 }
 
-int monitor(const Options& options) {
+int monitor(const MonitorOptions& options) {
   if (options.live && (options.json || !options.channel.empty()))
     return print_error("--live goes with neither --json nor --channel"), kExitUsage;
   if (is_interrupted()) return kExitOk;  // from here on the ordinary end
@@ -270,7 +270,7 @@ int monitor(const Options& options) {
 }  // namespace
 
 void add_monitor(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<MonitorOptions>();
   CLI::App* command =
       app.add_subcommand("monitor", "what goes over the bus: every channel, one channel, or the live state");
   command
@@ -291,7 +291,7 @@ void add_monitor(CLI::App& app, int& exit_code) {
   command->add_flag("--json", options->json,
                     "one JSON object a line: a table each interval, or a message of --channel");
   add_bus_options(*command, options->bus);
-  command->footer(kFooter);
+  command->footer(kMonitorFooter);
   command->callback([options, &exit_code] { exit_code = monitor(*options); });
 }
 

@@ -18,13 +18,13 @@
 namespace freeflex::tools {
 namespace {
 
-struct Options {
+struct PlanOptions {
   std::string input;
   std::vector<std::string> keep;
   bool json = false;
 };
 
-constexpr const char* kFooter = R"(Example:
+constexpr const char* kPlanFooter = R"(Example:
   freeflex plan service/scenes/boom.yaml
   freeflex plan boom.yaml --keep rotation small_modes
 JSON fields:
@@ -67,7 +67,7 @@ struct Plans {
   std::optional<Plan> plan, whole;
 };
 
-Plans load(const Options& options) {
+Plans load(const PlanOptions& options) {
   Plans plans;
   if (io::is_plan_file(options.input)) {
     if (!options.keep.empty()) {
@@ -268,7 +268,7 @@ void print_cost(const Plans& plans) {
     std::printf("                   with everything kept %.0f ns\n", predict_step(*plans.whole).step());
 }
 
-int show(const Options& options) {
+int show(const PlanOptions& options) {
   const Plans plans = load(options);
   if (!plans.plan) return kExitUsage;
   if (options.json) {
@@ -293,7 +293,7 @@ int show(const Options& options) {
 }  // namespace
 
 void add_plan(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<PlanOptions>();
   CLI::App* command = app.add_subcommand(
       "plan", "what is kept and left out of a scene, why, what that may change, ns a step");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
@@ -303,7 +303,7 @@ void add_plan(CLI::App& app, int& exit_code) {
       ->check(one_of(keep_names()))
       ->type_name("PART");
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(kFooter);
+  command->footer(kPlanFooter);
   command->callback([options, &exit_code] { exit_code = show(*options); });
 }
 

@@ -28,7 +28,7 @@ using freeflex_msgs::control_t;
 using freeflex_msgs::force_t;
 using freeflex_msgs::status_t;
 
-constexpr const char* kFooter = R"(Examples:
+constexpr const char* kPushFooter = R"(Examples:
   freeflex push --point tip --force 0,0,1 --duration 0.1
   freeflex push --point tip=0,0,1 --point hub=0,0,-1      (both in one command)
   freeflex push --group hub --torque 0,0,5 --axes body --lease 2 --slot 3
@@ -202,7 +202,7 @@ void add_push(CLI::App& app, int& exit_code) {
                    "instead of a force: run, hold, reset, stop, step=N [ticks] or shapes=MODE")
       ->type_name("COMMAND");
   add_exchange_options(*command, *options);
-  command->footer(kFooter);
+  command->footer(kPushFooter);
   command->callback([options, command, &exit_code] { exit_code = push(*command, *options); });
 }
 

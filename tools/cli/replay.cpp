@@ -24,7 +24,7 @@ namespace {
 using freeflex_msgs::applied_t;
 using freeflex_msgs::state_t;
 
-struct Options {
+struct ReplayOptions {
   std::string log;
   std::string plan;
   std::string prefix = channels::kDefaultPrefix;
@@ -32,7 +32,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* kFooter = R"(Example:
+constexpr const char* kReplayFooter = R"(Example:
   lcm-logger -c '^FREEFLEX_.*' flight.log      (then push, then Ctrl-C)
   freeflex replay flight.log --plan rotor.plan
 JSON fields:
@@ -52,7 +52,7 @@ struct Difference {
   std::string recorded, replayed;
 };
 
-struct Outcome {
+struct ReplayOutcome {
   int exit_code = kExitOk;
   std::string error;  // why there is no answer: exit 2 or 3
   std::optional<Difference> difference;
@@ -134,7 +134,7 @@ class Replay {
         state_(make_state(plan)),
         workspace_(make_workspace(plan)) {}
 
-  Outcome run() {
+  ReplayOutcome run() {
     Progress progress("replay");
     const std::int64_t last_tick = session_.states.back().tick;
     for (const StateRecord& record : session_.states) {
@@ -210,22 +210,23 @@ class Replay {
   StepReport report_;
   std::vector<ForceCommand> commands_;
   std::vector<applied_t> ended_;
-  Outcome outcome_;
+  ReplayOutcome outcome_;
 };
 
-Outcome no_answer(int exit_code, const std::string& error) {
-  Outcome outcome;
+ReplayOutcome no_answer(int exit_code, const std::string& error) {
+  ReplayOutcome outcome;
   outcome.exit_code = exit_code;
   outcome.error = error;
   return outcome;
 }
-Outcome usage(const std::string& error) { return no_answer(kExitUsage, error); }
-Outcome incomplete(const std::string& error) {
+ReplayOutcome usage(const std::string& error) { return no_answer(kExitUsage, error); }
+ReplayOutcome incomplete(const std::string& error) {
   return no_answer(kExitIncomplete, "log incomplete: " + error);
 }
 
 /// The plan of the recording at its rate, or why it is not.
-std::optional<Plan> find_plan(const Options& options, const RecordedSession& session, Outcome& outcome) {
+std::optional<Plan> find_plan(const ReplayOptions& options, const RecordedSession& session,
+                              ReplayOutcome& outcome) {
   const std::string path = options.plan.empty() ? session.plan_file : options.plan;
   if (path.empty()) {
     outcome = usage("the log holds no " + options.prefix + channels::kScene +
@@ -253,7 +254,7 @@ std::optional<Plan> find_plan(const Options& options, const RecordedSession& ses
   return plan;
 }
 
-Outcome replay(const Options& options) {
+ReplayOutcome replay(const ReplayOptions& options) {
   io::LogReader log(options.log);
   if (!log.error().empty()) return usage(log.error());
   const Recording recording = [&] {
@@ -268,16 +269,16 @@ Outcome replay(const Options& options) {
   const std::string flaw = find_flaw(*session);
   if (!flaw.empty()) return incomplete(flaw);
   if (session->states.empty()) return incomplete("it holds no " + options.prefix + channels::kState);
-  Outcome outcome;
+  ReplayOutcome outcome;
   const std::optional<Plan> plan = find_plan(options, *session, outcome);
   if (!plan) return outcome;
   // reading the index ended at the end of the file; from here on records are read by offset
-  Outcome result = Replay(*plan, log, *session).run();
+  ReplayOutcome result = Replay(*plan, log, *session).run();
   result.warning = outcome.warning;
   return result;
 }
 
-int report(const Options& options, const Outcome& outcome) {
+int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
   if (options.json) {
     const char* result = outcome.exit_code == kExitOk            ? "identical"
                          : outcome.exit_code == kExitDiffers     ? "differs"
@@ -318,7 +319,7 @@ int report(const Options& options, const Outcome& outcome) {
 }  // namespace
 
 void add_replay(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReplayOptions>();
   CLI::App* command =
       app.add_subcommand("replay", "recorded commands fed back, recorded states compared bit for bit");
   command->add_option("LOG", options->log, "LCM event log, as lcm-logger or freeflex run writes it")
@@ -333,7 +334,7 @@ void add_replay(CLI::App& app, int& exit_code) {
       ->type_name("NAME")
       ->capture_default_str();
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(kFooter);
+  command->footer(kReplayFooter);
   command->callback([options, &exit_code] { exit_code = report(*options, replay(*options)); });
 }
 

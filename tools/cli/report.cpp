@@ -19,7 +19,7 @@
 namespace freeflex::tools {
 namespace {
 
-struct Options {
+struct ReportOptions {
   std::vector<std::string> scenes;
   std::string folder;
   StudyOptions study;
@@ -30,7 +30,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* kFooter = R"(Example:
+constexpr const char* kReportFooter = R"(Example:
   freeflex report service/scenes/truss-s1.yaml --out report
   freeflex report service/scenes/truss-s1.yaml service/scenes/truss-s3.yaml --until 2,0.5
   freeflex report --estimates 200 --out report
@@ -77,7 +77,7 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
 }
 
 /// What is wrong with the arguments as a whole. Empty: nothing.
-std::string find_fault(const Options& options) {
+std::string find_fault(const ReportOptions& options) {
   if (options.scenes.empty() && options.num_estimates == 0)
     return "SCENE is needed, or --estimates N, which has scenes of its own";
   if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
@@ -101,7 +101,7 @@ std::vector<NamedText> files_of(const Report& report) {
   return files;
 }
 
-int report(const Options& options) {
+int report(const ReportOptions& options) {
   const std::vector<Scene> scenes = read_scenes(options.scenes);
   if (scenes.size() < options.scenes.size()) return kExitUsage;
   for (const Scene& scene : scenes)
@@ -157,7 +157,7 @@ int report(const Options& options) {
 }  // namespace
 
 void add_report(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<ReportOptions>();
   CLI::App* command = app.add_subcommand(
       "report", "error against run time of every rung, beside other methods on the same scene");
   command->add_option("SCENE", options->scenes, "scene files of springs and bars");
@@ -199,7 +199,7 @@ void add_report(CLI::App& app, int& exit_code) {
           [] { throw CLI::ValidationError("--stability", "use freeflex stability, a command of its own"); })
       ->group("");
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(kFooter);
+  command->footer(kReportFooter);
   command->callback([options, &exit_code] {
     if (const std::string fault = find_fault(*options); !fault.empty()) {
       print_error(fault);

@@ -24,7 +24,7 @@ namespace {
 
 using freeflex_msgs::applied_t;
 
-struct Options {
+struct RunOptions {
   std::string input;
   std::string log;
   std::string out;
@@ -35,7 +35,7 @@ struct Options {
   bool json = false;
 };
 
-constexpr const char* kFooter = R"(Example:
+constexpr const char* kRunFooter = R"(Example:
   freeflex run service/scenes/rotor.yaml --until 10 --out rotor.log
   freeflex run rotor.plan --log flight.log --out flight.csv
   freeflex run boom.yaml --until 1 --out - | cut -d, -f 2-5
@@ -127,8 +127,8 @@ void warn_beyond_limits(const Plan& plan, const Extremes& extremes, const std::o
   }
 }
 
-/// Options that would have no effect or write into each other. Empty: none.
-std::string find_idle_option(const CLI::App& command, const Options& options) {
+/// RunOptions that would have no effect or write into each other. Empty: none.
+std::string find_idle_option(const CLI::App& command, const RunOptions& options) {
   if (options.json && is_standard_output(options.out))
     return "--json goes with a file for --out: standard output holds the table of --out -";
   if (!options.log.empty()) return {};
@@ -149,7 +149,7 @@ bool has_states(const Plan& plan, const std::string& out) {
 }
 
 /// Opens the log that commands come from. An exit code other than kExitOk is explained.
-int open_commands(const Options& options, const Plan& plan, Commands& commands) {
+int open_commands(const RunOptions& options, const Plan& plan, Commands& commands) {
   commands.log = std::make_unique<io::LogReader>(options.log);
   if (!commands.log->error().empty()) return print_error(commands.log->error()), kExitUsage;
   {
@@ -176,7 +176,7 @@ int open_commands(const Options& options, const Plan& plan, Commands& commands) 
 }
 
 /// Last tick to reach, or nullopt (explained).
-std::optional<std::int64_t> last_tick(const Options& options, const Plan& plan, const Commands& commands) {
+std::optional<std::int64_t> last_tick(const RunOptions& options, const Plan& plan, const Commands& commands) {
   if (options.until) {
     const double ticks = std::round(*options.until / plan.period);
     if (ticks <= 9e15) return static_cast<std::int64_t>(ticks);
@@ -281,7 +281,7 @@ void print_budget(std::FILE* to, const BudgetReading& reading, const Verdict& ve
 }
 
 /// What was done and how far it can be trusted.
-void report(const Options& options, const std::string& file, const Result& result, std::int64_t last,
+void report(const RunOptions& options, const std::string& file, const Result& result, std::int64_t last,
             const Plan& plan, const Extremes& extremes) {
   const bool is_complete = result.exit_code == kExitOk;
   const double seconds = static_cast<double>(result.ticks) * plan.period;
@@ -320,7 +320,7 @@ void report(const Options& options, const std::string& file, const Result& resul
   warn_beyond_limits(plan, extremes, verdict);
 }
 
-int run(const CLI::App& command, const Options& options) {
+int run(const CLI::App& command, const RunOptions& options) {
   const std::string idle = find_idle_option(command, options);
   if (!idle.empty()) return print_error(idle), kExitUsage;
   if (!options.log.empty() && would_overwrite(options.log, options.out)) return kExitUsage;
@@ -358,7 +358,7 @@ int run(const CLI::App& command, const Options& options) {
 }  // namespace
 
 void add_run(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<RunOptions>();
   CLI::App* command = app.add_subcommand("run", "the same step without the bus, as fast as it goes");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
   command->add_option("--log", options->log, "LCM log whose commands are applied at their recorded ticks")
@@ -384,7 +384,7 @@ void add_run(CLI::App& app, int& exit_code) {
       ->type_name("NAME")
       ->capture_default_str();
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(kFooter);
+  command->footer(kRunFooter);
   command->callback([options, command, &exit_code] { exit_code = run(*command, *options); });
 }
 

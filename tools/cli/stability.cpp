@@ -14,14 +14,14 @@
 namespace freeflex::tools {
 namespace {
 
-struct Options {
+struct StabilityArguments {
   std::string folder;
   bool only_rungs = false;
   bool quick = false;
   bool json = false;
 };
 
-constexpr const char* kFooter = R"(Example:
+constexpr const char* kStabilityFooter = R"(Example:
   freeflex stability --out report
 JSON fields:
   machine      processor, cores, system, compiler, flags, version, commit, date
@@ -32,7 +32,7 @@ JSON fields:
 Exit codes: 0 every case holds or is named, 1 a case fails or a file was not written, 2 wrong arguments,
 130 interrupted.)";
 
-int stability(const Options& options) {
+int stability(const StabilityArguments& options) {
   if (!prepare_folder(options.folder)) return kExitDiffers;
   StabilityOptions settings;
   settings.is_quick = options.quick;
@@ -58,7 +58,7 @@ int stability(const Options& options) {
 }  // namespace
 
 void add_stability(CLI::App& app, int& exit_code) {
-  auto options = std::make_shared<Options>();
+  auto options = std::make_shared<StabilityArguments>();
   CLI::App* command = app.add_subcommand(
       "stability", "stiff and extreme cases, each beside the figure that it must meet and other methods");
   command->add_option("--out", options->folder, "folder for stability.csv, stability.json and stability.html")
@@ -67,7 +67,7 @@ void add_stability(CLI::App& app, int& exit_code) {
   command->add_flag("--rungs", options->only_rungs, "no other methods");
   command->add_flag("--quick", options->quick, "fewer ticks");
   command->add_flag("--json", options->json, "one JSON object on standard output");
-  command->footer(kFooter);
+  command->footer(kStabilityFooter);
   command->callback([options, &exit_code] { exit_code = stability(*options); });
 }
 
