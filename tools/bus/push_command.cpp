@@ -38,15 +38,14 @@ std::optional<PointArgument> parse_point(const std::string& text) {
 
 /// run, hold, reset, stop, step=N, shapes=MODE.
 std::optional<control_t> parse_control(const std::string& text) {
-  constexpr std::array<std::pair<std::string_view, std::int32_t>, 4> kPlainNumber{
-      {{"run", control_t::RUN},
-       {"hold", control_t::HOLD},
-       {"reset", control_t::RESET},
-       {"stop", control_t::STOP}}};
+  constexpr std::array<std::pair<std::string_view, std::int32_t>, 4> kWords{{{"run", control_t::RUN},
+                                                                             {"hold", control_t::HOLD},
+                                                                             {"reset", control_t::RESET},
+                                                                             {"stop", control_t::STOP}}};
   constexpr std::array<std::pair<std::string_view, std::int32_t>, 2> kCounted{
       {{"step=", control_t::STEP}, {"shapes=", control_t::SHAPES}}};
   control_t control{};
-  for (const auto& [name, command] : kPlainNumber) {
+  for (const auto& [name, command] : kWords) {
     control.command = command;
     if (text == name) return control;
   }

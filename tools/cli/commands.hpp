@@ -13,6 +13,19 @@ inline constexpr int kExitUsage = 2;  // wrong arguments, scene or plan
 inline constexpr int kExitIncomplete = 3;     // a log that is damaged or lacks something
 inline constexpr int kExitInterrupted = 130;  // Ctrl-C, SIGTERM
 
+/// A subcommand in the list of all.
+struct Description {
+  const char* name;
+  const char* meaning;
+};
+// of freeflex-study
+inline constexpr Description kInspect{
+    "inspect", "mass, freedoms, unit elastic displacements, Maxwell and influence coefficients"};
+inline constexpr Description kReport{
+    "report", "error against run time of every rung, beside other methods on the same scene"};
+inline constexpr Description kStability{
+    "stability", "stiff and extreme cases, each beside the figure that it must meet and other methods"};
+
 void add_check(CLI::App& app, int& exit_code);
 void add_modes(CLI::App& app, int& exit_code);
 void add_loads(CLI::App& app, int& exit_code);

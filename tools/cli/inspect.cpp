@@ -95,8 +95,7 @@ int inspect(const InspectOptions& options) {
 
 void add_inspect(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<InspectOptions>();
-  CLI::App* command = app.add_subcommand(
-      "inspect", "mass, freedoms, unit elastic displacements, Maxwell and influence coefficients");
+  CLI::App* command = app.add_subcommand(kInspect.name, kInspect.meaning);
   command->add_option("SCENE", options->scene, "scene file")->required();
   command
       ->add_option(

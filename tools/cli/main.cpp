@@ -1,74 +1,57 @@
 // freeflex: the command line beside the daemon.
-#include <CLI/App.hpp>
-#include <CLI/Config.hpp>
-#include <CLI/Formatter.hpp>
+#include <unistd.h>
+
+#include <algorithm>
+#include <array>
 #include <cerrno>
-#include <cstdio>
 #include <cstring>
-#include <exception>
+#include <filesystem>
 #include <string>
 
 #include "tools/cli/commands.hpp"
+#include "tools/cli/program.hpp"
 #include "tools/terminal/console.hpp"
-#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {
 
-/// The exit code, or 1 when what was printed did not all reach its file.
-int end_output(int exit_code) {
-  errno = 0;
-  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
-  print_error(std::string("standard output: ") + (errno != 0 ? std::strerror(errno) : "cannot be written"));
-  return exit_code == kExitOk ? kExitDiffers : exit_code;
-}
+/// What freeflex-study does: these need the paper's bases, the reference and the rivals, and no other command
+/// does, so the programs that a run takes are built without them.
+constexpr std::array kStudies{kInspect, kReport, kStability};
 
-/// Parses and runs one command.
-int run_command_line(int argc, char** argv) {
-  end_when_interrupted(kExitInterrupted);
-  CLI::App app{"freeflex: scenes, plans, runs and recordings of free flexible structures", "freeflex"};
-  app.formatter(make_help_formatter());
-  app.set_version_flag("--version", std::string("freeflex ") + FREEFLEX_VERSION);
-  app.require_subcommand(1);
-  app.footer(
-      "Exit codes: 0 done, 1 the answer is no (differs, rejected, not written), 2 wrong arguments, scene or "
-      "plan,\n"
-      "3 log damaged or incomplete, 130 interrupted. 'freeflex COMMAND --help' shows examples.");
-
-  int exit_code = kExitOk;
+void add_commands(CLI::App& app, int& exit_code) {
+  const auto name = [&app](const Description& study) { app.add_subcommand(study.name, study.meaning); };
   add_check(app, exit_code);
   add_modes(app, exit_code);
   add_loads(app, exit_code);
-  add_inspect(app, exit_code);
+  name(kInspect);
   add_plan(app, exit_code);
-  add_report(app, exit_code);
-  add_stability(app, exit_code);
+  name(kReport);
+  name(kStability);
   add_compile(app, exit_code);
   add_run(app, exit_code);
   add_push(app, exit_code);
   add_monitor(app, exit_code);
   add_replay(app, exit_code);
+}
 
-  try {
-    app.parse(argc, argv);
-  } catch (const CLI::ParseError& error) {
-    // --help and --version come this way too
-    if (error.get_exit_code() == 0) return app.exit(error), end_output(kExitOk);
-    print_error(explain(app, error));
-    return kExitUsage;
-  }
-  return end_output(exit_code);
+/// Goes on as freeflex-study, which stands beside this program. Comes back only when that cannot be started.
+int become_study(char** argv) {
+  std::error_code ignored;
+  const std::string study =
+      (std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / "freeflex-study").string();
+  execv(study.c_str(), argv);
+  print_error(std::string(argv[1]) + ": " + study + ": " + std::strerror(errno) +
+              "; it is a program of its own, which tools/build makes and cmake --install installs");
+  return kExitDiffers;
 }
 
 }  // namespace
 }  // namespace freeflex::tools
 
 int main(int argc, char** argv) {
-  try {
-    return freeflex::tools::run_command_line(argc, argv);
-  } catch (const std::exception& error) {
-    // no memory, most likely
-    std::fprintf(stderr, "freeflex: error: %s\n", error.what());
-    return freeflex::tools::kExitDiffers;
-  }
+  using namespace freeflex::tools;
+  const auto is_named = [&](const Description& study) { return std::strcmp(study.name, argv[1]) == 0; };
+  if (argc > 1 && std::any_of(kStudies.begin(), kStudies.end(), is_named)) return become_study(argv);
+  return run_program(argc, argv, add_commands);
 }

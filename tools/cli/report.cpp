@@ -158,8 +158,7 @@ int report(const ReportOptions& options) {
 
 void add_report(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<ReportOptions>();
-  CLI::App* command = app.add_subcommand(
-      "report", "error against run time of every rung, beside other methods on the same scene");
+  CLI::App* command = app.add_subcommand(kReport.name, kReport.meaning);
   command->add_option("SCENE", options->scenes, "scene files of springs and bars");
   command
       ->add_option("--estimates", options->num_estimates,

@@ -59,8 +59,7 @@ int stability(const StabilityArguments& options) {
 
 void add_stability(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<StabilityArguments>();
-  CLI::App* command = app.add_subcommand(
-      "stability", "stiff and extreme cases, each beside the figure that it must meet and other methods");
+  CLI::App* command = app.add_subcommand(kStability.name, kStability.meaning);
   command->add_option("--out", options->folder, "folder for stability.csv, stability.json and stability.html")
       ->check(file_name())
       ->type_name("DIR");

@@ -22,7 +22,7 @@ write_basic_package_version_file(${CMAKE_BINARY_DIR}/freeflexConfigVersion.cmake
 install(FILES ${CMAKE_BINARY_DIR}/freeflexConfig.cmake ${CMAKE_BINARY_DIR}/freeflexConfigVersion.cmake
   DESTINATION ${package_dir})
 
-install(TARGETS freeflex_cli RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS freeflex_cli freeflex_study RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 if(TARGET freeflexd)
   install(TARGETS freeflexd RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()

@@ -1,0 +1,62 @@
+#include "tools/cli/program.hpp"
+
+#include <CLI/Config.hpp>
+#include <CLI/Formatter.hpp>
+#include <cerrno>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <string>
+
+#include "tools/cli/commands.hpp"
+#include "tools/terminal/console.hpp"
+#include "tools/terminal/usage.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+/// The exit code, or 1 when what was printed did not all reach its file.
+int end_output(int exit_code) {
+  errno = 0;
+  if (std::fflush(stdout) == 0 && std::ferror(stdout) == 0) return exit_code;
+  print_error(std::string("standard output: ") + (errno != 0 ? std::strerror(errno) : "cannot be written"));
+  return exit_code == kExitOk ? kExitDiffers : exit_code;
+}
+
+int run_command_line(int argc, char** argv, AddCommands add_commands) {
+  end_when_interrupted(kExitInterrupted);
+  CLI::App app{"freeflex: scenes, plans, runs and recordings of free flexible structures", "freeflex"};
+  app.formatter(make_help_formatter());
+  app.set_version_flag("--version", std::string("freeflex ") + FREEFLEX_VERSION);
+  app.require_subcommand(1);
+  app.footer(
+      "Exit codes: 0 done, 1 the answer is no (differs, rejected, not written), 2 wrong arguments, scene or "
+      "plan,\n"
+      "3 log damaged or incomplete, 130 interrupted. 'freeflex COMMAND --help' shows examples.");
+
+  int exit_code = kExitOk;
+  add_commands(app, exit_code);
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::ParseError& error) {
+    // --help and --version come this way too
+    if (error.get_exit_code() == 0) return app.exit(error), end_output(kExitOk);
+    print_error(explain(app, error));
+    return kExitUsage;
+  }
+  return end_output(exit_code);
+}
+
+}  // namespace
+
+int run_program(int argc, char** argv, AddCommands add_commands) {
+  try {
+    return run_command_line(argc, argv, add_commands);
+  } catch (const std::exception& error) {
+    // no memory, most likely
+    std::fprintf(stderr, "freeflex: error: %s\n", error.what());
+    return kExitDiffers;
+  }
+}
+
+}  // namespace freeflex::tools

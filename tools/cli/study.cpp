@@ -1,0 +1,19 @@
+// freeflex-study: the commands of freeflex that take a structure or the methods themselves apart.
+#include "tools/cli/commands.hpp"
+#include "tools/cli/program.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+void add_studies(CLI::App& app, int& exit_code) {
+  add_inspect(app, exit_code);
+  add_report(app, exit_code);
+  add_stability(app, exit_code);
+}
+
+}  // namespace
+}  // namespace freeflex::tools
+
+int main(int argc, char** argv) {
+  return freeflex::tools::run_program(argc, argv, freeflex::tools::add_studies);
+}
