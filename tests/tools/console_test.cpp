@@ -132,7 +132,7 @@ bool shows_on_terminal(const std::string& arguments, const std::string& part) {
 TEST(Progress, OfWhateverTakesLongIsOnTheTerminal) {
   const std::string large = kScenes + "truss-s3.yaml";
   shows_on_terminal("check " + large, "check: ");
-  for (const std::string& command : {"modes ", "inspect ", "plan ", "compile -o a.plan "})
+  for (const char* command : {"modes ", "inspect ", "plan ", "compile -o a.plan "})
     shows_on_terminal(command + large, "set-up: ");
   shows_on_terminal("loads --spin 0,0,1 " + large, "set-up: ");
   shows_on_terminal("run --until 1e8 --out a.csv " + kGolden + "frame.plan", "run [");

@@ -38,6 +38,59 @@ class Run : public ::testing::Test {
   TemporaryFolder folder_;
 };
 
+TEST_F(Run, SameInputGivesTheSameFile) {
+  for (const char* name : {"a.log", "b.log", "a.csv", "b.csv"}) {
+    const Outcome outcome =
+        run(kFreeflex + " run " + kGolden + "frame.plan --until 0.5 --out " + folder_ / name);
+    ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  }
+  EXPECT_EQ(read_text(folder_ / "a.log"), read_text(folder_ / "b.log"));
+  EXPECT_EQ(read_text(folder_ / "a.csv"), read_text(folder_ / "b.csv"));
+}
+
+TEST_F(Run, TableHasTheNamedColumnsInEveryRow) {
+  const Outcome outcome =
+      run(kFreeflex + " run " + kScenes + "boom.yaml --until 0.1 --out " + folder_ / "a.csv");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  std::istringstream lines(read_text(folder_ / "a.csv"));
+  std::string line;
+  std::getline(lines, line);
+  EXPECT_TRUE(line.starts_with("tick,time,x,y,z,qw,qx,qy,qz,vx,vy,vz,wx,wy,wz,hx,hy,hz,q1,")) << line;
+  EXPECT_TRUE(contains(line, ",point.tip.x,point.tip.y,point.tip.z,"));
+  const auto columns = std::count(line.begin(), line.end(), ',');
+  int rows = 0;
+  while (std::getline(lines, line)) {
+    EXPECT_EQ(std::count(line.begin(), line.end(), ','), columns);
+    ++rows;
+  }
+  // 50 Hz over 0.1 s: ticks 0, 20, 40, 60, 80, 100
+  EXPECT_EQ(rows, 6);
+}
+
+TEST_F(Run, NeedsAnEnd) {
+  const Outcome outcome = run(kFreeflex + " run " + kScenes + "boom.yaml --out " + folder_ / "never.log");
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(contains(outcome.err, "--until"));
+}
+
+TEST_F(Run, FullDiskAndUnwritableFolderAreExitOne) {
+  const Outcome full = run(kFreeflex + " run " + kScenes + "boom.yaml --until 10 --out /dev/full");
+  EXPECT_EQ(full.exit_code, 1);
+  EXPECT_TRUE(contains(full.err, "No space left")) << full.err;
+  EXPECT_EQ(run(kFreeflex + " run " + kScenes + "boom.yaml --until 1 --out /nonexistent/a.log").exit_code, 1);
+}
+
+TEST_F(Run, InterruptedFileIsMarkedAndReplays) {
+  // far more than can be done: SIGINT arrives on the way
+  const Outcome outcome = run("timeout --preserve-status -s INT 1 " + kFreeflex + " run " + kGolden +
+                              "frame.plan --until 1e8 --out " + folder_ / "a.log");
+  EXPECT_EQ(outcome.exit_code, 130) << outcome.err;
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "a.log"));
+  const Outcome replayed =
+      run(kFreeflex + " replay " + folder_ / "a.log.partial --plan " + kGolden + "frame.plan");
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err << replayed.out;
+}
+
 TEST_F(Run, NothingOfASceneIsWrittenOver) {
   const std::string list = "rotor.yaml rotor_points.csv rotor_stiffness.mtx";
   ASSERT_EQ(run("cd " + kScenes + " && cp " + list + " " + folder_.path()).exit_code, 0);
