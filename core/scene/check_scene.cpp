@@ -100,10 +100,10 @@ void Checker::check_feedback(const Feedback& feedback, int index) {
     if (!matrix.allFinite()) error(feedback.origin, join_text(who, ": ", what, " gain is not finite"));
     return !matrix.isZero(0.0);
   };
-  const bool any = gain("displacement", feedback.displacement_gain) |
-                   gain("velocity", feedback.velocity_gain) |
-                   gain("acceleration", feedback.acceleration_gain);
-  if (!any)
+  const bool by_displacement = gain("displacement", feedback.displacement_gain),
+             by_velocity = gain("velocity", feedback.velocity_gain),
+             by_acceleration = gain("acceleration", feedback.acceleration_gain);
+  if (!by_displacement && !by_velocity && !by_acceleration)
     error(feedback.origin, who + " has no gain but zero; give a displacement, velocity or acceleration gain");
 }
 

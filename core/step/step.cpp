@@ -76,9 +76,10 @@ bool advance_elastic(const Plan& plan, const MotionState& state, const Array& Q_
   const double *Q0 = Q_start.data(), *Q1 = workspace.Q_left.data();
   const std::size_t n = index(plan.num_moving);
   if (plan.mixing.path == PlanMixing::Path::kNone) return advance_modes(plan.propagator, n, from, Q0, Q1, to);
-  if (plan.mixing.path == PlanMixing::Path::kExact)
-    return advance_modes(plan.propagator, n, from, Q0, Q1, to) &
-           advance_mixed(plan, from, Q0, Q1, workspace.scratch, to);
+  if (plan.mixing.path == PlanMixing::Path::kExact) {
+    const bool is_finite = advance_modes(plan.propagator, n, from, Q0, Q1, to);
+    return advance_mixed(plan, from, Q0, Q1, workspace.scratch, to) && is_finite;
+  }
   // half a kick, the modes, half a kick
   kick(plan, from.q, from.q_dot, workspace.scratch, workspace.kicked.data());
   const bool is_finite = advance_modes(
