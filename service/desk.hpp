@@ -79,9 +79,4 @@ class CommandDesk {
   int num_in_force_ = 0;
 };
 
-/// True when the command clears its slot.
-inline bool is_clearing(const ForceCommand& command) {
-  return command.num_points == 0 && command.num_wrenches == 0;
-}
-
 }  // namespace freeflex::service

@@ -53,7 +53,8 @@ void Inlet::finish(io::Admission& admission) noexcept {
     if (block_.inbound.try_push(entry_)) return;
     admission.reason = Reason::kQueueFull;
     std::snprintf(admission.text.data(), admission.text.size(),
-                  "more commands than the daemon takes: all 1024 places are waiting; send slower");
+                  "more commands than the daemon takes: all %d places are waiting; send slower",
+                  decltype(block_.inbound)::kCapacity);
   }
   block_.rejections[static_cast<std::size_t>(admission.reason)].fetch_add(1, std::memory_order_relaxed);
   if (!block_.rejected.try_push({admission})) block_.dropped_answers.fetch_add(1, std::memory_order_relaxed);

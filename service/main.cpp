@@ -33,7 +33,7 @@ constexpr const char* kFooter = R"(Timing:
 Environment:
   LCM_DEFAULT_URL  bus to use when --lcm-url is not given
 
-Exit status:
+Exit codes:
   0 ended as told (SIGINT, SIGTERM, SIGHUP, STOP, --until), 1 failed at run time, 2 wrong usage or scene)";
 
 /// Lines go to a queue and from there to stderr: whoever logs never waits for a slow or broken terminal.
@@ -73,19 +73,26 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
   std::string timing = "realtime";
   CLI::App app("Simulates a free flexible structure in real time, pushed and watched over LCM.", "freeflexd");
   app.footer(kFooter);
-  app.set_version_flag("--version", FREEFLEX_VERSION);
-  app.add_option("SCENE", options.input, "scene (YAML) or compiled plan")->required();
-  app.add_option("--lcm-url", options.lcm_url, "LCM bus, udpm://ADDRESS:PORT?ttl=N");
+  app.set_help_flag("-h,--help", "this text");
+  app.set_version_flag("--version", "freeflexd " FREEFLEX_VERSION, "name and version");
+  app.add_option("SCENE", options.input, "scene (YAML) or compiled plan")->required()->type_name("");
+  app.add_option("--lcm-url", options.lcm_url, "LCM bus, udpm://ADDRESS:PORT?ttl=N")->type_name("URL");
   app.add_option("--prefix", options.prefix, "first part of every channel name")
+      ->type_name("NAME")
       ->default_val(freeflex::channels::kDefaultPrefix)
       ->check(freeflex::service::channel_prefix());
   app.add_option("--rate", options.rate, "ticks per simulated second [Hz] in place of the scene's")
+      ->type_name("HZ")
       ->check(freeflex::service::rate_in_hertz());
-  app.add_option("--time", timing, "realtime, scaled=K, lockstep or asap")->default_str(timing);
+  app.add_option("--time", timing, "realtime, scaled=K, lockstep or asap")
+      ->type_name("MODE")
+      ->default_str(timing);
   app.add_option("--until", options.until, "end at this simulated time [s]")
+      ->type_name("S")
       ->check(freeflex::service::must_be("a number > 0 [s]", [](double time) { return time > 0.0; }));
   app.add_flag("--hold", options.starts_holding, "start holding: wait for RUN or STEP");
   app.add_option("--log-level", level, "least level that is logged: debug, info, warning, error or off")
+      ->type_name("LEVEL")
       ->default_str(level)
       ->check(freeflex::service::one_of({"debug", "info", "warning", "error", "off"}));
   try {

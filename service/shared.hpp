@@ -24,6 +24,8 @@ class Ring {
   static_assert((Capacity & (Capacity - 1)) == 0, "power of two");
 
  public:
+  static constexpr int kCapacity = Capacity;
+
   /// Producer only. False when full.
   bool try_push(const Entry& entry) noexcept {
     const std::uint64_t head = head_.load(std::memory_order_relaxed);

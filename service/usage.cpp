@@ -10,10 +10,6 @@
 namespace freeflex::service {
 namespace {
 
-std::string found(const std::string& text, const std::string& allowed) {
-  return "found '" + text + "', must be " + allowed;
-}
-
 std::vector<std::string> command_names(const CLI::App& app) {
   std::vector<std::string> names;
   for (const CLI::App* command : app.get_subcommands({})) names.push_back(command->get_name());
@@ -51,6 +47,10 @@ std::string reworded(const CLI::ParseError& error) {
 }
 
 }  // namespace
+
+std::string found(const std::string& text, const std::string& allowed) {
+  return "found '" + text + "', must be " + allowed;
+}
 
 CLI::Validator must_be(const char* allowed, bool (*is_right)(double)) {
   return {[allowed, is_right](std::string& text) {

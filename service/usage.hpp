@@ -8,6 +8,9 @@
 
 namespace freeflex::service {
 
+/// "found 'text', must be allowed"
+std::string found(const std::string& text, const std::string& allowed);
+
 /// Takes what reads as a number, as scenes take it, and is right. \param allowed  continues "must be "
 CLI::Validator must_be(const char* allowed, bool (*is_right)(double));
 /// Takes one of the names.

@@ -69,7 +69,8 @@ Basis find_basis(const Scene& scene, const Structure& structure, const LinkFacto
 /// The explicit recipe of the shape where it is complete, else the formal one   (THEORY X80-X86).
 Basis find_basis(const Scene& scene, const Structure& structure, const LinkFactor& factor);
 
-/// The orthogonal matrix between two complete bases, b*_l = sum_u a_lu b_u   (THEORY 6.1, X87) [-] (n x n).
+/// The orthogonal matrix between two complete bases, b*_l = sum_u a_lu b_u, a a^T = 1   (THEORY 6.1,
+/// 6.2, X87) [-] (n x n).
 Eigen::MatrixXd change_of_basis(const std::vector<PointMass>& points, const Basis& from, const Basis& to);
 
 }  // namespace freeflex

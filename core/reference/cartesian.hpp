@@ -13,6 +13,9 @@
 
 namespace freeflex {
 
+inline constexpr double kNoMoment =
+    1e-13;  // [-] of the largest moment of inertia: that of a collinear set, rounded
+
 /// One load of the scene, its wrenches spread over the points of their groups.
 struct CartesianLoad {
   Axes axes = Axes::kWorld;

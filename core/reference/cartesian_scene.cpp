@@ -25,7 +25,6 @@ struct Inertia {
   int rank = 0;
 };
 Inertia inverse_inertia(const Eigen::VectorXd& mass, const Matrix3Xd& d) {
-  constexpr double kNoMoment = 1e-13;  // relative; rounding of the moments of a collinear set
   Matrix3d inertia = Matrix3d::Zero();
   for (Eigen::Index i = 0; i < mass.size(); ++i) {
     inertia += mass[i] * (d.col(i).squaredNorm() * Matrix3d::Identity() - d.col(i) * d.col(i).transpose());

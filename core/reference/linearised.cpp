@@ -33,7 +33,6 @@ long whole_steps(double span, double step) { return std::lround(std::ceil(span /
 
 std::unique_ptr<RivalMethod> Linearised::make(Rival rival, const CartesianSystem& system,
                                               std::string& error) {
-  constexpr double kNoMoment = 1e-13;  // relative; rounding of the moments of a collinear set
   if (system.attractor_mu > 0.0) error = "the linearised system has no attractor";
   for (const CartesianLink& link : system.links)
     if (link.damping > 0.0) error = "the linearised system has springs and bars only, without dissipation";

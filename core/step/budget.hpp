@@ -22,7 +22,7 @@ struct BudgetReading {
   // [rad] by which the body turned, times the share of the vibration that is in modes which the best shadow
   // does not resolve: as large may be what it does not see   (X98)
   double unresolved = 0.0;
-  ErrorSize total;                           // estimate: kCover times the distance from the best shadow
+  ErrorSize total;                           // estimate: kCover times the distance from the best shadow (X97)
   ErrorSize integration, truncation, model;  // distances: period; modes left out; rung
 };
 

@@ -44,4 +44,9 @@ struct ForceCommand {
 };
 static_assert(std::is_trivially_copyable_v<ForceCommand>);
 
+/// True when the command clears its slot.
+inline bool is_clearing(const ForceCommand& command) noexcept {
+  return command.num_points == 0 && command.num_wrenches == 0;
+}
+
 }  // namespace freeflex

@@ -59,7 +59,7 @@ struct ModalResult {
   double *q, *q_low, *q_dot, *q_dot_low;
 };
 /// One step of every mode under a load linear from Q^0 to Q^1, y^1 = (C + L) y + w_0 Q^0 + w_1 (Q^1 - Q^0)
-/// (THEORY X10). Returns true when every new value is finite.
+/// (THEORY X10), which solves M q'' + c q = Q (5.7) exactly. Returns true when every new value is finite.
 bool advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,
                    const double* Q1, const ModalResult& to) noexcept;
 

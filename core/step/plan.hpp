@@ -297,7 +297,7 @@ struct Plan {
 /// A better plan of the same scene, all modes and all points in it, that makes `substeps` steps a tick.
 struct PlanShadow {
   enum class Kind : std::int32_t {
-    kBest = 0,   // the highest rung
+    kBest = 0,   // the plan's own rung where that has the true geometry, else exact-bars
     kFine = 1,   // the plan's own rung at half the period or less
     kWhole = 2,  // the plan's own rung and period, no mode left out
   };

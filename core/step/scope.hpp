@@ -15,9 +15,9 @@ enum class Need : std::int32_t { kNone = 0, kRotation = 1, kOutOfPlane = 2 };
 /// A moment or a part along the normal below this share of its terms is rounding [-].
 inline constexpr double kScopeRounding = 1e-12;
 
-/// The first part left out that a command needs: it has a moment about the centre of mass (X121), or loads
-/// that are not in the plane (X122). \param point_arm, group_arm  [m] from an index to the place where the
-/// force acts, body axes
+/// The first part left out that a command needs (X125): it has a moment about the centre of mass (X121), or
+/// loads that are not in the plane (X122). \param point_arm, group_arm  [m] from an index to the place where
+/// the force acts, body axes
 template <class PointArm, class GroupArm>
 Need find_need(const CommandScope& scope, const ForceCommand& command, const PointArm& point_arm,
                const GroupArm& group_arm) noexcept {

@@ -27,10 +27,6 @@ bool holds(const ForceCommand& command, std::span<const Slot> slots, std::int32_
   return i < num_slots && compare(slots[index(i)].command, command) == 0;
 }
 
-bool is_empty(const ForceCommand& command) noexcept {
-  return command.num_points == 0 && command.num_wrenches == 0;
-}
-
 std::int64_t end_tick(std::int64_t tick, const ForceCommand& command) noexcept {
   const std::int64_t length = command.duration_ticks > 0 ? command.duration_ticks : command.lease_ticks;
   const std::int64_t room = std::numeric_limits<std::int64_t>::max() - tick;
@@ -67,7 +63,7 @@ std::int32_t apply_command(std::int64_t tick, const ForceCommand& command, std::
   const std::int32_t i = lower_bound(command, slots, num_slots);
   const bool is_held = holds(command, slots, num_slots, i);
   const auto at = slots.begin() + i, end = slots.begin() + num_slots;
-  if (is_empty(command)) {
+  if (is_clearing(command)) {
     if (!is_held) return num_slots;
     std::copy(at + 1, end, at);
     return num_slots - 1;
@@ -77,12 +73,12 @@ std::int32_t apply_command(std::int64_t tick, const ForceCommand& command, std::
     std::copy_backward(at, end, end + 1);
     ++num_slots;
   }
-  *at = {command, tick, end_tick(tick, command)};
+  *at = {command, end_tick(tick, command)};
   return num_slots;
 }
 
 bool has_slot_for(const State& state, const ForceCommand& command) noexcept {
-  return is_empty(command) || state.num_slots < kMaxSlots ||
+  return is_clearing(command) || state.num_slots < kMaxSlots ||
          holds(command, state.slots, state.num_slots, lower_bound(command, state.slots, state.num_slots));
 }
 

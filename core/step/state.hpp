@@ -14,7 +14,6 @@ namespace freeflex {
 /// A slot in force: the command and the tick it took effect.
 struct Slot {
   ForceCommand command;
-  std::int64_t applied_tick = 0;
   std::int64_t end_tick = 0;  // expires at this tick
 };
 

@@ -1,4 +1,4 @@
-// Natural deformations of springs, bars and beams.
+// Natural deformations of springs, bars (X44) and beams (X45).
 #include <Eigen/Geometry>
 #include <cmath>
 

@@ -1,4 +1,4 @@
-// Elastic rotations at points that have none of their own: of joints, of rigid bodies, of neighbours.
+// Elastic rotations at points that have none of their own: of joints, of rigid bodies, of neighbours   (X73).
 #include <algorithm>
 #include <set>
 

@@ -23,7 +23,7 @@ void find_centre(const std::vector<PointMass>& points, MassProperties& propertie
     properties.r.col(i) = points[static_cast<std::size_t>(i)].position;
   }
   properties.mass = mass.sum();
-  // sums start from the first point: a scene far from its origin keeps its digits
+  // sum m r = 0 (2.4); sums start from the first point: a scene far from its origin keeps its digits
   const Eigen::Vector3d first = properties.r.col(0);
   properties.r.colwise() -= first;
   const Eigen::Vector3d offset = properties.r * mass / properties.mass;

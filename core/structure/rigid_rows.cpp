@@ -1,4 +1,4 @@
-// Rigid links and rigid bodies: what they forbid, and which of it is forbidden twice.
+// Rigid links and rigid bodies: what they forbid, and which of it is forbidden twice   (X64).
 
 #include "core/structure/decompositions.hpp"
 #include "core/structure/link_factor.hpp"

@@ -95,6 +95,11 @@ const std::vector<BadForce> kBadForces = {
      [](force_t& m) {
        set_forces(m, {{0, {60.001, 80.0, 0.0}}});
      }},
+    {"ForceOverLimitByLittle", Reason::kOverLimit,
+     "forces[0]: point 0: |force| 100.00000000093132 N, the scene allows at most 100 N",
+     [](force_t& m) {
+       set_forces(m, {{0, {100.0 + 0x1p-30, 0.0, 0.0}}});
+     }},
     {"ForceThatWouldOverflow", Reason::kOverLimit, "the scene allows at most 100 N",
      [](force_t& m) {
        set_forces(m, {{0, {1e300, 1e300, 0.0}}});

@@ -10,6 +10,10 @@
 #include "tools/terminal/json.hpp"
 
 namespace freeflex::tools {
+
+/// How GoogleTest and ctest name a case.
+void PrintTo(const StabilityCase& what, std::ostream* out) { *out << what.group << ": " << what.name; }
+
 namespace {
 
 /// Letters and digits of a case, for the name of its test.

@@ -3,6 +3,8 @@
 
 #include <cstdlib>
 #include <nlohmann/json.hpp>
+#include <numeric>
+#include <set>
 #include <utility>
 
 #include "tests/support/private_network.hpp"
@@ -135,21 +137,33 @@ TEST(Install, MessagesNeedLcmAloneAndTheCoreItsOwn) {
   EXPECT_TRUE(contains(other.err, "freeflex has no component 'engine'")) << other.err;
 }
 
+/// #include of every header that is installed: one that lacks another is found where it does not compile.
+std::string every_header() {
+  const std::filesystem::path top = example().folder + "/prefix/include/freeflex";
+  std::set<std::string> lines;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(top))
+    if (entry.path().extension() == ".hpp")
+      lines.insert("#include \"" + entry.path().lexically_relative(top).string() + "\"\n");
+  EXPECT_GT(lines.size(), 60u);
+  return std::accumulate(lines.begin(), lines.end(), std::string());
+}
+
 TEST(Install, AProgramBuiltAgainstTheInstalledTreeSteps) {
   const TemporaryFolder folder;
   write_text(folder / "CMakeLists.txt",
              "cmake_minimum_required(VERSION 3.25)\nproject(steps CXX)\nfind_package(freeflex "
              "REQUIRED)\nadd_executable(steps steps.cpp)\n"
-             "target_link_libraries(steps PRIVATE freeflex::io freeflex::core freeflex::step)\n");
-  write_text(folder / "steps.cpp",
-             "#include <cstdio>\n#include \"core/step/step.hpp\"\n#include \"service/io/scene/input.hpp\"\n"
-             "int main(int, char** argv) {\n  const auto result = freeflex::io::load_plan(argv[1]);\n  if "
-             "(!result.plan) return 1;\n"
-             "  freeflex::State state = freeflex::make_state(*result.plan);\n"
-             "  freeflex::Workspace workspace = freeflex::make_workspace(*result.plan);\n  "
-             "freeflex::StepReport report;\n"
-             "  for (int i = 0; i < 100; ++i) freeflex::step(*result.plan, state, {}, workspace, report);\n"
-             "  std::printf(\"tick %lld\\n\", static_cast<long long>(state.tick));\n}\n");
+             "target_link_libraries(steps PRIVATE freeflex::messages freeflex::io freeflex::core)\n");
+  write_text(
+      folder / "steps.cpp",
+      "#include <cstdio>\n" + every_header() +
+          "int main(int, char** argv) {\n  const auto result = freeflex::io::load_plan(argv[1]);\n  if "
+          "(!result.plan) return 1;\n"
+          "  freeflex::State state = freeflex::make_state(*result.plan);\n"
+          "  freeflex::Workspace workspace = freeflex::make_workspace(*result.plan);\n  "
+          "freeflex::StepReport report;\n"
+          "  for (int i = 0; i < 100; ++i) freeflex::step(*result.plan, state, {}, workspace, report);\n"
+          "  std::printf(\"tick %lld\\n\", static_cast<long long>(state.tick));\n}\n");
   const std::string flags =
       std::string(FREEFLEX_CXX_FLAGS).empty() ? "" : " -DCMAKE_CXX_FLAGS='" FREEFLEX_CXX_FLAGS "'";
   const Outcome build =

@@ -68,7 +68,7 @@ TEST(CommandLine, TheDaemonWithoutASceneSaysItsUsage) {
   const Outcome outcome = run(kFreeflexd);
   EXPECT_EQ(outcome.exit_code, 2);
   for (const char* part :
-       {"SCENE is missing", "Usage: freeflexd [OPTIONS] SCENE", "--lcm-url", "Exit status:"})
+       {"SCENE is missing", "Usage: freeflexd [OPTIONS] SCENE", "--lcm-url", "Exit codes:"})
     EXPECT_TRUE(contains(outcome.err, part)) << outcome.err;
   EXPECT_EQ(outcome.out, "");
 }

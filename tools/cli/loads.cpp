@@ -143,7 +143,7 @@ void print_loads(const Plan& plan, const State& state) {
   for (const LinkForce& force : link_forces(plan, state)) {
     std::printf("  %-16s %-8s", force.name.c_str(), force.kind.c_str());
     for (std::size_t k = 0; k < force.values.size(); ++k)
-      std::printf("%s% .9e", k > 0 && k % 6 == 0 ? "\n                           " : " ", force.values[k]);
+      std::printf("%s% .6e", k > 0 && k % 6 == 0 ? "\n                            " : " ", force.values[k]);
     std::printf("\n");
   }
 }
@@ -214,7 +214,7 @@ void add_loads(CLI::App& app, int& exit_code) {
       ->add_option("--wrench", options->wrenches, "force and torque on a group, body axes; may be repeated")
       ->type_name("GROUP=FX,FY,FZ,TX,TY,TZ");
   add_vector(*command, "--spin", options->spin,
-             "steady spin, body axes [rad/s]; the scene must be spin-loaded or above", "rad/s")
+             "steady spin, body axes [rad/s]; the scene must be spin-loaded, above or auto", "rad/s")
       ->type_name("WX,WY,WZ");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(kLoadsFooter);

@@ -35,13 +35,21 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_replay(app, exit_code);
 }
 
+/// The command asked for: the first word that is no option, so that `freeflex --help inspect` is one of
+/// inspect too.
+const char* find_command(int argc, char** argv) {
+  const auto is_word = [](const char* argument) { return argument[0] != '-'; };
+  const auto found = std::find_if(argv + 1, argv + argc, is_word);
+  return found != argv + argc ? *found : "";
+}
+
 /// Goes on as freeflex-study, which stands beside this program. Comes back only when that cannot be started.
-int become_study(char** argv) {
+int become_study(const char* command, char** argv) {
   std::error_code ignored;
   const std::string study =
       (std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path() / "freeflex-study").string();
   execv(study.c_str(), argv);
-  print_error(std::string(argv[1]) + ": " + study + ": " + std::strerror(errno) +
+  print_error(std::string(command) + ": " + study + ": " + std::strerror(errno) +
               "; it is a program of its own, which tools/build makes and cmake --install installs");
   return kExitDiffers;
 }
@@ -51,7 +59,8 @@ int become_study(char** argv) {
 
 int main(int argc, char** argv) {
   using namespace freeflex::tools;
-  const auto is_named = [&](const Description& study) { return std::strcmp(study.name, argv[1]) == 0; };
-  if (argc > 1 && std::any_of(kStudies.begin(), kStudies.end(), is_named)) return become_study(argv);
+  const char* const command = argc > 1 ? find_command(argc, argv) : "";
+  const auto is_named = [&](const Description& study) { return std::strcmp(study.name, command) == 0; };
+  if (std::any_of(kStudies.begin(), kStudies.end(), is_named)) return become_study(command, argv);
   return run_program(argc, argv, add_commands);
 }

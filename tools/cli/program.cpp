@@ -27,7 +27,8 @@ int run_command_line(int argc, char** argv, AddCommands add_commands) {
   end_when_interrupted(kExitInterrupted);
   CLI::App app{"freeflex: scenes, plans, runs and recordings of free flexible structures", "freeflex"};
   app.formatter(make_help_formatter());
-  app.set_version_flag("--version", std::string("freeflex ") + FREEFLEX_VERSION);
+  app.set_help_flag("-h,--help", "this text");
+  app.set_version_flag("--version", std::string("freeflex ") + FREEFLEX_VERSION, "name and version");
   app.require_subcommand(1);
   app.footer(
       "Exit codes: 0 done, 1 the answer is no (differs, rejected, not written), 2 wrong arguments, scene or "

@@ -38,8 +38,8 @@ class ErrorMeter {
   double elastic(const Eigen::Matrix3Xd& p_W) const;               // [-]
   double position(const Eigen::Matrix3Xd& p_W) const;              // [m]
   double attitude(const Eigen::Matrix3Xd& p_W) const;              // [rad]
-  std::optional<double> frequency(const Motion& motion) const;     // [-]
-  std::optional<double> energy_drift(const Motion& motion) const;  // [-]
+  std::optional<double> frequency(const Motion& motion) const;     // [-] (THEORY X118)
+  std::optional<double> energy_drift(const Motion& motion) const;  // [-] (THEORY X119)
 
  private:
   std::vector<double> coordinate(const Motion& motion, const Eigen::Matrix3Xd& weights) const;

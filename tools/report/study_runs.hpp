@@ -38,7 +38,7 @@ std::vector<ExactRung> run_rungs(const Bench& bench, Study& study, const std::fu
 void run_rivals(const Bench& bench, const Eigen::Matrix3Xd* linear, Study& study,
                 const std::function<bool(double)>& told);
 
-/// Fills the errors of a run from its motion.
+/// Fills the errors of a run from its motion   (THEORY X117).
 void set_errors(const Bench& bench, const Motion& motion, const Eigen::Matrix3Xd* exact, Run& run);
 
 }  // namespace freeflex::tools

@@ -166,7 +166,7 @@ void add_motion_cases(std::vector<StabilityCase>& cases) {
   constexpr const char* kForces = "size of forces";
   constexpr const char* kPerForce = "displacement per force against that at 1e-12 N";
   for (const double force : {1e-300, 1e-200, 1e-30, 1.0, kMaxForce})
-    add(kForces, format_text(force == kMaxForce ? "%g N, max_force, separated" : "%g N, separated", force),
+    add(kForces, format_text(force == kMaxForce ? "%g N, force_limit, separated" : "%g N, separated", force),
         kPerForce, 1e-12,
         [force](const StabilityOptions&) { return small_force(force, Fidelity::kSeparated); });
   for (const auto& [rung, name] :

@@ -173,8 +173,8 @@ void add_refusal_cases(std::vector<StabilityCase>& cases) {
   add("deformation beyond validity, coupled",
       [](const Options&) { return too_much_deformation(Fidelity::kCoupled, 1e5); });
   add("a force beyond numbers", [](const Options&) { return beyond_numbers(); });
-  add("force at max_force is taken", [](const Options&) { return too_much_force(false); });
-  add("force over max_force", [](const Options&) { return too_much_force(true); });
+  add("force at force_limit is taken", [](const Options&) { return too_much_force(false); });
+  add("force over force_limit", [](const Options&) { return too_much_force(true); });
   add("a tolerance no rung meets", [](const Options&) { return unmet_tolerance(); });
   add("exact bars at a period too long for them", [](const Options&) { return bars_at_a_long_period(); });
   add("a dashpot too fast for the stages of coupled",

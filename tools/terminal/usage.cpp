@@ -10,10 +10,6 @@
 namespace freeflex::tools {
 namespace {
 
-std::string found(const std::string& text, const std::string& allowed) {
-  return "found '" + text + "', must be " + allowed;
-}
-
 /// Where the text of an option begins.
 constexpr std::size_t kTextColumn = 30;
 

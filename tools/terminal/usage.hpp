@@ -28,6 +28,7 @@ std::optional<NamedNumbers> parse_named_numbers(const std::string& text, std::si
 
 // what several options are, beside those of freeflexd too
 using service::channel_prefix;
+using service::found;
 using service::must_be;
 using service::one_of;
 using service::rate_in_hertz;

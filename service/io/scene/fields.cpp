@@ -113,6 +113,16 @@ std::string advise_mapping(const Node& node, const std::string& label, std::stri
          std::string(number_key) + ": " + (is_good ? node.text : "NUMBER") + "}";
 }
 
+/// What may be meant by a key that is not known: one of these, or one whose value stands at its colon.
+std::string advise_key(std::string_view key, const std::vector<std::string_view>& absent) {
+  const std::size_t colon = key.find(':');
+  const std::string_view name = key.substr(0, colon);
+  if (colon == std::string_view::npos || std::find(absent.begin(), absent.end(), name) == absent.end())
+    return did_you_mean(key, absent);
+  return " (write a blank behind the colon, " +
+         quote(std::string(name) + ": " + std::string(key.substr(colon + 1))) + ")";
+}
+
 }  // namespace
 
 Fields::Fields(Report& report, const Node& node, std::string label, std::vector<std::string_view> keys,
@@ -138,7 +148,7 @@ Fields::Fields(Report& report, const Node& node, std::string label, std::vector<
     if (reason != refused.end())
       report.error(key.origin, label_of(key.text) + " " + std::string(reason->reason));
     else
-      report.error(key.origin, label_ + ": unknown key " + quote(key.text) + did_you_mean(key.text, absent) +
+      report.error(key.origin, label_ + ": unknown key " + quote(key.text) + advise_key(key.text, absent) +
                                    "; allowed: " + join(keys_));
   }
 }

@@ -342,7 +342,8 @@ std::string did_you_mean(std::string_view text, const std::vector<std::string_vi
         candidate.size() > text.size() ? candidate.size() - text.size() : text.size() - candidate.size();
     if (difference >= best) continue;
     const std::size_t distance = edit_distance(wanted, lower(candidate));
-    if (distance < best && distance < candidate.size()) {
+    // the word itself, in a place where it is not allowed, is no help
+    if (distance < best && distance < candidate.size() && candidate != text) {
       best = distance;
       nearest = candidate;
     }

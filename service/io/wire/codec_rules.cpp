@@ -33,7 +33,15 @@ bool is_over(const Vec3& v, double limit) {
   return square > kRounding;
 }
 
-double length(const Vec3& v) { return std::sqrt(v[0] * v[0] + v[1] * v[1] + v[2] * v[2]); }
+/// Says that a vector is over its limit, in as many digits as tell the two apart.
+void print_over_limit(Text text, const char* list, int i, const char* kind, int number, const char* name,
+                      const Vec3& v, double limit, const char* unit) {
+  constexpr int kUsual = 10, kAll = 17;
+  const double length = std::hypot(v[0], v[1], v[2]);
+  const int digits = length < limit * (1.0 + 1e-9) ? kAll : kUsual;
+  print(text, "%s[%d]: %s %d: |%s| %.*g %s, the scene allows at most %.*g %s", list, i, kind, number, name,
+        digits, length, unit, digits, limit, unit);
+}
 
 /// Torque that the group's points cannot make: about the line of a collinear group in body axes, any on one
 /// point.
@@ -68,10 +76,9 @@ Reason check_header(const ForceCommand& command, Text text) {
     return Reason::kBadTiming;
   }
   const auto in_range = [](std::int64_t ticks) { return ticks >= 0 && ticks <= kMaxDurationTicks; };
-  const bool is_clear = command.num_points == 0 && command.num_wrenches == 0;
   const int num_ends = (command.duration_ticks != 0) + (command.lease_ticks != 0);
   if (!in_range(command.duration_ticks) || !in_range(command.lease_ticks) || num_ends > 1 ||
-      (num_ends == 0 && !is_clear)) {
+      (num_ends == 0 && !is_clearing(command))) {
     print(text, "duration_ticks %lld and lease_ticks %lld: one must be 0 and the other 1 to %lld",
           static_cast<long long>(command.duration_ticks), static_cast<long long>(command.lease_ticks),
           static_cast<long long>(kMaxDurationTicks));
@@ -112,8 +119,7 @@ Reason check_points(const ForceCommand& command, const NameTable& table, Text te
       return Reason::kNotFinite;
     }
     if (is_over(entry.force, table.force_limit)) {
-      print(text, "forces[%d]: point %d: |force| %.10g N, the scene allows at most %.10g N", i, entry.point,
-            length(entry.force), table.force_limit);
+      print_over_limit(text, "forces", i, "point", entry.point, "force", entry.force, table.force_limit, "N");
       return Reason::kOverLimit;
     }
   }
@@ -128,13 +134,12 @@ Reason check_wrench_values(const Wrench& entry, int i, const NameTable& table, T
     return Reason::kNotFinite;
   }
   if (is_over(entry.force, table.force_limit)) {
-    print(text, "wrenches[%d]: group %d: |force| %.10g N, the scene allows at most %.10g N", i, entry.group,
-          length(entry.force), table.force_limit);
+    print_over_limit(text, "wrenches", i, "group", entry.group, "force", entry.force, table.force_limit, "N");
     return Reason::kOverLimit;
   }
   if (is_over(entry.torque, table.torque_limit)) {
-    print(text, "wrenches[%d]: group %d: |torque| %.10g N m, the scene allows at most %.10g N m", i,
-          entry.group, length(entry.torque), table.torque_limit);
+    print_over_limit(text, "wrenches", i, "group", entry.group, "torque", entry.torque, table.torque_limit,
+                     "N m");
     return Reason::kOverLimit;
   }
   return Reason::kAccepted;
