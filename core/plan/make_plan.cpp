@@ -36,6 +36,7 @@ void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, F
 // where the modes of a plan stand among those of a wider one
 std::vector<std::int32_t> places(const std::vector<int>& few, const std::vector<int>& many) {
   std::vector<std::int32_t> places;
+  places.reserve(few.size());
   for (const int mode : few)
     places.push_back(
         static_cast<std::int32_t>(std::lower_bound(many.begin(), many.end(), mode) - many.begin()));

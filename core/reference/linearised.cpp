@@ -287,8 +287,7 @@ std::string Linearised::step(const Frame& frame, double t, double span, const Ri
     sink(next++, state_);
   };
   if (rival_ == Rival::kKrylov) {
-    const std::string error = krylov(span, options, reads, read);
-    if (!error.empty()) return error;
+    if (std::string error = krylov(span, options, reads, read); !error.empty()) return error;
   } else {
     leapfrog(span, options.step, reads, read);
   }

@@ -113,7 +113,7 @@ SparsePattern SpringNetwork::make_pattern() {
     for (std::int64_t b = 0; b < 3; ++b) {
       pattern.column_starts.push_back(static_cast<std::int64_t>(pattern.rows.size()));
       pattern.rows.push_back(3 * static_cast<std::int64_t>(j) + b);
-      for (const std::int32_t i : neighbours[j])
+      for (const std::int64_t i : neighbours[j])
         for (std::int64_t a = 0; a < 3; ++a) pattern.rows.push_back(n + 3 * i + a);
     }
   }

@@ -42,7 +42,7 @@ Eigen::MatrixXd point_forces(const LinkFactor& factor, const Link& link, RowRang
 // published forces of an elastic link per displacement V   (THEORY X48, X49, X62)
 Eigen::MatrixXd elastic_forces(const Scene& scene, const LinkFactor& factor, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
-  const Eigen::MatrixXd natural = natural_forces(factor, index);
+  Eigen::MatrixXd natural = natural_forces(factor, index);
   using Matrix = Eigen::MatrixXd;
   return std::visit(
       LinkCases{

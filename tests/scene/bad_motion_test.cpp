@@ -23,6 +23,11 @@ INSTANTIATE_TEST_SUITE_P(
                   "write attractor: {mu: 3.986e14}"}),
         bad_line("AttractorWithoutStrength", "attractor: {at: [0, 0, 7e6]}",
                  {"scene.yaml:5:12: error: attractor: mu is missing, must be a number > 0 [m^3/s^2]"}),
+        bad_line(
+            "AttractorWithItsStrengthAtTheColon", "attractor: {mu:1, at: [0, 0, 0]}",
+            {"scene.yaml:5:12: error: attractor: mu is missing, must be a number > 0 [m^3/s^2]",
+             "scene.yaml:5:13: error: attractor: unknown key 'mu:1' (write a blank behind the colon, 'mu: "
+             "1'); allowed: at, mu"}),
         bad_line("AttractorThatRepels", "attractor: {mu: -1, at: [0, 0]}",
                  {"scene.yaml:5:17: error: attractor: mu -1 m^3/s^2, must be > 0",
                   "scene.yaml:5:25: error: attractor: at has 2 items, must be a list of 3 numbers [m]"}),

@@ -48,6 +48,7 @@ std::int32_t find_name(const Items& items, const std::string& name) {
 template <class Items>
 std::string names_of(const Items& items) {
   std::vector<std::string> names;
+  names.reserve(items.size());
   for (const auto& item : items) names.push_back(item.name);
   return names.empty() ? "none" : listed(names, 12);
 }

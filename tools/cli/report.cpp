@@ -68,7 +68,8 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
     if (!read.scene || has_error(read.faults)) return {};
     std::string why_not;
     if (!make_cartesian_system(*read.scene, why_not)) {
-      print_error(file + ": there is no full system to compare with: " + why_not);
+      print_error(
+          format_text("%s: there is no full system to compare with: %s", file.c_str(), why_not.c_str()));
       return {};
     }
     scenes.push_back(std::move(*read.scene));

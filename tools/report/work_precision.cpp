@@ -211,8 +211,9 @@ std::string legend(const std::vector<std::string>& methods, double width, double
   const double column = width / kColumns;
   for (std::size_t k = 0; k < methods.size(); ++k) {
     const Style& style = style_of(methods[k]);
+    const std::size_t row = k / kColumns;
     const double x = kLeft + column * static_cast<double>(k % kColumns),
-                 y = top + kLegendRow * static_cast<double>(k / kColumns);
+                 y = top + kLegendRow * static_cast<double>(row);
     text += format_text(
         "<path d=\"M%.1f %.1fh34\" fill=\"none\" stroke=\"%s\" stroke-width=\"%.1f\"%s/>", x, y, style.colour,
         style.width, *style.dash != '\0' ? format_text(" stroke-dasharray=\"%s\"", style.dash).c_str() : "");

@@ -118,7 +118,7 @@ Outcome denormal_force(Fidelity rung) {
 
 /// The same motion at another size: lengths, forces and initial displacements times the size.
 Outcome at_size(double size, Fidelity rung, const StabilityOptions& options) {
-  const auto scene_of = [rung](double times) {
+  const auto scene_of = [rung = rung](double times) {
     Scene scene = square_truss(3, 1e5, times);
     scene.fidelity = rung;
     add_force(scene, 10, 50.0 * times * Eigen::Vector3d(0.48, 0.6, 0.64), PulseHistory{0.0, 0.1});
@@ -173,19 +173,19 @@ void add_motion_cases(std::vector<StabilityCase>& cases) {
        {std::pair{Fidelity::kCoupled, "coupled"}, {Fidelity::kExactBars, "exact-bars"}})
     for (const double force : {1e-300, 1e-30})
       add(kForces, format_text("%g N, %s", force, name), kPerForce, 1e-12,
-          [force, rung](const StabilityOptions&) { return small_force(force, rung); });
+          [force, rung = rung](const StabilityOptions&) { return small_force(force, rung); });
   for (const auto& [rung, name] : {std::pair{Fidelity::kSeparated, "separated"},
                                    {Fidelity::kCoupled, "coupled"},
                                    {Fidelity::kExactBars, "exact-bars"}})
     add(kForces, format_text("1e-310 N, a denormal, %s", name),
         "displacement off, in units of the least double", 1e4,
-        [rung](const StabilityOptions&) { return denormal_force(rung); });
+        [rung = rung](const StabilityOptions&) { return denormal_force(rung); });
   for (const double size : {1e-9, 1e9})
     for (const auto& [rung, name] :
          {std::pair{Fidelity::kSeparated, "separated"}, {Fidelity::kExactBars, "exact-bars"}})
       add("size of structures", format_text("%g m across, %s", 2.0 * size, name),
           "elastic difference from 1 m, after 1 s", 1e-9,
-          [size, rung](const StabilityOptions& options) { return at_size(size, rung, options); });
+          [size, rung = rung](const StabilityOptions& options) { return at_size(size, rung, options); });
 }
 
 }  // namespace freeflex::tools

@@ -79,7 +79,7 @@ bool would_overwrite(const std::string& input, const std::string& output) {
   if (!std::filesystem::is_regular_file(input, ignored)) return false;
   for (const std::string& written : {output, output + ".partial"}) {
     if (!std::filesystem::equivalent(input, written, ignored)) continue;
-    print_error(written + " is read, as " + input + ": name another file to write");
+    print_error(format_text("%s is read, as %s: name another file to write", written.c_str(), input.c_str()));
     return true;
   }
   return false;

@@ -8,6 +8,7 @@ constexpr Quantity kHorizon{"s", Bound::kPositive};
 
 std::vector<std::string_view> rung_names() {
   std::vector<std::string_view> names;
+  names.reserve(kRungs.size() + 1);
   for (const RungTraits& rung : kRungs) names.emplace_back(rung.name);
   names.emplace_back("auto");
   return names;

@@ -10,6 +10,7 @@ namespace {
 /// Every part by its number, then all of them.
 std::vector<std::string_view> keep_words() {
   std::vector<std::string_view> words;
+  words.reserve(std::size_t{kNumParts} + 1);
   for (int k = 0; k < kNumParts; ++k) words.emplace_back(name_of(static_cast<Part>(k)));
   words.emplace_back("all");
   return words;
