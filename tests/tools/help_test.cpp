@@ -141,8 +141,9 @@ TEST_F(Help, FitsTheScreen) {
     for (std::string line; std::getline(lines, line);)
       EXPECT_LE(line.size(), 120u) << program << ": " << line;
     // asked for before the command, it is the same
-    if (const std::size_t blank = program.rfind(' '); blank != std::string::npos)
+    if (const std::size_t blank = program.rfind(' '); blank != std::string::npos) {
       EXPECT_EQ(run(kFreeflex + " --help" + program.substr(blank)).out, help) << program;
+    }
   }
 }
 
