@@ -245,7 +245,7 @@ TEST(Replay, ACommandOfAnotherPlanContradictsTheLog) {
 TEST(Replay, ADamagedMessageIsIncomplete) {
   const Outcome outcome = replay_changed([](auto& events) {
     io::LogEvent& state = events[find_all(events, "FREEFLEX_STATE")[3]];
-    state.bytes.resize(state.bytes.size() - 8);
+    state.bytes.erase(state.bytes.end() - 8, state.bytes.end());
   });
   EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
   EXPECT_TRUE(contains(outcome.err, "FREEFLEX_STATE at byte ")) << outcome.err;
