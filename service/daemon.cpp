@@ -4,7 +4,6 @@
 
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <cstring>
 #include <filesystem>
 #include <memory>
@@ -17,6 +16,8 @@
 #include "service/ingress.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/wire/lcm_url.hpp"
+#include "service/limited_log.hpp"
+#include "service/log.hpp"
 #include "service/publisher.hpp"
 #include "service/realtime.hpp"
 #include "service/session.hpp"
@@ -40,8 +41,10 @@ struct StartFault : std::runtime_error {
 Plan read_plan(const DaemonOptions& options) {
   io::PlanResult result = io::load_plan(options.input, options.rate);
   // faults are for the person who wrote the file: plain, where compilers write theirs
+  std::string text;
   for (const Fault& fault : result.faults)
-    std::fputs((io::format_fault(fault, result.sources) + "\n").c_str(), stderr);
+    text += (text.empty() ? "" : "\n") + io::format_fault(fault, result.sources);
+  if (!text.empty()) say_plainly(text);
   if (!result.plan) throw StartFault(kUsage, "");
   Plan plan = std::move(*result.plan);
   if (plan.points.size() > std::size_t{kMaxNamedPoints} || plan.groups.size() > std::size_t{kMaxGroups}) {
@@ -207,19 +210,26 @@ void Daemon::start_simulation() {
 
 /// Keeps the ingress alive until the simulation has ended, by itself or by a signal.
 void Daemon::supervise() {
+  LimitedLog log;
   std::int64_t noted_other = ingress_.block().other_session.load(std::memory_order_relaxed);
   while (!output_.is_finished.load(std::memory_order_acquire)) {
     std::this_thread::sleep_for(kSupervision);
     if (signals_.received() != 0) simulation_->request_stop();
-    if (const std::string event = ingress_.poll(); !event.empty()) spdlog::warn("{}", event);
+    const std::int64_t now_ns = MonotonicClock{}.now_ns();
+    if (const std::string event = ingress_.poll(); !event.empty())
+      log.say(LineKind::kIngressEnded, now_ns, event);
     ingress_restarts_.store(ingress_.num_restarts(), std::memory_order_relaxed);
     const std::int64_t other = ingress_.block().other_session.load(std::memory_order_relaxed);
     if (other != noted_other) {
-      spdlog::error("another freeflexd (session {}) publishes on prefix '{}' as well: stop one of the two",
-                    other, options_.prefix);
+      log.say(
+          LineKind::kOtherDaemon, now_ns,
+          fmt::format("another freeflexd (session {}) publishes on prefix '{}' as well: stop one of the two",
+                      other, options_.prefix));
       noted_other = other;
     }
+    log.turn(now_ns);
   }
+  log.end();
 }
 
 void Daemon::log_start() const {
@@ -258,7 +268,7 @@ int run_daemon(const DaemonOptions& options, SignalWatch& signals) {
     if (fault.code != kUsage)
       spdlog::error("{}", text);
     else if (!text.empty())
-      std::fputs(("freeflexd: error: " + text + "\n").c_str(), stderr);
+      say_plainly("freeflexd: error: " + text);
     return fault.code;
   } catch (const std::exception& fault) {
     spdlog::error("{}", fault.what());

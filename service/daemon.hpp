@@ -22,7 +22,8 @@ struct DaemonOptions {
 /// What the process ends with.
 enum ExitCode : int { kClean = 0, kRuntimeFailure = 1, kUsage = 2 };
 
-/// Runs the daemon until it is told to stop. Log: spdlog's default logger.
+/// Runs the daemon until it is told to stop.
+/// \pre start_log
 /// \param signals  constructed before any thread, the log's included
 int run_daemon(const DaemonOptions& options, SignalWatch& signals);
 

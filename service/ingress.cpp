@@ -1,11 +1,13 @@
 #include "service/ingress.hpp"
 
+#include <fcntl.h>
 #include <lcm/lcm.h>
 #include <signal.h>
 #include <stdlib.h>
 #include <sys/mman.h>
 #include <sys/prctl.h>
 #include <sys/resource.h>
+#include <sys/shm.h>
 #include <sys/socket.h>
 #include <unistd.h>
 
@@ -85,12 +87,18 @@ std::int64_t private_memory() {
 bool is_daemon_gone(const SharedBlock& block) { return getppid() != block.settings.daemon_pid; }
 
 /// Dies with the daemon and not before: a signal to the whole group (Ctrl-C, a terminal that closes, a
-/// service manager) is the daemon's to answer. Leaves no core file behind a hostile packet.
+/// service manager) is the daemon's to answer. Leaves no core file behind a hostile packet. Writes to no log:
+/// what liblcm says can be provoked without end, a pipe that nobody reads would hold it for ever, and the
+/// daemon says in its own words what counts.
 void prepare_process() {
   prctl(PR_SET_PDEATHSIG, SIGKILL);
   for (const int number : {SIGINT, SIGTERM, SIGHUP}) signal(number, SIG_IGN);
   const rlimit none{0, 0};
   setrlimit(RLIMIT_CORE, &none);
+  if (const int nowhere = open("/dev/null", O_RDWR | O_CLOEXEC); nowhere >= 0) {
+    for (const int fd : {STDOUT_FILENO, STDERR_FILENO}) dup2(nowhere, fd);
+    close(nowhere);
+  }
 }
 
 IngressEnd receive(lcm_t* lcm, const SharedBlock& block) {
@@ -130,14 +138,12 @@ IngressEnd run_ingress(SharedBlock& block) {
 }
 
 std::optional<int> run_if_ingress(int argc, char** argv) {
-  if (argc != 3 || std::strcmp(argv[1], "--ingress-fd") != 0) return std::nullopt;
-  const int fd = std::atoi(argv[2]);
-  void* memory = mmap(nullptr, sizeof(SharedBlock), PROT_READ | PROT_WRITE, MAP_SHARED, fd, 0);
+  if (argc != 3 || std::strcmp(argv[1], "--ingress-block") != 0) return std::nullopt;
+  void* memory = shmat(std::atoi(argv[2]), nullptr, 0);
   // what hostile bytes can overwrite here must not be what they are checked against
-  if (memory == MAP_FAILED || mprotect(memory, SharedBlock::kSettingsSize, PROT_READ) != 0) {
+  if (memory == kNotAttached || mprotect(memory, SharedBlock::kSettingsSize, PROT_READ) != 0) {
     return static_cast<int>(IngressEnd::kBadBlock);
   }
-  close(fd);
   return static_cast<int>(run_ingress(*static_cast<SharedBlock*>(memory)));
 }
 

@@ -13,8 +13,12 @@
 
 namespace freeflex::service {
 
-/// When argv is `PROGRAM --ingress-fd N` this process is an ingress: receives until its daemon is gone and
-/// returns the exit status. Else empty. To be called first in main of every program that uses IngressProcess.
+/// What shmat returns when it fails.
+inline void* const kNotAttached = reinterpret_cast<void*>(-1);
+
+/// When argv is `PROGRAM --ingress-block ID` this process is an ingress: receives until its daemon is gone
+/// and returns the exit status. Else empty. To be called first in main of every program that uses
+/// IngressProcess.
 std::optional<int> run_if_ingress(int argc, char** argv);
 
 /// Why an ingress ended by itself (its exit status).
@@ -74,7 +78,7 @@ class IngressProcess {
   bool reap(int& status);
 
   SharedBlock* block_ = nullptr;
-  int fd_ = -1;
+  int block_id_ = -1;  // of its System V segment
   pid_t pid_ = -1;
   bool is_wanted_ = false;
   std::int64_t num_restarts_ = 0;

@@ -1,9 +1,9 @@
 #include <errno.h>
-#include <fcntl.h>
 #include <sched.h>
 #include <signal.h>
 #include <spawn.h>
-#include <sys/mman.h>
+#include <sys/ipc.h>
+#include <sys/shm.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -22,7 +22,7 @@ using std::chrono::milliseconds;
 
 constexpr std::size_t kUrlReserve = 32;  // [B] for the receive buffer that the ingress adds to a URL
 static_assert(kMaxUrlSize + kUrlReserve < std::tuple_size_v<decltype(IngressSettings::lcm_url)>);
-constexpr int kBlockDescriptor = 3;      // in the ingress: the first after standard error
+constexpr int kOwnerOnly = 0600;         // mode of the block
 constexpr milliseconds kLongLife{1000};  // one that lived so long is restarted at once
 constexpr milliseconds kFirstPause{5};
 constexpr milliseconds kLongestPause{100};
@@ -42,7 +42,7 @@ std::string describe_end(int status) {
     case IngressEnd::kDaemonGone:
       return "believed the daemon gone";
     case IngressEnd::kBadBlock:
-      return "could not map the shared memory";
+      return "could not attach the shared memory";
     case IngressEnd::kNoRoute:
       return "could not receive over LCM";
     case IngressEnd::kReceiveFailed:
@@ -78,8 +78,7 @@ std::string check_prefix(const std::string& prefix) {
 
 IngressProcess::~IngressProcess() {
   stop();
-  if (block_ != nullptr) munmap(block_, sizeof(SharedBlock));
-  if (fd_ >= 0) close(fd_);
+  if (block_ != nullptr) shmdt(block_);
 }
 
 std::string IngressProcess::start(const Options& options, const io::NameTable& names) {
@@ -95,14 +94,15 @@ std::string IngressProcess::start(const Options& options, const io::NameTable& n
 
 std::string IngressProcess::make_block(const Options& options, const io::NameTable& names) {
   if (block_ == nullptr) {
-    fd_ = memfd_create("freeflex-ingress", MFD_CLOEXEC | MFD_ALLOW_SEALING);
-    if (fd_ < 0) return system_error("memfd_create");
-    if (ftruncate(fd_, sizeof(SharedBlock)) != 0) return system_error("ftruncate");
-    // an ingress that shrank the file would kill the daemon with SIGBUS
-    if (fcntl(fd_, F_ADD_SEALS, F_SEAL_SHRINK | F_SEAL_GROW | F_SEAL_SEAL) != 0)
-      return system_error("F_ADD_SEALS");
-    void* memory = mmap(nullptr, sizeof(SharedBlock), PROT_READ | PROT_WRITE, MAP_SHARED, fd_, 0);
-    if (memory == MAP_FAILED) return system_error("mmap");
+    // not a file in memory: a limit of file size (`ulimit -f`), set for a log, holds for those as well
+    block_id_ = shmget(IPC_PRIVATE, sizeof(SharedBlock), kOwnerOnly);
+    if (block_id_ < 0) return system_error("shmget");
+    void* memory = shmat(block_id_, nullptr, 0);
+    const int error = errno;
+    // it goes with the last process that has it, however that ends; until then Linux lets others join
+    shmctl(block_id_, IPC_RMID, nullptr);
+    errno = error;
+    if (memory == kNotAttached) return system_error("shmat");
     block_ = static_cast<SharedBlock*>(memory);
   }
   new (block_) SharedBlock;
@@ -119,8 +119,7 @@ std::string IngressProcess::make_block(const Options& options, const io::NameTab
 std::string IngressProcess::spawn() {
   SpawnPlan plan;
   // a spawned copy of this program needs nothing of it but the block: safe whatever threads run and hold
-  posix_spawn_file_actions_adddup2(&plan.actions, fd_, kBlockDescriptor);
-  posix_spawn_file_actions_addclosefrom_np(&plan.actions, kBlockDescriptor + 1);
+  posix_spawn_file_actions_addclosefrom_np(&plan.actions, STDERR_FILENO + 1);
   sigset_t none;
   sigset_t all;
   sigemptyset(&none);
@@ -133,9 +132,9 @@ std::string IngressProcess::spawn() {
   posix_spawnattr_setflags(&plan.attributes,
                            POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSCHEDULER);
   std::string name = program_invocation_short_name;
-  std::string option = "--ingress-fd";
-  std::string descriptor = std::to_string(kBlockDescriptor);
-  char* arguments[] = {name.data(), option.data(), descriptor.data(), nullptr};
+  std::string option = "--ingress-block";
+  std::string id = std::to_string(block_id_);
+  char* arguments[] = {name.data(), option.data(), id.data(), nullptr};
   block_->is_ready.store(0);
   errno = posix_spawn(&pid_, "/proc/self/exe", &plan.actions, &plan.attributes, arguments, environ);
   if (errno != 0) {

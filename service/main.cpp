@@ -1,23 +1,18 @@
 // freeflexd: one free flexible structure in state, advanced at a fixed rate, on the bus.
 #include <fcntl.h>
-#include <spdlog/async.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 #include <unistd.h>
 
 #include <CLI/CLI.hpp>
-#include <chrono>
 #include <cstdio>
 #include <exception>
-#include <future>
-#include <memory>
 #include <optional>
 #include <string>
-#include <thread>
 
 #include "messages/channels.hpp"
 #include "service/daemon.hpp"
 #include "service/ingress.hpp"
+#include "service/log.hpp"
+#include "service/signals.hpp"
 #include "service/usage.hpp"
 
 namespace {
@@ -35,31 +30,6 @@ Environment:
 
 Exit codes:
   0 ended as told (SIGINT, SIGTERM, SIGHUP, STOP, --until), 1 failed at run time, 2 wrong usage or scene)";
-
-/// Lines go to a queue and from there to stderr: whoever logs never waits for a slow or broken terminal.
-void start_log(const std::string& level) {
-  spdlog::init_thread_pool(1024, 1);
-  auto log = std::make_shared<spdlog::async_logger>(
-      "freeflexd", std::make_shared<spdlog::sinks::stderr_color_sink_mt>(), spdlog::thread_pool(),
-      spdlog::async_overflow_policy::overrun_oldest);
-  log->set_pattern("%H:%M:%S.%e %n %^%l%$ %v");
-  log->set_level(spdlog::level::from_str(level));
-  log->set_error_handler(
-      [](const std::string&) {});  // a log that cannot be written must not stop the simulation
-  spdlog::set_default_logger(std::move(log));
-}
-
-/// Writes out what is queued. Ends the process with status when a terminal or a pipe takes nothing.
-void end_log(int status) {
-  constexpr std::chrono::seconds kPatience{1};
-  auto is_written = std::make_shared<std::promise<void>>();
-  std::future<void> written = is_written->get_future();
-  std::thread([is_written] {
-    spdlog::shutdown();
-    is_written->set_value();
-  }).detach();
-  if (written.wait_for(kPatience) == std::future_status::timeout) _exit(status);
-}
 
 /// A socket or a shared block must not become descriptor 0, 1 or 2: whatever prints would write into it.
 void fill_standard_descriptors() {
@@ -117,15 +87,17 @@ int run(int argc, char** argv) {
   std::string level = "info";
   if (const auto status = read_arguments(argc, argv, options, level)) return *status;
   freeflex::service::SignalWatch signals;
-  start_log(level);
+  freeflex::service::start_log(level);
   const int status = freeflex::service::run_daemon(options, signals);
-  end_log(status);
+  freeflex::service::end_log(status);
   return status;
 }
 
 }  // namespace
 
 int main(int argc, char** argv) {
+  // first, for the ingress too, and for what is wrong with the command line
+  freeflex::service::ignore_signals_of_writing();
   fill_standard_descriptors();
   if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;
   try {

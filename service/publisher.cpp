@@ -1,7 +1,6 @@
 #include "service/publisher.hpp"
 
 #include <fmt/format.h>
-#include <spdlog/spdlog.h>
 
 #include <algorithm>
 #include <chrono>
@@ -95,6 +94,7 @@ void Publisher::run() {
     if (is_last && !has_more) break;
     if (is_paced || !has_more) std::this_thread::sleep_for(is_paced ? kIdle : kIdleUnpaced);
   }
+  log_.end();
   if (status_->mode == Mode::kStarting) return;
   send(channels::kStatus, reporter_.report(*status_, wall_us()));
 }
@@ -107,9 +107,10 @@ bool Publisher::send_all() {
   if (const Snapshot* const fresh = output_.status.take()) {
     status_ = fresh;
     has_fresh_ = true;
-    note_mode();
-    note_replan();
+    note_mode(now_ns);
+    note_replan(now_ns);
   }
+  log_.turn(now_ns);
   bool has_more = send_applied();
   has_more |= send_answers();
   has_more |= send_rejections();
@@ -214,29 +215,34 @@ void Publisher::send_each_second(std::int64_t now_ns) {
     send(channels::kScene, page);
   }
   if (bus_.num_failed() > noted_failures_) {
-    spdlog::warn("{} messages could not be sent: is the network up?", bus_.num_failed() - noted_failures_);
+    log_.say(LineKind::kNotSent, now_ns,
+             fmt::format("{} messages could not be sent: is the network up?",
+                         bus_.num_failed() - noted_failures_));
     noted_failures_ = bus_.num_failed();
   }
   const std::int64_t slips = output_.num_slips.load(std::memory_order_relaxed);
   if (slips > noted_slips_) {
-    spdlog::warn("{}", slip_text(plan_.period, slips));
+    log_.say(LineKind::kSlip, now_ns, slip_text(plan_.period, slips));
     noted_slips_ = slips;
   }
 }
 
 /// Says on the log what the simulation thread must not say itself.
-void Publisher::note_mode() {
+void Publisher::note_mode(std::int64_t now_ns) {
   if (status_->mode == noted_mode_) return;
-  if (status_->mode == Mode::kFault) spdlog::error("fault: {}", fault_text(*status_));
-  if (noted_mode_ == Mode::kFault && status_->mode != Mode::kStopped) spdlog::info("recovered by reset");
+  if (status_->mode == Mode::kFault) log_.say(LineKind::kFault, now_ns, "fault: " + fault_text(*status_));
+  if (noted_mode_ == Mode::kFault && status_->mode != Mode::kStopped)
+    log_.say(LineKind::kRecovery, now_ns, "recovered by reset");
   noted_mode_ = status_->mode;
 }
 
-void Publisher::note_replan() {
+void Publisher::note_replan(std::int64_t now_ns) {
   const MotionState& motion = status_->motion;
   if (motion.is_wide && motion.wide_tick != noted_replan_tick_)
-    spdlog::info("tick {}: {} is back because a command needs it: {} modes instead of {} from here on",
-                 motion.wide_tick, replan_name(motion), plan_.wide.front().num_elastic, plan_.num_elastic);
+    log_.say(LineKind::kReplan, now_ns,
+             fmt::format(
+                 "tick {}: {} is back because a command needs it: {} modes instead of {} from here on",
+                 motion.wide_tick, replan_name(motion), plan_.wide.front().num_elastic, plan_.num_elastic));
   noted_replan_tick_ = motion.wide_tick;
 }
 

@@ -9,6 +9,7 @@
 #include "freeflex_msgs/ack_t.hpp"
 #include "service/bus.hpp"
 #include "service/io/wire/outbound.hpp"
+#include "service/limited_log.hpp"
 #include "service/output.hpp"
 #include "service/shared.hpp"
 #include "service/status.hpp"
@@ -43,8 +44,8 @@ class Publisher {
   void send_shapes();
   void send_status(std::int64_t now_ns);
   void send_each_second(std::int64_t now_ns);
-  void note_mode();
-  void note_replan();
+  void note_mode(std::int64_t now_ns);
+  void note_replan(std::int64_t now_ns);
   io::Stamp stamp(const Snapshot& snapshot) const;
   template <class Message>
   void send(const char* suffix, const Message& message);
@@ -55,6 +56,7 @@ class Publisher {
   Output& output_;
   SharedBlock& shared_;
   StatusReporter reporter_;
+  LimitedLog log_;
   const std::int64_t status_every_ns_;
   Snapshot starting_;                                             // what status says before the loop runs
   const Snapshot* status_;                                        // latest taken

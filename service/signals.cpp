@@ -1,5 +1,6 @@
 #include "service/signals.hpp"
 
+#include <poll.h>
 #include <signal.h>
 #include <unistd.h>
 
@@ -24,7 +25,12 @@ extern "C" void on_signal(int number) {
   const int error = errno;
   if (is_starting.load()) {
     static constexpr std::string_view kText = "freeflexd: stopped by a signal before the first tick\n";
-    [[maybe_unused]] const ssize_t written = write(STDERR_FILENO, kText.data(), kText.size());
+    // a full pipe would hold the process here for ever
+    pollfd log{STDERR_FILENO, POLLOUT, 0};
+    const bool takes_text = poll(&log, 1, 0) == 1 && (log.revents & POLLOUT) != 0;
+    if (takes_text && write(STDERR_FILENO, kText.data(), kText.size()) < 0) {
+      // nobody takes it
+    }
     _exit(0);
   }
   const std::int64_t now_ns = MonotonicClock{}.now_ns();
@@ -46,8 +52,11 @@ void handle(int number) {
 
 }  // namespace
 
+void ignore_signals_of_writing() {
+  for (const int number : {SIGPIPE, SIGXFSZ, SIGTTOU}) signal(number, SIG_IGN);
+}
+
 SignalWatch::SignalWatch() {
-  signal(SIGPIPE, SIG_IGN);
   handle(SIGINT);
   handle(SIGTERM);
   struct sigaction hang_up {};

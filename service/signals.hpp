@@ -1,14 +1,19 @@
-// SIGINT, SIGTERM and SIGHUP as a question to ask.
+// SIGINT, SIGTERM and SIGHUP as a question to ask; signals that a write can bring.
 #pragma once
 
 namespace freeflex::service {
 
-/// Takes the three signals over for the whole process, whatever mask and dispositions it inherited, and
-/// ignores SIGPIPE. A shell starts background jobs with SIGINT ignored; `kill -INT` is to end a daemon all
-/// the same. SIGHUP stays ignored where it was: that is what nohup asks for. The first signal sets a flag.
-/// Two ends are at once, within the handler, and need no order since the ingress dies with its daemon: during
-/// start-up (exit status 0), and by a signal that comes kPatience or more after the first, when the orderly
-/// end hangs (exit status 1). One a process.
+/// A write that fails returns an error and does nothing else to the process. Otherwise a pipe that nobody
+/// reads any more (SIGPIPE) or a log as large as a file may be (SIGXFSZ, `ulimit -f`) would kill it, and a
+/// terminal that background jobs must not write to would stop it (SIGTTOU, `stty tostop`).
+void ignore_signals_of_writing();
+
+/// Takes the three signals over for the whole process, whatever mask and dispositions it inherited. A shell
+/// starts background jobs with SIGINT ignored; `kill -INT` is to end a daemon all the same. SIGHUP stays
+/// ignored where it was: that is what nohup asks for. The first signal sets a flag. Two ends are at once,
+/// within the handler, and need no order since the ingress dies with its daemon: during start-up (exit status
+/// 0), and by a signal that comes kPatience or more after the first, when the orderly end hangs (exit status
+/// 1). One a process.
 class SignalWatch {
  public:
   static constexpr long long kPatience = 1'000'000'000;  // [ns] an orderly end takes a few milliseconds

@@ -7,18 +7,30 @@
 namespace freeflex {
 namespace {
 
-/// Cubic through the positions and velocities at both ends of a step of h [s], at the share s of it.
-struct Hermite {
-  double s, h;
-  double position(double x0, double v0, double x1, double v1) const {
-    const double r = 1.0 - s;
-    return r * r * (1.0 + 2.0 * s) * x0 + s * s * (3.0 - 2.0 * s) * x1 + h * s * r * (r * v0 - s * v1);
-  }
-  double velocity(double x0, double v0, double x1, double v1) const {
-    const double r = 1.0 - s;
-    return 6.0 * s * r * (x1 - x0) / h + r * (1.0 - 3.0 * s) * v0 + s * (3.0 * s - 2.0) * v1;
-  }
+/// Hermite's interpolation over a step: x0 + dx (x1 - x0) + v0 v0 + v1 v1 + a0 a0 + a1 a1, or without the
+/// first term when it is the rate.
+struct Blend {
+  double dx, v0, v1, a0, a1;
 };
+struct Blends {
+  Blend position, velocity;
+};
+
+/// By x and v at both ends of a step of h [s], at the share s of it.
+Blends cubic(double s, double h) {
+  const double r = 1.0 - s;
+  return {{s * s * (3.0 - 2.0 * s), h * s * r * r, -h * s * s * r, 0.0, 0.0},
+          {6.0 * s * r / h, r * (1.0 - 3.0 * s), s * (3.0 * s - 2.0), 0.0, 0.0}};
+}
+
+/// By x, v and a at both ends.
+Blends quintic(double s, double h) {
+  const double r = 1.0 - s, s2 = s * s, r2 = r * r, half = 0.5 * h;
+  return {{s * s2 * (1.0 + 3.0 * r + 6.0 * r2), h * s * r * r2 * (1.0 + 3.0 * s),
+           -h * r * s * s2 * (1.0 + 3.0 * r), half * h * s2 * r * r2, half * h * r2 * s * s2},
+          {30.0 * s2 * r2 / h, r2 * (1.0 - 3.0 * s) * (1.0 + 5.0 * s), s2 * (1.0 - 3.0 * r) * (1.0 + 5.0 * r),
+           half * s * r2 * (2.0 - 5.0 * s), -half * r * s2 * (2.0 - 5.0 * r)}};
+}
 
 constexpr double kSlack = 1e-9;  // of a step: what rounding may add to it
 constexpr const char* kUnstable = "not finite: the step is beyond the method's stability";
@@ -29,79 +41,46 @@ bool is_finite(const std::vector<double>& values) {
 
 }  // namespace
 
-HandWritten::HandWritten(Rival rival, SpringNetwork network) : rival_(rival), network_(std::move(network)) {
-  for (auto* values : {&x_, &v_, &f_, &x_at_, &a1_, &a2_, &a3_, &x0_, &v0_, &v1_, &x_read_, &v_read_})
+HandWritten::HandWritten(const HandTraits& traits, SpringNetwork network)
+    : traits_(traits), network_(std::move(network)) {
+  for (auto* values : {&x_, &v_, &f_, &start_.x, &start_.v, &end_.v, &x_read_, &v_read_})
     values->resize(network_.size());
+  if (traits_.reads_by_quintic)
+    for (auto* values : {&start_.a, &end_.a}) values->resize(network_.size());
 }
 
-void HandWritten::step(double t, double h) {
-  rival_ == Rival::kVerlet ? verlet_step(t, h) : runge_kutta_step(t, h);
-}
-
-// v stands at the middle of the step before and after
-void HandWritten::verlet_step(double t, double h) {
-  const std::size_t n = x_.size();
-  double *x = x_.data(), *v = v_.data();
-  const double *f = f_.data(), *inverse_mass = network_.inverse_mass().data();
-  for (std::size_t i = 0; i < n; ++i) x[i] += h * v[i];
-  network_.forces(t + h, x, f_.data());
-  for (std::size_t i = 0; i < n; ++i) v[i] += h * (inverse_mass[i] * f[i]);
-}
-
-// forces do not depend on v, so the stages of v need not be kept
-void HandWritten::runge_kutta_step(double t, double h) {
-  const std::size_t n = x_.size();
-  double *x = x_.data(), *v = v_.data(), *at = x_at_.data(), *f = f_.data();
-  double *a1 = a1_.data(), *a2 = a2_.data(), *a3 = a3_.data();
-  const double* inverse_mass = network_.inverse_mass().data();
-  const double half = 0.5 * h, quarter = 0.25 * h * h, half_square = 0.5 * h * h;
-  network_.forces(t, x, f);
-  for (std::size_t i = 0; i < n; ++i) {
-    a1[i] = inverse_mass[i] * f[i];
-    at[i] = x[i] + half * v[i];
-  }
-  network_.forces(t + half, at, f);
-  for (std::size_t i = 0; i < n; ++i) {
-    a2[i] = inverse_mass[i] * f[i];
-    at[i] = x[i] + half * v[i] + quarter * a1[i];
-  }
-  network_.forces(t + half, at, f);
-  for (std::size_t i = 0; i < n; ++i) {
-    a3[i] = inverse_mass[i] * f[i];
-    at[i] = x[i] + h * v[i] + half_square * a2[i];
-  }
-  network_.forces(t + h, at, f);
-  const double sixth = h / 6.0;
-  for (std::size_t i = 0; i < n; ++i) {
-    const double sum = a2[i] + a3[i];
-    x[i] += h * (v[i] + sixth * (a1[i] + sum));
-    v[i] += sixth * (a1[i] + 2.0 * sum + inverse_mass[i] * f[i]);
-  }
-}
-
-void HandWritten::read_velocity(double h, std::vector<double>& v) const {
-  const double lead = rival_ == Rival::kVerlet ? 0.5 * h : 0.0;
-  for (std::size_t i = 0; i < v.size(); ++i) v[i] = v_[i] - lead * (network_.inverse_mass()[i] * f_[i]);
+void HandWritten::read_end(double h, End& end) const {
+  const std::vector<double>& inverse_mass = network_.inverse_mass();
+  const double lead = traits_.lead * h;
+  for (std::size_t i = 0; i < end.v.size(); ++i) end.v[i] = v_[i] - lead * (inverse_mass[i] * f_[i]);
+  for (std::size_t i = 0; i < end.a.size(); ++i) end.a[i] = inverse_mass[i] * f_[i];
 }
 
 void HandWritten::start_piece(double start, double h) {
-  if (rival_ != Rival::kVerlet) return;
+  if (!traits_.keeps_forces) return;
+  const double lead = traits_.lead * h;
   network_.forces(start, x_.data(), f_.data());
-  for (std::size_t i = 0; i < x_.size(); ++i) v_[i] += 0.5 * h * (network_.inverse_mass()[i] * f_[i]);
+  for (std::size_t i = 0; i < x_.size(); ++i) v_[i] += lead * (network_.inverse_mass()[i] * f_[i]);
 }
 
 void HandWritten::step_and_read(double t, double h, std::span<const double> times, std::size_t& next,
                                 const RivalSink& sink) {
   const double t_end = t + h * (1.0 + kSlack);
-  x0_ = x_;
-  read_velocity(h, v0_);
+  start_.x = x_;
+  read_end(h, start_);
   step(t, h);
-  read_velocity(h, v1_);
+  read_end(h, end_);
   for (; next < times.size() && times[next] <= t_end; ++next) {
-    const Hermite cubic{std::min(1.0, (times[next] - t) / h), h};
+    const double share = std::min(1.0, (times[next] - t) / h);
+    const auto [x, v] = traits_.reads_by_quintic ? quintic(share, h) : cubic(share, h);
     for (std::size_t i = 0; i < x_.size(); ++i) {
-      x_read_[i] = cubic.position(x0_[i], v0_[i], x_[i], v1_[i]);
-      v_read_[i] = cubic.velocity(x0_[i], v0_[i], x_[i], v1_[i]);
+      const double dx = x_[i] - start_.x[i], v0 = start_.v[i], v1 = end_.v[i];
+      x_read_[i] = start_.x[i] + (x.dx * dx + x.v0 * v0 + x.v1 * v1);
+      v_read_[i] = v.dx * dx + v.v0 * v0 + v.v1 * v1;
+    }
+    for (std::size_t i = 0; i < end_.a.size(); ++i) {
+      x_read_[i] += x.a0 * start_.a[i] + x.a1 * end_.a[i];
+      v_read_[i] += v.a0 * start_.a[i] + v.a1 * end_.a[i];
     }
     network_.to_world(times[next], x_read_, v_read_, state_);
     sink(next, state_);
@@ -110,9 +89,8 @@ void HandWritten::step_and_read(double t, double h, std::span<const double> time
 
 RivalRun HandWritten::run(std::span<const double> times, const RivalOptions& options, const RivalSink& sink) {
   constexpr long kLookEvery = 256;  // steps between looks at the stop and at the numbers
-  const bool is_verlet = rival_ == Rival::kVerlet;
   RivalRun run;
-  run.memory = network_.memory() + (is_verlet ? 3 : 7) * x_.size() * sizeof(double);
+  run.memory = network_.memory() + traits_.arrays * x_.size() * sizeof(double);
   network_.initial(x_, v_);
   std::size_t next = 0;
   double start = 0.0;
@@ -133,10 +111,10 @@ RivalRun HandWritten::run(std::span<const double> times, const RivalOptions& opt
       if (!run.error.empty()) return run;
     }
     run.num_steps += count;
-    run.num_evaluations += count * (is_verlet ? 1 : 4) + (is_verlet ? 1 : 0);
-    // Verlet's velocities back from the middle of a step
-    read_velocity(h, v1_);
-    v_ = v1_;
+    run.num_evaluations += count * traits_.evaluations + (traits_.keeps_forces ? 1 : 0);
+    // back to where x stands
+    read_end(h, end_);
+    v_ = end_.v;
     start = end;
   }
   if (!is_finite(x_)) run.error = kUnstable;

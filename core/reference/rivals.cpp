@@ -12,8 +12,7 @@ std::unique_ptr<RivalMethod> make_rival(Rival rival, const CartesianSystem& syst
   if (is_linearised(rival)) return Linearised::make(rival, system, error);
   std::optional<SpringNetwork> network = SpringNetwork::make(system, error);
   if (!network) return nullptr;
-  if (rival == Rival::kVerlet || rival == Rival::kRungeKutta4)
-    return std::make_unique<HandWritten>(rival, std::move(*network));
+  if (is_by_hand(rival)) return make_hand_written(rival, std::move(*network));
   return std::make_unique<Packaged>(rival, std::move(*network));
 }
 

@@ -14,6 +14,10 @@ namespace freeflex {
 enum class Rival {
   kVerlet,       // velocity Verlet by hand, full system; fixed step
   kRungeKutta4,  // classical Runge-Kutta method by hand, full system; fixed step
+  kStoermer8,    // Stoermer's method by hand, extrapolated to order 8, full system; fixed step
+  kStoermer12,   // the same to order 12
+  kStoermer16,   // the same to order 16
+  kKahanLi8,     // Verlet composed to order 8 (Kahan and Li 1997) by hand, full system; fixed step
   kErk4,         // ARKODE, Zonneveld 4(3), full system
   kErk8,         // ARKODE, Fehlberg 7(8), full system
   kDirk5,        // ARKODE, diagonally implicit of order 5, sparse Jacobian, full system
@@ -51,6 +55,9 @@ class RivalMethod {
 
 /// nullptr and `error` for a system that the method cannot state.
 std::unique_ptr<RivalMethod> make_rival(Rival rival, const CartesianSystem& system, std::string& error);
+
+/// Written by hand on the full system, at a fixed step.
+inline bool is_by_hand(Rival rival) { return rival >= Rival::kVerlet && rival <= Rival::kKahanLi8; }
 
 /// Runs on the linearised system, whose error against the full one is not the method's.
 inline bool is_linearised(Rival rival) { return rival == Rival::kLeapfrog || rival == Rival::kKrylov; }

@@ -22,6 +22,9 @@ bool is_piecewise_constant(const CartesianLoad& load) {
   return has_constant_amplitude && load.axes == Axes::kWorld && load.torques.empty();
 }
 
+double root(double square) { return std::sqrt(square); }
+Pair root(Pair square) { return Pair{std::sqrt(square[0]), std::sqrt(square[1])}; }
+
 }  // namespace
 
 std::optional<SpringNetwork> SpringNetwork::make(const CartesianSystem& system, std::string& error) {
@@ -42,7 +45,7 @@ std::optional<SpringNetwork> SpringNetwork::make(const CartesianSystem& system, 
   }
   for (Eigen::Index i = 0; i < system.mass.size(); ++i)
     network.inverse_mass_.insert(network.inverse_mass_.end(), 3, 1.0 / system.mass[i]);
-  network.constant_.assign(network.size(), 0.0);
+  for (auto* values : {&network.constant_, &network.x_one_, &network.f_one_}) values->resize(network.size());
   return network;
 }
 
@@ -73,18 +76,18 @@ void SpringNetwork::add_varying(double t, const double* x, double* f) const {
     add_load(*load, amplitude(load->history, t, piece_time_), Matrix3d::Identity(), R_WB, force);
 }
 
-void SpringNetwork::forces(double t, const double* x, double* f) const {
-  std::copy(constant_.begin(), constant_.end(), f);
+template <typename Number>
+void SpringNetwork::add_springs(const Number* x, Number* f) const {
   const std::size_t count = ends_.size();
   const End* ends = ends_.data();
   const double *k = stiffness_.data(), *kL = stiffness_length_.data();
   for (std::size_t s = 0; s < count; ++s) {
-    const double *x1 = x + ends[s].first, *x2 = x + ends[s].second;
-    double *f1 = f + ends[s].first, *f2 = f + ends[s].second;
-    const double d0 = x2[0] - x1[0], d1 = x2[1] - x1[1], d2 = x2[2] - x1[2];
+    const Number *x1 = x + ends[s].first, *x2 = x + ends[s].second;
+    Number *f1 = f + ends[s].first, *f2 = f + ends[s].second;
+    const Number d0 = x2[0] - x1[0], d1 = x2[1] - x1[1], d2 = x2[2] - x1[2];
     // tension over length: k (l - L) / l
-    const double pull = k[s] - kL[s] / std::sqrt(d0 * d0 + d1 * d1 + d2 * d2);
-    const double p0 = pull * d0, p1 = pull * d1, p2 = pull * d2;
+    const Number pull = k[s] - kL[s] / root(d0 * d0 + d1 * d1 + d2 * d2);
+    const Number p0 = pull * d0, p1 = pull * d1, p2 = pull * d2;
     f1[0] += p0;
     f1[1] += p1;
     f1[2] += p2;
@@ -92,7 +95,24 @@ void SpringNetwork::forces(double t, const double* x, double* f) const {
     f2[1] -= p1;
     f2[2] -= p2;
   }
+}
+
+void SpringNetwork::forces(double t, const double* x, double* f) const {
+  std::copy(constant_.begin(), constant_.end(), f);
+  add_springs(x, f);
   if (!varying_.empty()) add_varying(t, x, f);
+}
+
+void SpringNetwork::forces(Pair t, const Pair* x, Pair* f) {
+  for (std::size_t i = 0; i < constant_.size(); ++i) f[i] = Pair{constant_[i], constant_[i]};
+  add_springs(x, f);
+  if (varying_.empty()) return;
+  for (int side = 0; side < 2; ++side) {
+    for (std::size_t i = 0; i < x_one_.size(); ++i) x_one_[i] = x[i][side];
+    std::fill(f_one_.begin(), f_one_.end(), 0.0);
+    add_varying(t[side], x_one_.data(), f_one_.data());
+    for (std::size_t i = 0; i < f_one_.size(); ++i) f[i][side] += f_one_[i];
+  }
 }
 
 SparsePattern SpringNetwork::make_pattern() {

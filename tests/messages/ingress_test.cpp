@@ -1,5 +1,5 @@
 // The ingress process: commands come through from UDP, and packets that kill liblcm cost nothing but a
-// restart. This program is both the daemon and, spawned with --ingress-fd, the ingress.
+// restart. This program is both the daemon and, spawned with --ingress-block, the ingress.
 #include "service/ingress.hpp"
 
 #include <gtest/gtest.h>
@@ -175,7 +175,7 @@ TEST_F(Ingress, CannotWriteWhatItIsCheckedAgainst) {
   char line[512];
   std::vector<std::string> rights;
   while (std::fgets(line, sizeof(line), maps) != nullptr) {
-    if (std::string(line).find("freeflex-ingress") == std::string::npos) continue;
+    if (std::string(line).find("/SYSV") == std::string::npos) continue;
     rights.push_back(std::string(line).substr(std::string(line).find(' ') + 1, 4));
   }
   std::fclose(maps);

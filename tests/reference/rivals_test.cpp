@@ -140,7 +140,8 @@ TEST(Rivals, AStepBeyondStabilityIsNamed) {
 
 TEST(Rivals, ARunStopsWhenAsked) {
   const Small small;
-  for (const Rival rival : {Rival::kVerlet, Rival::kErk8, Rival::kBdf, Rival::kLeapfrog, Rival::kKrylov}) {
+  for (const Rival rival : {Rival::kVerlet, Rival::kStoermer12, Rival::kKahanLi8, Rival::kErk8, Rival::kBdf,
+                            Rival::kLeapfrog, Rival::kKrylov}) {
     std::string error;
     const auto method = make_rival(rival, *small.system, error);
     const double times[] = {10.0};
@@ -155,6 +156,9 @@ TEST(Rivals, ReadingOnTheWayAgreesWithAnEndThere) {
   const Small small;
   for (const auto& [rival, step, tolerance, allowed] : {std::tuple{Rival::kVerlet, 1e-4, 0.0, 2e-3},
                                                         {Rival::kRungeKutta4, 1e-4, 0.0, 1e-4},
+                                                        {Rival::kStoermer8, 2e-4, 0.0, 1e-4},
+                                                        {Rival::kStoermer16, 2e-4, 0.0, 1e-4},
+                                                        {Rival::kKahanLi8, 2e-4, 0.0, 1e-4},
                                                         {Rival::kErk8, 0.0, 1e-9, 1e-4},
                                                         {Rival::kAdams, 0.0, 1e-9, 1e-4},
                                                         {Rival::kDirk5, 0.0, 1e-9, 1e-4},

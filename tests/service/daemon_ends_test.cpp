@@ -1,11 +1,7 @@
 // How the real freeflexd ends, and what it says when it does not begin.
-#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
-#include <unistd.h>
 
-#include <array>
-#include <cerrno>
 #include <filesystem>
 #include <fstream>
 
@@ -18,14 +14,6 @@ namespace freeflex::testing {
 namespace {
 
 using freeflex_msgs::status_t;
-
-/// The same program started by a shell that runs set_up first, with its standard streams sent as said.
-std::vector<std::string> by_shell(const std::string& set_up, const std::vector<std::string>& arguments,
-                                  const std::string& streams = "") {
-  std::string line = set_up + " exec";
-  for (const std::string& argument : arguments) line += " '" + argument + "'";
-  return {"/bin/sh", "-c", line + " " + streams};
-}
 
 struct End {
   std::string set_up;        // what the shell does before
@@ -173,37 +161,6 @@ TEST_F(Daemon, SaysHowToGetAMulticastRoute) {
   const std::string output = daemon.output();
   EXPECT_NE(output.find("ip link set lo up multicast on"), std::string::npos) << output;
   EXPECT_NE(output.find("ip route add 239.0.0.0/8 dev lo"), std::string::npos) << output;
-}
-
-TEST_F(Daemon, RunsOnWhenNobodyTakesItsLog) {
-  // /dev/full refuses every byte, as a full disk does; closed, the first sockets would be called 0, 1 and 2
-  for (const char* streams : {"2>/dev/full", "<&- >&- 2>&-"}) {
-    BusClient client("H");
-    Process daemon(by_shell("", command_line("H", {"--log-level", "debug", "--until", "0.2"}), streams));
-    EXPECT_EQ(daemon.wait(), 0) << streams;
-    EXPECT_TRUE(client.until([&] {
-      return !client.statuses.empty() && client.statuses.back().mode == status_t::STOPPED;
-    })) << streams;
-    EXPECT_EQ(client.statuses.back().tick, 200) << streams;
-  }
-}
-
-TEST_F(Daemon, EndsAlthoughThePipeOfItsLogIsFull) {
-#if defined(__SANITIZE_THREAD__)
-  GTEST_SKIP() << "the thread sanitizer's own _exit waits until standard error is written";
-#endif
-  std::array<int, 2> ends{};
-  ASSERT_EQ(pipe(ends.data()), 0);
-  fcntl(ends[1], F_SETFL, O_NONBLOCK);
-  const std::array<char, 4096> page{};
-  while (write(ends[1], page.data(), page.size()) > 0) {
-  }
-  EXPECT_EQ(errno, EAGAIN);
-  fcntl(ends[1], F_SETFL, 0);
-  Process daemon(by_shell("", command_line("N", {"--until", "0.2"}), "2>&" + std::to_string(ends[1])));
-  EXPECT_EQ(daemon.wait(), 0);
-  close(ends[0]);
-  close(ends[1]);
 }
 
 }  // namespace

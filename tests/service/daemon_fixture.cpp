@@ -22,6 +22,13 @@ std::vector<std::string> command_line(const std::string& prefix, std::vector<std
   return arguments;
 }
 
+std::vector<std::string> by_shell(const std::string& set_up, const std::vector<std::string>& arguments,
+                                  const std::string& streams) {
+  std::string line = set_up + " exec";
+  for (const std::string& argument : arguments) line += " '" + argument + "'";
+  return {"/bin/sh", "-c", line + " " + streams};
+}
+
 std::vector<double> motion(const freeflex_msgs::state_t& state) {
   std::vector<double> numbers(state.q);
   numbers.insert(numbers.end(), state.q_dot.begin(), state.q_dot.end());

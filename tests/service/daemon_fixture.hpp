@@ -19,6 +19,10 @@ class Daemon : public ::testing::Test {
 /// freeflexd on the truss of 104 points.
 std::vector<std::string> command_line(const std::string& prefix, std::vector<std::string> more = {});
 
+/// The same program started by a shell that runs set_up first, with its standard streams sent as said.
+std::vector<std::string> by_shell(const std::string& set_up, const std::vector<std::string>& arguments,
+                                  const std::string& streams = "");
+
 /// Every number of a published motion.
 std::vector<double> motion(const freeflex_msgs::state_t& state);
 

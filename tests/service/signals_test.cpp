@@ -1,6 +1,7 @@
 // What a signal does to the process, at its worst moments. Each in a process of its own.
 #include "service/signals.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <unistd.h>
@@ -67,6 +68,34 @@ TEST(SignalsDeathTest, TheFirstCountsAndMoreAtTheSameMomentAreTheSameWish) {
         _exit(signals.received() == SIGTERM ? 0 : kNotEnded);
       },
       ExitedWithCode(0), "");
+}
+
+TEST(SignalsDeathTest, DuringStartUpEndTheProcessAlthoughThePipeOfItsLogIsFull) {
+  EXPECT_EXIT(
+      {
+        int ends[2];
+        if (pipe2(ends, O_NONBLOCK) != 0) _exit(kNotEnded);
+        while (write(ends[1], "", 1) == 1) {
+        }
+        fcntl(ends[1], F_SETFL, 0);
+        dup2(ends[1], STDERR_FILENO);
+        const SignalWatch signals;
+        raise(SIGTERM);
+        _exit(kNotEnded);
+      },
+      ExitedWithCode(0), "");
+}
+
+TEST(SignalsDeathTest, ThoseThatAWriteCanBringDoNothing) {
+  for (const int number : {SIGPIPE, SIGXFSZ, SIGTTOU}) {
+    EXPECT_EXIT(
+        {
+          service::ignore_signals_of_writing();
+          raise(number);
+          _exit(0);
+        },
+        ExitedWithCode(0), "");
+  }
 }
 
 TEST(SignalsDeathTest, OneThatComesLateEndsAnOrderlyEndThatHangs) {

@@ -110,10 +110,10 @@ TEST_F(ReportProgram, MeasuresEveryRungAndEveryOtherMethod) {
     EXPECT_GT(item["cpu_once"], 0.0);
     EXPECT_GE(item["elastic_error"], 0.0);
   }
-  for (const char* method :
-       {"rigid", "separated", "spin-loaded", "coupled", "exact-bars", "full", "velocity Verlet",
-        "Runge-Kutta 4", "ARKODE explicit 4", "ARKODE explicit 8", "ARKODE implicit 5", "CVODE Adams",
-        "CVODE BDF", "leapfrog, linear", "Krylov, linear"})
+  for (const char* method : {"rigid", "separated", "spin-loaded", "coupled", "exact-bars", "full",
+                             "velocity Verlet", "Runge-Kutta 4", "Stoermer 8", "Stoermer 12", "Stoermer 16",
+                             "Kahan-Li 8", "ARKODE explicit 4", "ARKODE explicit 8", "ARKODE implicit 5",
+                             "CVODE Adams", "CVODE BDF", "leapfrog, linear", "Krylov, linear"})
     EXPECT_TRUE(methods.count(method)) << method;
   for (const char* key : {"processor", "compiler", "flags", "commit", "date"})
     EXPECT_FALSE(json["machine"][key].get<std::string>().empty()) << key;

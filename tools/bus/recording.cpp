@@ -1,10 +1,15 @@
 #include "tools/bus/recording.hpp"
 
 #include <algorithm>
+#include <cstddef>
 #include <tuple>
+#include <unordered_map>
 
+#include "freeflex_msgs/scene_t.hpp"
+#include "freeflex_msgs/state_t.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/decode.hpp"
+#include "tools/bus/strays.hpp"
 #include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
@@ -12,46 +17,85 @@ namespace {
 
 using freeflex_msgs::applied_t;
 
-RecordedSession& session_of(Recording& recording, std::int64_t session) {
-  for (RecordedSession& known : recording.sessions) {
-    if (known.session == session) return known;
-  }
-  RecordedSession& added = recording.sessions.emplace_back();
-  added.session = session;
-  return added;
+constexpr std::size_t kMostNamed = 20;  // sessions in a message
+
+/// Takes the messages of a log into the index.
+class Indexer {
+ public:
+  Indexer(Recording& recording, const std::string& prefix)
+      : recording_(recording),
+        applied_(prefix + channels::kApplied),
+        state_(prefix + channels::kState),
+        scene_(prefix + channels::kScene),
+        strays_(prefix) {}
+
+  /// False when the message does not decode.
+  bool take(const io::LogEvent& event);
+  /// Empty, or which message has left its session.
+  std::string find_stray() const { return strays_.find(); }
+
+ private:
+  RecordedSession& session_of(const io::LogEvent& event, std::int64_t session);
+
+  Recording& recording_;
+  std::string applied_, state_, scene_;  // channels
+  StrayFinder strays_;
+  std::unordered_map<std::int64_t, std::size_t> places_;  // of sessions in the recording
+};
+
+RecordedSession& Indexer::session_of(const io::LogEvent& event, std::int64_t session) {
+  strays_.take_own(event, session);
+  const auto [place, is_new] = places_.try_emplace(session, recording_.sessions.size());
+  if (is_new) recording_.sessions.emplace_back().session = session;
+  return recording_.sessions[place->second];
 }
 
-/// All messages of a session name one plan.
+/// All messages of a session say one thing of its plan.
+void expect_one(const io::LogEvent& event, const std::string& what, const std::string& found,
+                const std::string& before, RecordedSession& session) {
+  if (found == before || !session.contradiction.empty()) return;
+  session.contradiction = "the message on " + event.channel + " at byte " + std::to_string(event.offset) +
+                          " names the " + what + " " + printable(found) + ", those before it " +
+                          printable(before) + "; a session has one " + what;
+}
+
 void take_fingerprint(const io::LogEvent& event, std::int64_t fingerprint, RecordedSession& session) {
   const auto found = static_cast<std::uint64_t>(fingerprint);
   if (!session.plan_fingerprint) session.plan_fingerprint = found;
-  if (*session.plan_fingerprint == found || !session.contradiction.empty()) return;
-  session.contradiction = "the message on " + event.channel + " at byte " + std::to_string(event.offset) +
-                          " names the plan " + fingerprint_text(found) + ", those before it " +
-                          fingerprint_text(*session.plan_fingerprint) + "; a session has one plan";
+  if (found == *session.plan_fingerprint) return;
+  expect_one(event, "plan", fingerprint_text(found), fingerprint_text(*session.plan_fingerprint), session);
 }
 
-/// Takes one message into the index. False when it does not decode.
-bool index_event(const io::LogEvent& event, const std::string& prefix, Recording& recording) {
-  if (event.channel == prefix + channels::kApplied) {
-    applied_t message;
-    if (!io::decode_message(event.bytes, message)) return false;
-    RecordedSession& session = session_of(recording, message.session);
-    session.applied.push_back({message.applied_sequence, message.tick, message.kind, event.offset});
-    take_fingerprint(event, message.plan_fingerprint, session);
-  } else if (event.channel == prefix + channels::kState) {
-    freeflex_msgs::state_t message;
-    if (!io::decode_message(event.bytes, message)) return false;
-    session_of(recording, message.session)
-        .states.push_back({message.epoch, message.tick, message.applied_count, event.offset});
-  } else if (event.channel == prefix + channels::kScene) {
-    freeflex_msgs::scene_t message;
-    if (!io::decode_message(event.bytes, message)) return false;
-    RecordedSession& session = session_of(recording, message.session);
-    session.scene_name = message.name;
+void take_scene(const io::LogEvent& event, const freeflex_msgs::scene_t& message, RecordedSession& session) {
+  if (!session.has_scene) {
+    session.has_scene = true;
     session.plan_file = message.plan_file;
     session.rate = message.rate;
+  }
+  expect_one(event, "file", message.plan_file, session.plan_file, session);
+  expect_one(event, "rate", format_text("%.17g Hz", message.rate), format_text("%.17g Hz", session.rate),
+             session);
+  take_fingerprint(event, message.plan_fingerprint, session);
+}
+
+bool Indexer::take(const io::LogEvent& event) {
+  if (event.channel == applied_) {
+    applied_t message;
+    if (!io::decode_message(event.bytes, message)) return false;
+    RecordedSession& session = session_of(event, message.session);
+    session.applied.push_back({message.applied_sequence, message.tick, message.kind, event.offset});
     take_fingerprint(event, message.plan_fingerprint, session);
+  } else if (event.channel == state_) {
+    freeflex_msgs::state_t message;
+    if (!io::decode_message(event.bytes, message)) return false;
+    session_of(event, message.session)
+        .states.push_back({message.epoch, message.tick, message.time, message.applied_count, event.offset});
+  } else if (event.channel == scene_) {
+    freeflex_msgs::scene_t message;
+    if (!io::decode_message(event.bytes, message)) return false;
+    take_scene(event, message, session_of(event, message.session));
+  } else {
+    strays_.take_foreign(event);
   }
   return true;
 }
@@ -60,15 +104,16 @@ bool index_event(const io::LogEvent& event, const std::string& prefix, Recording
 
 Recording read_recording(io::LogReader& log, const std::string& prefix) {
   Recording recording;
+  Indexer indexer(recording, prefix);
   io::LogEvent event;
   while (log.next(event)) {
-    if (!index_event(event, prefix, recording)) {
+    if (!indexer.take(event)) {
       recording.error = "message on " + event.channel + " at byte " + std::to_string(event.offset) +
                         " is damaged or of another version";
       return recording;
     }
   }
-  recording.error = log.error();
+  recording.error = log.error().empty() ? indexer.find_stray() : log.error();
   recording.is_readable = log.error().empty() || log.is_damaged();
   for (RecordedSession& session : recording.sessions) {
     std::stable_sort(session.applied.begin(), session.applied.end(),
@@ -89,41 +134,31 @@ Recording read_recording(io::LogReader& log, const std::string& prefix) {
 
 const RecordedSession* choose_session(const Recording& recording, std::optional<std::int64_t> session,
                                       std::string& error) {
-  std::string known;
-  for (const RecordedSession& candidate : recording.sessions) {
-    if (session && candidate.session == *session) return &candidate;
-    known += (known.empty() ? "" : ", ") + std::to_string(candidate.session);
-  }
-  if (recording.sessions.empty()) {
+  const auto& sessions = recording.sessions;
+  if (sessions.empty()) {
     error = "the log holds no message of a session (other channel prefix? see --prefix)";
-  } else if (session) {
-    error = "the log holds no session " + std::to_string(*session) + "; it holds " + known;
-  } else if (recording.sessions.size() > 1) {
-    error = "the log holds several sessions, choose one with --session: " + known;
-  } else {
-    return &recording.sessions.front();
+    return nullptr;
   }
+  if (!session && sessions.size() == 1) return &sessions.front();
+  const auto chosen = std::find_if(sessions.begin(), sessions.end(), [&](const RecordedSession& candidate) {
+    return candidate.session == session;
+  });
+  if (chosen != sessions.end()) return &*chosen;
+  std::vector<std::string> known;
+  for (const RecordedSession& candidate : sessions) known.push_back(std::to_string(candidate.session));
+  error = session ? "the log holds no session " + std::to_string(*session) + "; it holds "
+                  : "the log holds several sessions, choose one with --session: ";
+  error += listed(known, kMostNamed);
   return nullptr;
 }
 
-std::string find_flaw(const RecordedSession& session) {
-  if (!session.contradiction.empty()) return session.contradiction;
-  std::int64_t expected = 0;
-  for (const AppliedRecord& record : session.applied) {
-    if (record.sequence < expected) {
-      return "applied sequence " + std::to_string(record.sequence) + " occurs twice with different content";
-    }
-    if (record.sequence > expected) return "applied sequence " + std::to_string(expected) + " missing";
-    ++expected;
+std::string printable(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const bool is_plain = c >= ' ' && c <= '~';
+    out += is_plain ? std::string(1, c) : format_text("\\x%02x", static_cast<unsigned char>(c));
   }
-  for (const StateRecord& state : session.states) {
-    if (state.applied_count > expected) {
-      return "applied sequence " + std::to_string(expected) + " missing: the state at tick " +
-             std::to_string(state.tick) + " contains " + std::to_string(state.applied_count) +
-             " applied commands";
-    }
-  }
-  return {};
+  return out;
 }
 
 CommandFeed::CommandFeed(io::LogReader& log, const RecordedSession& session, const Plan& plan)
@@ -157,11 +192,8 @@ std::string CommandFeed::take_commands(std::int64_t tick, std::vector<ForceComma
         return "applied sequence " + std::to_string(record.sequence) +
                " does not fit the plan: " + admission.text.data();
       }
-    } else if (kind == applied_t::EXPIRED || kind == applied_t::LEASE_LOST) {
-      ended.push_back(message);
     } else {
-      return "applied sequence " + std::to_string(record.sequence) + " is of unknown kind " +
-             std::to_string(kind);
+      ended.push_back(message);
     }
   }
   if (next_tick() && *next_tick() < tick) {

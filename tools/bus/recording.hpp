@@ -4,6 +4,7 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "core/step/command.hpp"
@@ -24,6 +25,7 @@ struct AppliedRecord {
 struct StateRecord {
   std::int64_t epoch = 0;
   std::int64_t tick = 0;
+  double time = 0.0;  // [s]
   std::int64_t applied_count = 0;
   std::int64_t offset = 0;  // [bytes]
 };
@@ -31,11 +33,11 @@ struct RecordedSession {
   std::int64_t session = 0;
   std::vector<AppliedRecord> applied;  // by sequence, repeats dropped
   std::vector<StateRecord> states;     // by epoch, then tick
-  std::string scene_name;
-  std::string plan_file;  // empty: the log holds no FREEFLEX_SCENE
-  double rate = 0.0;      // [Hz] 0: the log holds no FREEFLEX_SCENE
+  bool has_scene = false;              // the log holds a FREEFLEX_SCENE of it
+  std::string plan_file;               // as it says
+  double rate = 0.0;                   // [Hz] as it says
   std::optional<std::uint64_t> plan_fingerprint;
-  std::string contradiction;  // empty, or which message names another plan than those before it
+  std::string contradiction;  // empty, or which message names another plan, file or rate than those before it
 };
 struct Recording {
   std::vector<RecordedSession> sessions;  // in the order in which they appear
@@ -43,16 +45,37 @@ struct Recording {
   bool is_readable = true;                // false: the file could not be opened
 };
 
-/// Reads the index of a whole log. \param prefix  of the channel names
+/// Reads the index of a whole log: linear in its records and sessions. \param prefix  of the channel names
 Recording read_recording(io::LogReader& log, const std::string& prefix);
 
 /// The session asked for, or the only one. nullptr and a reason when there is none or the choice is open.
 const RecordedSession* choose_session(const Recording& recording, std::optional<std::int64_t> session,
                                       std::string& error);
 
-/// Empty when all messages name one plan and applied sequences run from 0 without a gap as far as the states
-/// need them; else what is missing or contradicts.
+/// Empty when all messages name one plan, applied sequences run from 0 without a gap as far as the states
+/// need them, and epochs, ticks and counts of applied records agree with one another; else what is missing or
+/// contradicts, with its byte.
 std::string find_flaw(const RecordedSession& session);
+
+/// [ticks] Most that may lie between two states, or before the first one: 115 days at 1 kHz. So a replay ends
+/// also where a tick was forged with everything that it is checked against.
+inline constexpr std::int64_t kMostUnseenTicks = 10'000'000'000;
+/// Empty when the time of each state is that of its tick and no gap is longer than kMostUnseenTicks: so every
+/// tick that is to be stepped to is borne out by a second number. \pre find_flaw is empty
+/// \param period  [s] of a tick; 0: not known, gaps alone are looked at
+std::string find_time_flaw(const RecordedSession& session, double period);
+
+/// States that a session published at their rate and that the log does not hold: lost, or before it began.
+struct MissingStates {
+  std::int64_t count = 0;
+  std::int64_t first_tick = 0;
+};
+/// \pre find_flaw is empty \param every  [ticks] between two states, > 0
+MissingStates count_missing(const RecordedSession& session, std::int64_t every);
+
+/// Text of a damaged message as it can be printed: bytes that are not of ASCII's printable ones in
+/// hexadecimal.
+std::string printable(std::string_view text);
 
 /// Hands out the records of a session in the order in which they took effect.
 class CommandFeed {

@@ -171,6 +171,12 @@ int open_commands(const RunOptions& options, const Plan& plan, Commands& command
                   ", this one " + fingerprint_text(plan_fingerprint(plan)) +
                   "): they act on the points and groups of the same numbers here");
   }
+  // of another plan the period is known from the log alone
+  const double rate = commands.session->rate;
+  const double foreign_period = rate > 0.0 ? 1.0 / rate : 0.0;
+  const std::string time_flaw =
+      find_time_flaw(*commands.session, commands.is_foreign ? foreign_period : plan.period);
+  if (!time_flaw.empty()) return print_error("log incomplete: " + time_flaw), kExitIncomplete;
   commands.feed = std::make_unique<CommandFeed>(*commands.log, *commands.session, plan);
   return kExitOk;
 }

@@ -150,7 +150,7 @@ constexpr const char* kColumns =
     "another rate, as Krylov's method does here too. The daemon's rate is fixed.</dd>\n"
     "<dt>ratio</dt><dd>What the cheapest other method costs at our elastic error, over our cost. Ours is the "
     "run's or its "
-    "rung's model error, whichever is larger, but no less than 3e-7, to which others are swept; 5 % more is "
+    "rung's model error, whichever is larger, but no less than 3e-8, to which others are swept; 5 % more is "
     "the same: methods of one "
     "model error differ by what integration adds or takes. Between two settings its cost is read off the "
     "line in logarithms.</dd>\n"

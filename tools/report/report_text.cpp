@@ -88,6 +88,26 @@ Nearest nearest(const Report& report, ReadOut read_out) {
   return nearest;
 }
 
+/// How many times as much as ours the best other method costs at each level, on the scene where it costs
+/// least.
+std::string least_ratios(const Report& report) {
+  std::string text;
+  for (std::size_t load = 0; load < kReadOuts; ++load) {
+    std::string levels;
+    for (const double level : kLevels) {
+      std::optional<double> least;
+      for (const Study& study : report.studies)
+        if (const auto found = compare_at(study, level, static_cast<ReadOut>(load));
+            found && !found->best.method.empty())
+          least = least ? std::min(*least, found->best.ratio) : found->best.ratio;
+      if (least) levels += format_text("%s%.2g at %.0e", levels.empty() ? "" : ", ", *least, level);
+    }
+    if (!levels.empty())
+      text += format_text("%s%s: ", text.empty() ? "" : "; ", kReadOutNames[load]) + levels;
+  }
+  return text;
+}
+
 /// Krylov's method is the cheapest other one with the first read-out, on some scene at some level.
 bool is_krylov_nearest(const Report& report) {
   for (const Study& study : report.studies)
@@ -130,6 +150,11 @@ std::vector<std::string> findings(const Report& report) {
           kReadOutNames[load], method, scene, ratio, ours.method.c_str(), now.found.error));
     }
   }
+  if (is_compared)
+    sentences.push_back(
+        "Level by level, on the scene where it is least, the best other method's cost over ours (below 1 we "
+        "lose): " +
+        least_ratios(report) + ".");
   sentences.push_back(
       std::string(
           "Where the full field of a large structure is wanted often, a rung of modes is the wrong tool: one "

@@ -88,8 +88,8 @@ struct Comparison {
   };
   Other best, hand_written, packaged, linearised;
 };
-inline constexpr std::array kLevels{1e-2, 1e-3, 1e-4, 1e-5};
-inline constexpr double kFinest = 3e-7;  // [-] elastic error to which other methods are swept
+inline constexpr std::array kLevels{1e-2, 1e-3, 1e-4, 1e-5, 1e-6, 1e-7};
+inline constexpr double kFinest = 3e-8;  // [-] elastic error to which other methods are swept
 
 /// nullopt when no rung has an elastic error of the level or less.
 std::optional<Comparison> compare_at(const Study& study, double level, ReadOut read_out);

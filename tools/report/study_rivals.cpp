@@ -4,6 +4,7 @@
 #include <cmath>
 #include <map>
 #include <memory>
+#include <optional>
 #include <string>
 #include <utility>
 
@@ -20,6 +21,10 @@ struct Entry {
 };
 constexpr std::array kEntries{Entry{Rival::kVerlet, Family::kHandWritten, "velocity Verlet"},
                               Entry{Rival::kRungeKutta4, Family::kHandWritten, "Runge-Kutta 4"},
+                              Entry{Rival::kStoermer8, Family::kHandWritten, "Stoermer 8"},
+                              Entry{Rival::kStoermer12, Family::kHandWritten, "Stoermer 12"},
+                              Entry{Rival::kStoermer16, Family::kHandWritten, "Stoermer 16"},
+                              Entry{Rival::kKahanLi8, Family::kHandWritten, "Kahan-Li 8"},
                               Entry{Rival::kErk4, Family::kPackaged, "ARKODE explicit 4"},
                               Entry{Rival::kErk8, Family::kPackaged, "ARKODE explicit 8"},
                               Entry{Rival::kDirk5, Family::kPackaged, "ARKODE implicit 5"},
@@ -32,9 +37,37 @@ struct Setting {
   double step = 0.0, tolerance = 0.0;
 };
 
+/// Of a method of fixed step: its order, and the phase of the fastest mode over a step [rad] beyond which it
+/// is of no use.
+struct FixedStep {
+  int order;
+  double limit;
+};
+
+std::optional<FixedStep> fixed_step_of(Rival rival) {
+  switch (rival) {
+    case Rival::kVerlet:
+    case Rival::kLeapfrog:
+      return FixedStep{2, 2.0};
+    case Rival::kRungeKutta4:
+      return FixedStep{4, 2.0 * std::sqrt(2.0)};
+    case Rival::kStoermer8:
+      return FixedStep{8, 4.1};
+    // unstable from 3.7 and 3.6 on, but so little that a short run bears it
+    case Rival::kStoermer12:
+      return FixedStep{12, 4.25};
+    case Rival::kStoermer16:
+      return FixedStep{16, 5.0};
+    case Rival::kKahanLi8:
+      return FixedStep{8, 5.6};
+    default:
+      return std::nullopt;
+  }
+}
+
 /// From the coarsest that can work to finer ones.
 std::vector<Setting> settings_of(Rival rival, double top_frequency, double end) {
-  constexpr double kInside = 0.99;  // of the stability limit
+  constexpr double kInside = 0.99;  // of the limit
   std::vector<Setting> settings;
   if (rival == Rival::kKrylov) {
     for (const double step : {end, 0.5, 0.2, 0.1, 0.05, 0.02, 0.01})
@@ -42,13 +75,12 @@ std::vector<Setting> settings_of(Rival rival, double top_frequency, double end) 
         for (const double tolerance : {1e-3, 1e-5, 1e-7}) settings.push_back({step, tolerance});
     return settings;
   }
-  const bool is_second_order = rival == Rival::kVerlet || rival == Rival::kLeapfrog;
-  if (is_second_order || rival == Rival::kRungeKutta4) {
-    const double limit = kInside * (is_second_order ? 2.0 : 2.0 * std::sqrt(2.0)) / top_frequency;
+  if (const auto fixed = fixed_step_of(rival)) {
+    const double coarsest = std::min(kInside * fixed->limit / top_frequency, end);
     // two powers of two of the error a setting; costs between two are interpolated
-    const double factor = is_second_order ? 0.5 : std::sqrt(0.5);
-    for (int k = 0; k < (is_second_order ? 12 : 18); ++k)
-      settings.push_back({std::min(limit, end) * std::pow(factor, k), 0.0});
+    const double factor = std::exp2(-2.0 / fixed->order);
+    for (int k = 0; k < (fixed->order == 2 ? 12 : 18); ++k)
+      settings.push_back({coarsest * std::pow(factor, k), 0.0});
     return settings;
   }
   for (int k = 3; k <= 10; ++k) settings.push_back({0.0, std::pow(10.0, -k)});
@@ -143,10 +175,11 @@ class Sweep {
 
   /// Finer settings would cost more and tell nothing new.
   bool is_finest(const Run& run, double taken) {
-    constexpr double kSmall = 1e-4;  // [-] below which an error that no longer falls is rounding
+    constexpr double kSmall = 1e-4;        // [-] below which an error that no longer falls is rounding
+    constexpr double kSmallEnough = 1e-5;  // [-] of a run that takes very long
     if (run.integration_error < kFinest) return true;
-    // what takes long at the least level asked for is not asked for more
-    if (taken > kVeryLong && run.integration_error < kLevels.back()) return true;
+    // what takes long at a small error is not asked for a smaller one
+    if (taken > kVeryLong && run.integration_error < kSmallEnough) return true;
     if (run.tolerance > 0.0) return false;
     // twice as fine is at least as dear
     if (1.4 * taken > bench_.options.budget) return true;

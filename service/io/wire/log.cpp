@@ -6,8 +6,9 @@
 #include <array>
 #include <cerrno>
 #include <charconv>
-#include <cstring>
 #include <filesystem>
+#include <optional>
+#include <string_view>
 #include <system_error>
 #include <utility>
 
@@ -15,17 +16,48 @@ namespace freeflex::io {
 namespace {
 
 // record: sync word, event number, time stamp, channel length, data length, channel, data; big-endian
-constexpr std::uint32_t kSyncWord = 0xEDA1DA01;
-constexpr std::int64_t kHeaderBytes = 28;       // [bytes]
+constexpr std::string_view kSync = "\xED\xA1\xDA\x01";
 constexpr std::int64_t kMaxChannelBytes = 999;  // [bytes] liblcm refuses longer names
 
 std::string error_text(int error_number) {
   return std::error_code(error_number, std::generic_category()).message();
 }
 
-std::uint32_t big_endian(const unsigned char* bytes) {
-  return (std::uint32_t{bytes[0]} << 24) | (std::uint32_t{bytes[1]} << 16) | (std::uint32_t{bytes[2]} << 8) |
-         std::uint32_t{bytes[3]};
+std::uint64_t big_endian(std::string_view bytes) {
+  std::uint64_t value = 0;
+  for (const char byte : bytes) value = value << 8 | static_cast<unsigned char>(byte);
+  return value;
+}
+
+/// What stands in front of a record.
+struct Header {
+  std::uint64_t number = 0;
+  std::int64_t utime = 0;          // [us]
+  std::int32_t channel_bytes = 0;  // [bytes]
+  std::int32_t data_bytes = 0;     // [bytes]
+
+  bool is_possible() const {
+    return channel_bytes > 0 && channel_bytes <= kMaxChannelBytes && data_bytes >= 0;
+  }
+  std::int64_t body_bytes() const { return std::int64_t{channel_bytes} + data_bytes; }
+};
+/// \pre kLogHeaderBytes of them
+Header read_header(std::string_view bytes) {
+  return {big_endian(bytes.substr(4, 8)), static_cast<std::int64_t>(big_endian(bytes.substr(12, 8))),
+          static_cast<std::int32_t>(big_endian(bytes.substr(20, 4))),
+          static_cast<std::int32_t>(big_endian(bytes.substr(24, 4)))};
+}
+
+/// Where the body of a record holds the record that comes next by its number: then a length of the outer one
+/// is wrong. A piece of another log in a message is nothing of the kind.
+std::optional<std::size_t> find_next_record(std::string_view body, std::uint64_t number) {
+  for (std::size_t at = body.find(kSync); at != body.npos; at = body.find(kSync, at + 1)) {
+    const std::int64_t room = static_cast<std::int64_t>(body.size() - at) - kLogHeaderBytes;
+    if (room < 0) break;
+    const Header inner = read_header(body.substr(at, kLogHeaderBytes));
+    if (inner.is_possible() && inner.number == number + 1 && inner.body_bytes() <= room) return at;
+  }
+  return std::nullopt;
 }
 
 }  // namespace
@@ -42,8 +74,8 @@ LogReader::LogReader(const std::string& path) : path_(path) {
   }
   size_ = status.st_size;
   errno = 0;
-  log_.reset(lcm_eventlog_create(path.c_str(), "r"));
-  if (!log_) error_ = path + ": " + error_text(errno);
+  file_.reset(std::fopen(path.c_str(), "rb"));
+  if (!file_) error_ = path + ": " + error_text(errno);
 }
 
 bool LogReader::damage(std::int64_t offset, const std::string& what) {
@@ -52,58 +84,58 @@ bool LogReader::damage(std::int64_t offset, const std::string& what) {
   return false;
 }
 
+/// Takes the body of a record, and looks that the file ends behind it or another record begins: the file
+/// stands there afterwards.
+bool LogReader::read_body(std::int64_t offset, std::size_t size) {
+  body_.resize(size);
+  if (std::fread(body_.data(), 1, size, file_.get()) != size) return damage(offset, "record cannot be read");
+  const std::int64_t end = offset + kLogHeaderBytes + static_cast<std::int64_t>(size);
+  if (end == size_) return true;
+  std::array<char, kSync.size()> following{};
+  const auto wanted = static_cast<std::size_t>(std::min<std::int64_t>(kSync.size(), size_ - end));
+  if (std::fread(following.data(), 1, wanted, file_.get()) != wanted) return damage(end, "cannot be read");
+  if (wanted < kSync.size()) return damage(end, "the file ends inside a record header");
+  if (std::string_view(following.data(), wanted) != kSync) return damage(end, "no record starts here");
+  return fseeko(file_.get(), end, SEEK_SET) == 0 || damage(end, "cannot be read");
+}
+
 bool LogReader::next(LogEvent& event) {
   if (!error_.empty()) return false;
-  std::FILE* file = log_->f;
-  const std::int64_t offset = ftello(file);
+  const std::int64_t offset = ftello(file_.get());
   if (offset == size_) return false;
 
-  // look at the header first: liblcm would search on, or allocate whatever the lengths say
-  std::array<unsigned char, kHeaderBytes> header{};
-  const std::size_t header_bytes = std::fread(header.data(), 1, header.size(), file);
-  constexpr std::array<unsigned char, 4> kSync{kSyncWord >> 24, (kSyncWord >> 16) & 0xff,
-                                               (kSyncWord >> 8) & 0xff, kSyncWord & 0xff};
+  std::array<char, kLogHeaderBytes> bytes{};
+  const std::size_t found = std::fread(bytes.data(), 1, bytes.size(), file_.get());
   // a short file of something else is no log either, not the damaged start of one
-  if (std::memcmp(header.data(), kSync.data(), std::min(header_bytes, kSync.size())) != 0) {
+  const std::string_view start(bytes.data(), std::min(found, kSync.size()));
+  if (start != kSync.substr(0, start.size())) {
     if (offset > 0) return damage(offset, "no record starts here");
     error_ = path_ + ": not an LCM event log";
     return false;
   }
-  if (header_bytes != header.size()) return damage(offset, "the file ends inside a record header");
-  const auto channel_bytes = static_cast<std::int32_t>(big_endian(&header[20]));
-  const auto data_bytes = static_cast<std::int32_t>(big_endian(&header[24]));
-  if (channel_bytes <= 0 || channel_bytes > kMaxChannelBytes || data_bytes < 0) {
-    return damage(offset, "record with impossible lengths");
-  }
-  const std::int64_t end = offset + kHeaderBytes + channel_bytes + data_bytes;
-  if (end > size_) return damage(offset, "the file ends inside a record");
-
-  // liblcm also reads ahead to the next sync word and complains on stderr: stop at the end of this record
-  if (end < size_) {
-    std::array<unsigned char, 4> following{};
-    const std::size_t wanted = static_cast<std::size_t>(std::min<std::int64_t>(4, size_ - end));
-    if (fseeko(file, end, SEEK_SET) != 0 || std::fread(following.data(), 1, wanted, file) != wanted) {
-      return damage(end, "cannot be read");
-    }
-    if (wanted < 4) return damage(end, "the file ends inside a record header");
-    if (big_endian(following.data()) != kSyncWord) return damage(end, "no record starts here");
+  if (found != bytes.size()) return damage(offset, "the file ends inside a record header");
+  const Header header = read_header({bytes.data(), bytes.size()});
+  if (!header.is_possible()) return damage(offset, "record with impossible lengths");
+  if (offset + kLogHeaderBytes + header.body_bytes() > size_)
+    return damage(offset, "the file ends inside a record");
+  if (!read_body(offset, static_cast<std::size_t>(header.body_bytes()))) return false;
+  if (const auto inner = find_next_record(body_, header.number)) {
+    const std::int64_t at = offset + kLogHeaderBytes + static_cast<std::int64_t>(*inner);
+    return damage(offset, "the lengths of this record take in the next one, at byte " + std::to_string(at));
   }
 
-  if (fseeko(file, offset, SEEK_SET) != 0) return damage(offset, "cannot be read");
-  lcm_eventlog_event_t* raw = lcm_eventlog_read_next_event(log_.get());
-  if (raw == nullptr) return damage(offset, "record cannot be read");
+  const auto channel_bytes = static_cast<std::size_t>(header.channel_bytes);
   event.offset = offset;
-  event.utime = raw->timestamp;
-  event.channel.assign(raw->channel, static_cast<std::size_t>(raw->channellen));
-  const auto* bytes = static_cast<const std::byte*>(raw->data);
-  event.bytes.assign(bytes, bytes + raw->datalen);
-  lcm_eventlog_free_event(raw);
+  event.utime = header.utime;
+  event.channel.assign(body_, 0, channel_bytes);
+  const auto* data = reinterpret_cast<const std::byte*>(body_.data());
+  event.bytes.assign(data + channel_bytes, data + body_.size());
   return true;
 }
 
 bool LogReader::read_at(std::int64_t offset, LogEvent& event) {
   if (!error_.empty()) return false;
-  if (fseeko(log_->f, offset, SEEK_SET) != 0) return damage(offset, "cannot be read");
+  if (fseeko(file_.get(), offset, SEEK_SET) != 0) return damage(offset, "cannot be read");
   return next(event);
 }
 

@@ -14,9 +14,12 @@
 
 namespace freeflex::io {
 
+// [bytes] In front of a record: sync word, event number, time stamp, channel length, data length.
+inline constexpr std::int64_t kLogHeaderBytes = 28;
+
 /// One recorded message.
 struct LogEvent {
-  std::int64_t offset = 0;  // [bytes] of the record in the file
+  std::int64_t offset = 0;  // [bytes] of the record in the file; its channel stands kLogHeaderBytes behind
   std::int64_t utime = 0;   // [us] when it was recorded
   std::string channel;
   std::vector<std::byte> bytes;
@@ -24,7 +27,7 @@ struct LogEvent {
 
 /// Reads an LCM event log record by record. liblcm's own reader skips to the next thing that looks like a
 /// record and takes damage for the end of the file; this one requires every record to follow the one before
-/// it, and the file to end where the last record does.
+/// it, none to hold the next one, and the file to end where the last record does.
 class LogReader {
  public:
   /// error() is not empty when the file cannot be read.
@@ -42,13 +45,15 @@ class LogReader {
 
  private:
   bool damage(std::int64_t offset, const std::string& what);
+  bool read_body(std::int64_t offset, std::size_t size);
 
   struct Close {
-    void operator()(lcm_eventlog_t* log) const { lcm_eventlog_destroy(log); }
+    void operator()(std::FILE* file) const { std::fclose(file); }
   };
-  std::unique_ptr<lcm_eventlog_t, Close> log_;
+  std::unique_ptr<std::FILE, Close> file_;
   std::string path_;
   std::string error_;
+  std::string body_;       // of the record at hand: channel, then data
   std::int64_t size_ = 0;  // [bytes]
   bool is_damaged_ = false;
 };

@@ -1,0 +1,175 @@
+// Methods by hand of fixed step: each has its order where the motion is known in closed form and where
+// nothing is linear, and all go to one limit whatever the loads.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cmath>
+#include <utility>
+
+#include "core/reference/elastic_error.hpp"
+#include "core/reference/rivals.hpp"
+#include "tests/reference/system_of.hpp"
+#include "tests/support/structures.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Eigen::Matrix3Xd;
+
+/// A method, its order, and the steps of the coarsest run that shows it: on two points, and on the truss.
+struct Case {
+  Rival rival;
+  int order;
+  double pair_steps, truss_steps;
+};
+constexpr std::array kCases{Case{Rival::kVerlet, 2, 2000, 10000},  Case{Rival::kRungeKutta4, 4, 1000, 3000},
+                            Case{Rival::kStoermer8, 8, 200, 800},  Case{Rival::kStoermer12, 12, 85, 300},
+                            Case{Rival::kStoermer16, 16, 80, 250}, Case{Rival::kKahanLi8, 8, 200, 800}};
+
+/// State at the end of a run in `steps` equal steps.
+CartesianState end_of(Rival rival, const CartesianSystem& system, double end, double steps) {
+  std::string error;
+  const auto method = make_rival(rival, system, error);
+  EXPECT_NE(method, nullptr) << error;
+  const double times[] = {end};
+  CartesianState state;
+  const RivalRun run = method->run(times, {end / steps, 0.0, {}, {}},
+                                   [&](std::size_t, const CartesianState& now) { state = now; });
+  EXPECT_EQ(run.error, "");
+  return state;
+}
+
+/// By how many powers of the step the error falls from the first run to one whose error should be 512 times
+/// less.
+template <typename Error>
+double order_of(const Case& method, double first, const Error& error_at) {
+  const double last = std::round(first * std::exp2(9.0 / method.order));
+  return std::log(error_at(first) / error_at(last)) / std::log(last / first);
+}
+
+// two points on a line, pulled apart by a tenth of a metre, 37 periods: the distance is a cosine. With its
+// rate, so that no error hides where it passes through zero
+TEST(HandWritten, HasItsOrderAgainstTheClosedFormOfTwoPoints) {
+  constexpr double kLength = 2.0, kStretch = 0.1, kStiffness = 1e4, kReduced = 0.75, kEnd = 2.0;
+  Scene scene = spring_pair(1.0, 3.0, kLength, kStiffness);
+  scene.initial.points.push_back({1, {kStretch, 0.0, 0.0}, {0.0, 0.0, 0.0}});
+  const CartesianSystem system = system_of(scene);
+  const double omega = std::sqrt(kStiffness / kReduced), phase = omega * kEnd;
+  for (const Case& method : kCases) {
+    const double order = order_of(method, method.pair_steps, [&](double steps) {
+      const CartesianState end = end_of(method.rival, system, kEnd, steps);
+      const double distance = (end.p_W.col(1) - end.p_W.col(0)).norm() - kLength,
+                   rate = (end.v_W.col(1) - end.v_W.col(0)).x();
+      return std::hypot(distance / kStretch - std::cos(phase), rate / (omega * kStretch) + std::sin(phase));
+    });
+    EXPECT_NEAR(order, method.order, 0.05 * method.order);
+  }
+}
+
+/// A truss that spins off its principal axes and swings by centimetres.
+Scene wild_truss() {
+  Scene scene = square_truss(2);
+  scene.initial.angular_velocity = {0.7, -1.1, 2.0};
+  scene.initial.points.push_back({6, {0.0, 0.02, -0.03}, {0.0, 0.0, 1.0}});
+  scene.initial.points.push_back({2, {-0.02, 0.0, 0.01}, {0.5, 0.0, 0.0}});
+  return scene;
+}
+
+// steps of three radians of the fastest mode and more at the two highest orders, whose errors are rounding
+// soon after: they fall faster there than their order says, and that is why only what is less would be wrong
+TEST(HandWritten, HasItsOrderOnATrussThatSwingsByCentimetres) {
+  constexpr double kEnd = 1.0;
+  const CartesianSystem system = system_of(wild_truss());
+  ReferenceOptions options;
+  options.tolerance = 1e-13;
+  const double times[] = {kEnd};
+  const ReferenceRun reference = integrate(system, times, options);
+  ASSERT_EQ(reference.error, "");
+  const Matrix3Xd u = elastic_displacements(system.mass, system.r, reference.states[0].p_W);
+  for (const Case& method : kCases) {
+    const double order = order_of(method, method.truss_steps, [&](double steps) {
+      const Matrix3Xd p_W = end_of(method.rival, system, kEnd, steps).p_W;
+      return elastic_error(elastic_displacements(system.mass, system.r, p_W), u);
+    });
+    EXPECT_GT(order, 0.9 * method.order);
+    if (method.order <= 8) {
+      EXPECT_LT(order, 1.1 * method.order);
+    }
+  }
+}
+
+// a pulse in world axes, a sine and a couple that turn with the body: pieces, and forces that change within
+// them
+TEST(HandWritten, AllGoToOneLimitUnderLoadsThatJumpSwingAndTurn) {
+  constexpr double kEnd = 0.25;
+  Scene scene = wild_truss();
+  add_corner_pulse(scene);
+  scene.loads[0].forces[0].force *= 300.0;
+  Load swing;
+  swing.axes = Axes::kBody;
+  swing.forces = {{1, {200.0, 0.0, 100.0}}, {5, {-200.0, 50.0, 0.0}}};
+  swing.history = SineHistory{30.0, 0.4};
+  scene.loads.push_back(swing);
+  const CartesianSystem system = system_of(scene);
+  const auto displacements = [&](Rival rival, double steps) {
+    return elastic_displacements(system.mass, system.r, end_of(rival, system, kEnd, steps).p_W);
+  };
+  const Matrix3Xd u = displacements(Rival::kRungeKutta4, 40000);
+  for (const Rival rival : {Rival::kStoermer8, Rival::kStoermer12, Rival::kStoermer16, Rival::kKahanLi8}) {
+    const double error = elastic_error(displacements(rival, 1000), u);
+    EXPECT_LT(error, 1e-8) << static_cast<int>(rival);
+  }
+}
+
+// x, v and a at both ends of a step, so the sixth power of the step: a thirtieth at half of it and less
+TEST(HandWritten, ReadsWithinLongStepsAsWellAsTheyAllow) {
+  const CartesianSystem system = system_of(wild_truss());
+  const double times[] = {0.0503, 0.1};
+  const CartesianState exact = end_of(Rival::kStoermer16, system, times[0], 200);
+  for (const Rival rival : {Rival::kStoermer8, Rival::kStoermer12, Rival::kStoermer16, Rival::kKahanLi8}) {
+    std::string error;
+    const auto method = make_rival(rival, system, error);
+    double before = 0.0;
+    for (const double step : {1e-3, 5e-4}) {
+      CartesianState read;
+      method->run(times, {step, 0.0, {}, {}}, [&](std::size_t k, const CartesianState& now) {
+        if (k == 0) read = now;
+      });
+      const double position = (read.p_W - exact.p_W).norm();
+      if (before > 0.0) {
+        EXPECT_LT(position, before / 30.0) << static_cast<int>(rival);
+      }
+      before = position;
+    }
+  }
+}
+
+TEST(HandWritten, IsNotForScenesWithDashpotsAndSaysSo) {
+  Scene scene = spring_pair(1.0, 3.0, 2.0, 1e4);
+  CartesianSystem system = system_of(scene);
+  system.links[0].damping = 1.0;
+  for (const Case& method : kCases) {
+    std::string error;
+    EXPECT_EQ(make_rival(method.rival, system, error), nullptr);
+    EXPECT_EQ(error, "these methods have springs and bars only, without dissipation");
+  }
+}
+
+TEST(HandWritten, CountsEachEvaluationOfTheForces) {
+  const CartesianSystem system = system_of(wild_truss());
+  for (const auto& [rival, evaluations] : {std::pair{Rival::kVerlet, 1L},
+                                           {Rival::kRungeKutta4, 4L},
+                                           {Rival::kStoermer8, 11L},
+                                           {Rival::kStoermer12, 22L},
+                                           {Rival::kStoermer16, 37L},
+                                           {Rival::kKahanLi8, 17L}}) {
+    std::string error;
+    const double times[] = {0.01};
+    const RivalRun run = make_rival(rival, system, error)->run(times, {1e-3, 0.0, {}, {}}, [](auto...) {});
+    EXPECT_EQ(run.num_steps, 10);
+    EXPECT_EQ(run.num_evaluations / run.num_steps, evaluations) << static_cast<int>(rival);
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::testing

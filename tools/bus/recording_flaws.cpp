@@ -1,0 +1,154 @@
+// What is wrong with a recording, found before a tick is stepped: its numbers say most things twice.
+#include <cmath>
+#include <cstddef>
+
+#include "tools/bus/recording.hpp"
+#include "tools/terminal/console.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+using freeflex_msgs::applied_t;
+
+std::string name_of(const AppliedRecord& record) {
+  return "applied sequence " + std::to_string(record.sequence) + " at byte " + std::to_string(record.offset);
+}
+std::string name_of(const StateRecord& state) {
+  return "the state at byte " + std::to_string(state.offset) + ", of tick " + std::to_string(state.tick);
+}
+
+/// Where the epochs of a session begin, by the number of applied records that a state contains.
+class Epochs {
+ public:
+  explicit Epochs(const RecordedSession& session) : begins_(1) {
+    for (const AppliedRecord& record : session.applied) {
+      Begin begin = begins_.back();
+      if (record.kind == applied_t::RESET) begin = {begin.epoch + 1, record.tick};
+      begins_.push_back(begin);
+    }
+  }
+  std::int64_t epoch(const StateRecord& state) const { return at(state).epoch; }
+  std::int64_t first_tick(const StateRecord& state) const { return at(state).tick; }
+
+ private:
+  struct Begin {
+    std::int64_t epoch = 0;
+    std::int64_t tick = 0;
+  };
+  const Begin& at(const StateRecord& state) const {
+    return begins_[static_cast<std::size_t>(state.applied_count)];
+  }
+  std::vector<Begin> begins_;
+};
+
+/// Sequences without a gap, ticks that do not go back, kinds that there are.
+std::string find_applied_flaw(const RecordedSession& session) {
+  std::int64_t expected = 0;
+  const AppliedRecord* before = nullptr;
+  for (const AppliedRecord& record : session.applied) {
+    if (record.tick < 0) return name_of(record) + " is for tick " + std::to_string(record.tick) + ": damaged";
+    if (record.sequence < 0) return name_of(record) + " is damaged: sequences count from 0";
+    if (record.sequence < expected)
+      return "applied sequence " + std::to_string(record.sequence) + " occurs twice with different content";
+    if (record.sequence > expected) return "applied sequence " + std::to_string(expected) + " missing";
+    if (record.kind < applied_t::FORCE || record.kind > applied_t::RESET)
+      return name_of(record) + " is of unknown kind " + std::to_string(record.kind);
+    if (before != nullptr && record.tick < before->tick)
+      return name_of(record) + " is for tick " + std::to_string(record.tick) + ", and " + name_of(*before) +
+             " for tick " + std::to_string(before->tick) + ": one of the two ticks is damaged";
+    before = &record;
+    ++expected;
+  }
+  return {};
+}
+
+/// What a state contains took effect before its tick, the rest did not.
+std::string find_order_flaw(const RecordedSession& session, const StateRecord& state) {
+  const auto count = static_cast<std::size_t>(state.applied_count);
+  const auto explain = [&](const AppliedRecord& record, const char* verb) {
+    return name_of(state) + ", " + verb + " " + name_of(record) + ", for tick " +
+           std::to_string(record.tick) + ": one of the two ticks or the state's applied_count is damaged";
+  };
+  if (count > 0) {
+    const AppliedRecord& last = session.applied[count - 1];
+    // a reset takes effect at its tick, a step that takes a command ends one tick later
+    if (last.kind == applied_t::RESET ? last.tick > state.tick : last.tick >= state.tick)
+      return explain(last, "contains");
+  }
+  if (count < session.applied.size() && session.applied[count].tick < state.tick)
+    return explain(session.applied[count], "does not contain");
+  return {};
+}
+
+/// Empty, or that nothing is recorded of too many ticks.
+std::string find_gap(const std::string& name, std::int64_t tick, std::int64_t seen) {
+  if (tick - seen <= kMostUnseenTicks) return {};
+  return name + ", is " + std::to_string(tick - seen) +
+         " ticks after what the log holds before it, at most " + std::to_string(kMostUnseenTicks) +
+         " are replayed: it is damaged, or record from the start";
+}
+
+}  // namespace
+
+std::string find_flaw(const RecordedSession& session) {
+  if (!session.contradiction.empty()) return session.contradiction;
+  const std::string flaw = find_applied_flaw(session);
+  if (!flaw.empty()) return flaw;
+  const Epochs epochs(session);
+  const auto num_applied = static_cast<std::int64_t>(session.applied.size());
+  for (const StateRecord& state : session.states) {
+    if (state.tick < 0 || state.applied_count < 0)
+      return name_of(state) + " and with " + std::to_string(state.applied_count) +
+             " applied records, is damaged: both count from 0";
+    if (state.applied_count > num_applied)
+      return "applied sequence " + std::to_string(num_applied) + " missing: the state at tick " +
+             std::to_string(state.tick) + " contains " + std::to_string(state.applied_count) +
+             " applied commands";
+    if (state.epoch != epochs.epoch(state))
+      return name_of(state) + ", says epoch " + std::to_string(state.epoch) + " and contains " +
+             counted(epochs.epoch(state), "reset") + ": epoch or applied_count is damaged";
+    const std::string order = find_order_flaw(session, state);
+    if (!order.empty()) return order;
+  }
+  return {};
+}
+
+std::string find_time_flaw(const RecordedSession& session, double period) {
+  const Epochs epochs(session);
+  std::int64_t seen = 0;
+  for (const StateRecord& state : session.states) {
+    const std::int64_t first = epochs.first_tick(state);
+    const double time = static_cast<double>(state.tick - first) * period;
+    // what is off by less than half a tick the comparison names as a difference; a NaN is no time
+    if (period > 0.0 && !(std::abs(state.time - time) < 0.5 * period))
+      return name_of(state) + ", says time " + format_text("%.17g s", state.time) + ", and its tick is " +
+             format_text("%.17g s", time) + " after tick " + std::to_string(first) +
+             ", where its epoch begins: one of them is damaged";
+    std::string gap = find_gap(name_of(state), state.tick, seen);
+    if (!gap.empty()) return gap;
+    seen = state.tick;
+  }
+  const std::size_t num_contained =
+      session.states.empty() ? 0 : static_cast<std::size_t>(session.states.back().applied_count);
+  for (std::size_t i = num_contained; i < session.applied.size(); ++i) {
+    std::string gap = find_gap(name_of(session.applied[i]), session.applied[i].tick, seen);
+    if (!gap.empty()) return gap;
+    seen = session.applied[i].tick;
+  }
+  return {};
+}
+
+MissingStates count_missing(const RecordedSession& session, std::int64_t every) {
+  const auto multiples_below = [every](std::int64_t tick) { return (tick + every - 1) / every; };
+  MissingStates missing;
+  std::int64_t next = 0;  // first tick of which no state was met
+  for (const StateRecord& state : session.states) {
+    const std::int64_t count = multiples_below(state.tick) - multiples_below(next);
+    if (count > 0 && missing.count == 0) missing.first_tick = multiples_below(next) * every;
+    if (count > 0) missing.count += count;
+    next = state.tick + 1;
+  }
+  return missing;
+}
+
+}  // namespace freeflex::tools

@@ -1,0 +1,263 @@
+#include "tools/bus/replay.hpp"
+
+#include <algorithm>
+#include <bit>
+#include <cinttypes>
+#include <cstdio>
+
+#include "core/plan/plan_bytes.hpp"
+#include "core/plan/rates.hpp"
+#include "service/io/wire/decode.hpp"
+#include "service/io/wire/outbound.hpp"
+#include "tools/bus/recording.hpp"
+#include "tools/terminal/console.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+using freeflex_msgs::applied_t;
+using freeflex_msgs::state_t;
+using Result = ReplayOutcome::Result;
+
+constexpr double kLeastRate = 1e-3, kMostRate = 1e6;  // [Hz] of a scene
+
+std::string exact(double value) {
+  char text[64];
+  std::snprintf(text, sizeof text, "%.17g (%016" PRIx64 ")", value, std::bit_cast<std::uint64_t>(value));
+  return text;
+}
+
+/// First coordinate of two states that is not the same to the bit.
+std::optional<Difference> compare(const state_t& recorded, const state_t& replayed) {
+  const auto values = [&](const char* name, const double* a, const double* b,
+                          std::size_t size) -> std::optional<Difference> {
+    for (std::size_t i = 0; i < size; ++i) {
+      if (std::bit_cast<std::uint64_t>(a[i]) == std::bit_cast<std::uint64_t>(b[i])) continue;
+      const std::string index = size > 1 ? "[" + std::to_string(i) + "]" : "";
+      return Difference{recorded.tick, name + index, exact(a[i]), exact(b[i])};
+    }
+    return std::nullopt;
+  };
+  if (recorded.num_elastic != replayed.num_elastic) {
+    return Difference{recorded.tick, "num_elastic", std::to_string(recorded.num_elastic),
+                      std::to_string(replayed.num_elastic)};
+  }
+  if (recorded.applied_count != replayed.applied_count) {
+    return Difference{recorded.tick, "applied_count", std::to_string(recorded.applied_count),
+                      std::to_string(replayed.applied_count)};
+  }
+  const auto n = static_cast<std::size_t>(recorded.num_elastic);
+  std::optional<Difference> found = values("time", &recorded.time, &replayed.time, 1);
+  if (!found) found = values("position", recorded.position, replayed.position, 3);
+  if (!found) found = values("attitude", recorded.attitude, replayed.attitude, 4);
+  if (!found) found = values("velocity", recorded.velocity, replayed.velocity, 3);
+  if (!found) found = values("angular_velocity", recorded.angular_velocity, replayed.angular_velocity, 3);
+  if (!found) found = values("angular_momentum", recorded.angular_momentum, replayed.angular_momentum, 3);
+  if (!found) found = values("q", recorded.q.data(), replayed.q.data(), n);
+  if (!found) found = values("q_dot", recorded.q_dot.data(), replayed.q_dot.data(), n);
+  return found;
+}
+
+std::string slot_text(const std::string& sender, std::int32_t slot, std::int64_t sequence) {
+  return printable(sender) + " slot " + std::to_string(slot) + " sequence " + std::to_string(sequence);
+}
+
+/// Slots that ended at a tick: the recording against what the step did.
+std::optional<Difference> compare_ends(std::int64_t tick, const std::vector<applied_t>& recorded,
+                                       const StepReport& report) {
+  std::string wanted;
+  std::string found;
+  for (const applied_t& end : recorded) {
+    wanted += (end.kind == applied_t::LEASE_LOST ? "; lease of " : "; ") +
+              slot_text(end.command.sender, end.command.slot, end.command.sequence);
+  }
+  for (std::int32_t i = 0; i < report.num_expiries; ++i) {
+    const Expiry& end = report.expiries[static_cast<std::size_t>(i)];
+    found += (end.was_lease ? "; lease of " : "; ") + slot_text(end.sender.data(), end.slot, end.sequence);
+  }
+  if (wanted == found) return std::nullopt;
+  const auto text = [](const std::string& list) {
+    return list.empty() ? std::string("none") : list.substr(2);
+  };
+  return Difference{tick, "slots that ended", text(wanted), text(found)};
+}
+
+/// A plan under simulation, driven by a recording.
+class Replay {
+ public:
+  /// \param outcome  with the warnings so far
+  Replay(const Plan& plan, io::LogReader& log, const RecordedSession& session, ReplayOutcome outcome)
+      : plan_(plan),
+        log_(log),
+        session_(session),
+        feed_(log, session, plan),
+        state_(make_state(plan)),
+        workspace_(make_workspace(plan)),
+        outcome_(std::move(outcome)) {}
+
+  ReplayOutcome run() {
+    Progress progress("replay");
+    const std::int64_t last_tick = session_.states.back().tick;
+    for (const StateRecord& record : session_.states) {
+      while (is_identical() && (state_.tick != record.tick || state_.epoch != record.epoch)) {
+        advance(record);
+        progress.update(static_cast<double>(state_.tick) /
+                        static_cast<double>(std::max<std::int64_t>(1, last_tick)));
+      }
+      if (is_identical()) check(record);
+      if (!is_identical()) return outcome_;
+    }
+    count_rest();
+    return outcome_;
+  }
+
+ private:
+  bool is_identical() const { return outcome_.result == Result::kIdentical; }
+  void differ(Difference difference) {
+    outcome_.result = Result::kDiffers;
+    outcome_.difference = std::move(difference);
+  }
+  void fail(const std::string& error) {
+    outcome_.result = Result::kIncomplete;
+    outcome_.error = "log incomplete: " + error;
+  }
+
+  /// One reset or one tick towards a recorded state.
+  void advance(const StateRecord& target) {
+    if (is_interrupted()) {
+      outcome_.result = Result::kStopped;
+      outcome_.error = "interrupted at tick " + std::to_string(state_.tick);
+      return;
+    }
+    if (feed_.next_kind(state_.tick) == applied_t::RESET) {
+      feed_.take_reset();
+      reset_state(plan_, state_);
+      return;
+    }
+    const std::int64_t tick = state_.tick;
+    if (tick > target.tick || state_.epoch > target.epoch) {
+      return differ({target.tick, "epoch", std::to_string(target.epoch), std::to_string(state_.epoch)});
+    }
+    const std::string error = feed_.take_commands(tick, commands_, ended_);
+    if (!error.empty()) return fail(error);
+    step(plan_, state_, Inputs{commands_}, workspace_, report_);
+    outcome_.num_commands += static_cast<std::int64_t>(commands_.size());
+    if (report_.status != StepStatus::kOk) {
+      if (feed_.next_kind(tick) == applied_t::RESET) return;
+      return differ({tick + 1, "state", "finite", "not finite: the step gives up"});
+    }
+    if (std::optional<Difference> found = compare_ends(tick, ended_, report_)) differ(std::move(*found));
+  }
+
+  void check(const StateRecord& record) {
+    io::LogEvent event;
+    state_t recorded;
+    if (!log_.read_at(record.offset, event) || !io::decode_message(event.bytes, recorded)) {
+      return fail("the state at byte " + std::to_string(record.offset) + " cannot be read again");
+    }
+    io::Stamp stamp;
+    stamp.applied_count = feed_.num_taken();
+    if (std::optional<Difference> found = compare(recorded, io::make_state_message(plan_, state_, stamp))) {
+      return differ(std::move(*found));
+    }
+    outcome_.ticks = record.tick;
+    ++outcome_.num_states;
+  }
+
+  /// What the log does not hold, and what it holds beyond the last state.
+  void count_rest() {
+    const std::int64_t every = io::ticks_between(plan_.state_rate, plan_.period);
+    const MissingStates missing = every > 0 ? count_missing(session_, every) : MissingStates{};
+    outcome_.num_missing = missing.count;
+    if (missing.count > 0)
+      warn(counted(missing.count, "state") + " that the daemon publishes at the scene's rate " +
+           (missing.count == 1 ? "is" : "are") + " not in the log, the first of tick " +
+           std::to_string(missing.first_tick) + ": lost on the way, or from before it began");
+    const std::int64_t num_left = static_cast<std::int64_t>(session_.applied.size()) - feed_.num_taken();
+    if (num_left > 0)
+      warn(counted(num_left, "applied record") + " after the last state, of tick " +
+           std::to_string(outcome_.ticks) + ", changed nothing that could be compared");
+  }
+  void warn(const std::string& text) { outcome_.warning += (outcome_.warning.empty() ? "" : "; ") + text; }
+
+  const Plan& plan_;
+  io::LogReader& log_;
+  const RecordedSession& session_;
+  CommandFeed feed_;
+  State state_;
+  Workspace workspace_;
+  StepReport report_;
+  std::vector<ForceCommand> commands_;
+  std::vector<applied_t> ended_;
+  ReplayOutcome outcome_;
+};
+
+ReplayOutcome no_answer(Result result, const std::string& error) {
+  ReplayOutcome outcome;
+  outcome.result = result;
+  outcome.error = error;
+  return outcome;
+}
+ReplayOutcome refuse(const std::string& error) { return no_answer(Result::kError, error); }
+ReplayOutcome incomplete(const std::string& error) {
+  return no_answer(Result::kIncomplete, "log incomplete: " + error);
+}
+
+/// The plan of the recording at its rate, or why it is not.
+std::optional<Plan> find_plan(const ReplayRequest& request, const RecordedSession& session,
+                              ReplayOutcome& outcome) {
+  const std::string path = request.plan.empty() ? session.plan_file : request.plan;
+  if (path.empty()) {
+    outcome = refuse("the log holds no " + request.prefix + channels::kScene +
+                     " that names the plan: give it with --plan");
+    return std::nullopt;
+  }
+  std::optional<Plan> plan = load_or_explain(path, 0.0);
+  if (!plan) {
+    outcome = refuse(path + ": no plan; give the one that was recorded with --plan");
+    return std::nullopt;
+  }
+  if (!session.plan_fingerprint) {
+    outcome.warning = "the log does not say which plan was recorded; taken on trust: " + path;
+    return plan;
+  }
+  // the log may name a rate that no scene has
+  const bool has_rate = session.rate >= kLeastRate && session.rate <= kMostRate;
+  if (plan_fingerprint(*plan) != *session.plan_fingerprint && has_rate) set_rate(*plan, session.rate);
+  if (plan_fingerprint(*plan) != *session.plan_fingerprint) {
+    outcome = refuse(path + ": its plan has fingerprint " + fingerprint_text(plan_fingerprint(*plan)) +
+                     ", the recorded one " + fingerprint_text(*session.plan_fingerprint) +
+                     "; the scene was changed, or its set-up was done on another machine: record from a plan "
+                     "('freeflex compile') and replay with that");
+    return std::nullopt;
+  }
+  return plan;
+}
+
+}  // namespace
+
+ReplayOutcome replay(const ReplayRequest& request) {
+  io::LogReader log(request.log);
+  if (!log.error().empty()) return refuse(log.error());
+  const Recording recording = [&] {
+    const Progress progress("reading");
+    return read_recording(log, request.prefix);
+  }();
+  if (!recording.is_readable) return refuse(recording.error);
+  if (!recording.error.empty()) return incomplete(recording.error);
+  std::string error;
+  const RecordedSession* session = choose_session(recording, request.session, error);
+  if (session == nullptr) return refuse(error);
+  const std::string flaw = find_flaw(*session);
+  if (!flaw.empty()) return incomplete(flaw);
+  if (session->states.empty()) return incomplete("it holds no " + request.prefix + channels::kState);
+  ReplayOutcome outcome;
+  const std::optional<Plan> plan = find_plan(request, *session, outcome);
+  if (!plan) return outcome;
+  const std::string time_flaw = find_time_flaw(*session, plan->period);
+  if (!time_flaw.empty()) return incomplete(time_flaw);
+  // reading the index ended at the end of the file; from here on records are read by offset
+  return Replay(*plan, log, *session, std::move(outcome)).run();
+}
+
+}  // namespace freeflex::tools
