@@ -129,6 +129,38 @@ TEST(LogFile, ImpossibleLengthsAreDamageAndReserveNothing) {
   }
 }
 
+TEST(LogFile, ALengthThatTakesInTheNextRecordIsDamage) {
+  const TemporaryFolder folder;
+  const std::string whole = three_records(folder);
+  const std::size_t second_size = kHeader + 4, third_size = kHeader + 3 + 2;
+  for (const std::size_t extra : {second_size, second_size + third_size}) {
+    for (const std::size_t field : {std::size_t{23}, std::size_t{27}}) {  // of the first record
+      std::string text = whole;
+      text[field] = static_cast<char>(text[field] + static_cast<char>(extra));
+      write_text(folder / "long.log", text);
+      std::string error;
+      bool is_damaged = false;
+      EXPECT_EQ(count_records(folder / "long.log", error, is_damaged), 0);
+      EXPECT_TRUE(is_damaged);
+      EXPECT_TRUE(contains(error, "damaged at byte 0: ")) << error;
+      EXPECT_TRUE(contains(error, "at byte 36")) << error;
+    }
+  }
+}
+
+TEST(LogFile, APieceOfAnotherLogInAMessageIsNoDamage) {
+  const TemporaryFolder folder;
+  const std::string piece = three_records(folder);
+  {
+    LogWriter writer(folder / "piece.log");
+    for (int i = 0; i < 4; ++i) writer.write("FILE", i, bytes_of(i == 3 ? piece : "?"));
+    EXPECT_EQ(writer.close(), "");
+  }
+  std::string error;
+  bool is_damaged = false;
+  EXPECT_EQ(count_records(folder / "piece.log", error, is_damaged), 4) << error;
+}
+
 TEST(LogFile, MissingFileIsAnErrorAndNotDamage) {
   const LogReader reader("/nonexistent/flight.log");
   EXPECT_FALSE(reader.is_damaged());

@@ -10,10 +10,10 @@
 namespace freeflex::tools {
 
 struct ReplayRequest {
-  std::string log;   // LCM event log
-  std::string plan;  // plan or scene file; empty: the one that the log names
+  std::string log = {};   // LCM event log
+  std::string plan = {};  // plan or scene file; empty: the one that the log names
   std::string prefix = channels::kDefaultPrefix;
-  std::optional<std::int64_t> session;  // needed when the log holds several
+  std::optional<std::int64_t> session = {};  // needed when the log holds several
 };
 
 /// The first thing that is not as recorded.

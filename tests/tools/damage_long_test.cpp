@@ -1,0 +1,14 @@
+// The claim on damaged recordings, on many flips.
+#include "tests/tools/damage_cases.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+TEST(DamageLong, NoneOf20000FlipsIsPassedOver) {
+  const Tally tally = flip_bytes(20'000, 12);
+  EXPECT_GT(tally.refused, 3'000);
+  EXPECT_GT(tally.differs, 6'000);
+}
+
+}  // namespace
+}  // namespace freeflex::testing

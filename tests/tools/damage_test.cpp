@@ -1,0 +1,215 @@
+// One damaged byte of a recording is refused or named, or changes nothing; and a replay of it ends.
+#include <cmath>
+#include <functional>
+#include <map>
+#include <stdexcept>
+
+#include "tests/tools/damage_cases.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using freeflex_msgs::state_t;
+
+// [bytes] in a message, from its fingerprint on
+constexpr std::size_t kSession = 16, kEpoch = 24, kTick = 32;
+
+/// The first, second, ... event of a channel.
+const io::LogEvent& event_on(const std::string& channel, std::size_t which) {
+  for (const io::LogEvent& event : real().events)
+    if (event.channel == channel && which-- == 0) return event;
+  throw std::runtime_error("no such event");
+}
+std::size_t name_at(const io::LogEvent& event) {
+  return static_cast<std::size_t>(event.offset + io::kLogHeaderBytes);
+}
+std::size_t message_at(const io::LogEvent& event) { return name_at(event) + event.channel.size(); }
+
+/// The recording, changed as a list of events.
+ReplayOutcome replay_edited(const std::function<void(std::vector<io::LogEvent>&)>& change,
+                            const std::string& prefix = channels::kDefaultPrefix) {
+  const TemporaryFolder folder;
+  std::vector<io::LogEvent> events = real().events;
+  change(events);
+  io::LogWriter writer(folder / "changed.log");
+  for (const io::LogEvent& event : events) writer.write(event.channel, event.utime, event.bytes);
+  EXPECT_EQ(writer.close(), "");
+  return tools::replay({.log = folder / "changed.log", .prefix = prefix});
+}
+
+void edit_state(io::LogEvent& event, const std::function<void(state_t&)>& change) {
+  state_t state;
+  ASSERT_TRUE(io::decode_message(event.bytes, state));
+  change(state);
+  event.bytes = io::encode(state);
+}
+
+TEST(Damage, NoFlipIsPassedOver) {
+  const Tally tally = flip_bytes(2'000, 11);
+  EXPECT_GT(tally.refused, 300);
+  EXPECT_GT(tally.differs, 600);
+}
+
+TEST(Damage, NoFlipInWhatAStateCountsIsSteppedTo) {
+  const io::LogEvent& state = event_on("FREEFLEX_STATE", 20);
+  for (const std::size_t field : {kEpoch, kTick}) {
+    for (std::size_t at = message_at(state) + field; at < message_at(state) + field + 8; ++at) {
+      for (int mask = 1; mask < 256; mask += 3) {
+        const ReplayOutcome outcome = real().replay_flipped(at, mask);
+        EXPECT_EQ(outcome.result, ReplayResult::kIncomplete) << at << " " << mask;
+        EXPECT_TRUE(contains(outcome.error, "at byte " + std::to_string(state.offset) + ","))
+            << outcome.error;
+      }
+    }
+  }
+}
+
+TEST(Damage, NoFlipInTheTickOfACommandIsSteppedTo) {
+  Tally tally;
+  for (const std::size_t which : {0, 3, 7, 8, 9}) {  // force, lost lease, reset, force, end: the last of them
+    const std::size_t tick = message_at(event_on("FREEFLEX_APPLIED", which)) + kTick;
+    for (std::size_t at = tick; at < tick + 8; ++at)
+      for (int mask = 1; mask < 256; mask += 12)
+        expect_accounted(real().replay_flipped(at, mask), tally, std::to_string(at));
+  }
+  EXPECT_EQ(tally.unchanged, 0);
+}
+
+TEST(Damage, AChannelNameIsDamagedAtItsByte) {
+  for (const char* channel : {"FREEFLEX_STATE", "FREEFLEX_APPLIED", "FREEFLEX_SCENE"}) {
+    const io::LogEvent& event = event_on(channel, 2);
+    for (std::size_t at = name_at(event); at < message_at(event); ++at) {
+      for (int bit = 0; bit < 8; ++bit) {
+        const ReplayOutcome outcome = real().replay_flipped(at, 1 << bit);
+        EXPECT_EQ(outcome.result, ReplayResult::kIncomplete) << channel << at;
+        EXPECT_TRUE(contains(outcome.error, "its name is damaged at byte " + std::to_string(at)))
+            << outcome.error;
+      }
+    }
+  }
+}
+
+TEST(Damage, ASessionNumberIsDamagedAtItsByte) {
+  for (const char* channel : {"FREEFLEX_STATE", "FREEFLEX_APPLIED", "FREEFLEX_SCENE"}) {
+    const std::size_t session = message_at(event_on(channel, 1)) + kSession;
+    for (std::size_t at = session; at < session + 8; ++at) {
+      const ReplayOutcome outcome = real().replay_flipped(at, 0x21);
+      EXPECT_EQ(outcome.result, ReplayResult::kIncomplete) << channel << at;
+      EXPECT_TRUE(contains(outcome.error, "that number is damaged at byte " + std::to_string(at)))
+          << outcome.error;
+    }
+  }
+}
+
+TEST(Damage, NoLengthTakesInTheNextRecords) {
+  // every other value of one byte of a length that lets the record end where a later one does
+  std::map<std::int64_t, bool> is_end{{static_cast<std::int64_t>(real().bytes.size()), true}};
+  for (const io::LogEvent& event : real().events) is_end[event.offset] = true;
+  int num_tried = 0;
+  for (const io::LogEvent& event : real().events) {
+    const auto header = static_cast<std::size_t>(event.offset);
+    const auto end = static_cast<std::int64_t>(message_at(event) + event.bytes.size());
+    for (std::size_t at = header + 20; at < header + 28; ++at) {
+      const int shift = static_cast<int>(3 - (at - header) % 4) * 8;
+      const int found = static_cast<unsigned char>(real().bytes[at]);
+      for (int value = 0; value < 256; ++value) {
+        const std::int64_t other = end + (std::int64_t{value - found} << shift);
+        if (value == found || other <= event.offset || !is_end.contains(other)) continue;
+        const ReplayOutcome outcome = real().replay_flipped(at, value ^ found);
+        EXPECT_EQ(outcome.result, ReplayResult::kIncomplete) << at;
+        EXPECT_TRUE(contains(outcome.error, "damaged at byte " + std::to_string(event.offset)))
+            << outcome.error;
+        ++num_tried;
+      }
+    }
+  }
+  EXPECT_GT(num_tried, 50);
+}
+
+TEST(Damage, AForgedTickBeyondTheLongestGapIsRefused) {
+  const ReplayOutcome outcome = replay_edited([](auto& events) {
+    for (std::size_t i = events.size(); i-- > 0;) {
+      if (events[i].channel != "FREEFLEX_STATE") continue;
+      // the last state, which contains every command, with the time that belongs to the tick
+      return edit_state(events[i], [](state_t& state) {
+        const std::int64_t first = state.tick - std::llround(state.time * 1000.0);
+        state.tick = std::int64_t{1} << 40;
+        state.time = static_cast<double>(state.tick - first) * 0.001;
+      });
+    }
+  });
+  EXPECT_EQ(outcome.result, ReplayResult::kIncomplete);
+  EXPECT_TRUE(contains(outcome.error, "10000000000 are replayed")) << outcome.error << outcome.ticks;
+}
+
+TEST(Damage, LostStatesAreCounted) {
+  const ReplayOutcome lost = replay_edited([](auto& events) {
+    int which = 0;
+    std::erase_if(events, [&](const io::LogEvent& event) {
+      return event.channel == "FREEFLEX_STATE" && (which++ % 10) == 5;
+    });
+  });
+  EXPECT_EQ(lost.result, ReplayResult::kIdentical) << lost.error;
+  EXPECT_EQ(real().whole.num_missing, 0) << real().whole.warning;
+  EXPECT_EQ(lost.num_states + lost.num_missing, real().whole.num_states);
+  EXPECT_TRUE(contains(lost.warning, " not in the log, the first of tick 500")) << lost.warning;
+  const ReplayOutcome late = replay_edited([](auto& events) {
+    const std::int64_t first = event_on("FREEFLEX_STATE", 0).offset;
+    std::erase_if(events, [first](const io::LogEvent& event) { return event.offset <= first; });
+  });
+  EXPECT_EQ(late.result, ReplayResult::kIdentical) << late.error;
+  EXPECT_EQ(late.num_missing, 1);
+}
+
+TEST(Damage, OtherProgramsOfTheNetworkAreLeftAlone) {
+  const ReplayOutcome outcome = replay_edited([](auto& events) {
+    for (std::size_t i = events.size(); i-- > 0;) {
+      if (events[i].channel != "FREEFLEX_STATE") continue;
+      // a daemon of another prefix, one that is observed, anything at all, and a state passed on
+      io::LogEvent other = events[i];
+      edit_state(other, [](state_t& state) { state.session ^= 0x5a5a5a5a5a; });
+      other.channel = "GREEFLEX_STATE";
+      io::LogEvent passed_on = events[i];
+      passed_on.channel = "OBSERVER_STATE";
+      io::LogEvent rubbish = events[i];
+      rubbish.channel = "FREEFLEX_STATF";
+      rubbish.bytes.resize(3);
+      events.insert(events.begin() + static_cast<std::ptrdiff_t>(i), {other, passed_on, rubbish});
+    }
+  });
+  EXPECT_EQ(outcome.result, ReplayResult::kIdentical) << outcome.error;
+  EXPECT_EQ(outcome.num_states, real().whole.num_states);
+}
+
+TEST(Damage, RunsOfOneNumberAndPrefixesThatAreAlikeAreKeptApart) {
+  // freeflex run calls every session 1: two of them in one log differ by their prefixes alone
+  const auto both = [](auto& events) {
+    const std::vector<io::LogEvent> one = events;
+    for (io::LogEvent event : one) {
+      event.channel.replace(0, 8, "FREEFLEY");
+      events.push_back(event);
+    }
+  };
+  for (const char* prefix : {"FREEFLEX", "FREEFLEY"}) {
+    const ReplayOutcome outcome = replay_edited(both, prefix);
+    EXPECT_EQ(outcome.result, ReplayResult::kIdentical) << outcome.error;
+    EXPECT_EQ(outcome.num_states, real().whole.num_states);
+  }
+}
+
+TEST(Damage, OfManySessionsSomeAreNamed) {
+  const ReplayOutcome outcome = replay_edited([](auto& events) {
+    const io::LogEvent state = event_on("FREEFLEX_STATE", 0);
+    for (int i = 0; i < 1000; ++i) {
+      events.push_back(state);
+      edit_state(events.back(), [i](state_t& of) { of.session = std::int64_t{i} << 10 | 7; });
+      events.push_back(events.back());
+    }
+  });
+  EXPECT_EQ(outcome.result, ReplayResult::kError);
+  EXPECT_TRUE(contains(outcome.error, "several sessions")) << outcome.error;
+  EXPECT_TRUE(contains(outcome.error, " and 981 more")) << outcome.error;
+}
+
+}  // namespace
+}  // namespace freeflex::testing
