@@ -27,7 +27,7 @@ class StatusReporter {
   StatusReporter(const Plan& plan, const Identity& identity, const Output& output, const SharedBlock& shared,
                  const std::atomic<std::int64_t>& restarts);
 
-  /// Status of a snapshot at wall time utime [us].
+  /// Status of a snapshot at wall time utime [us]; sends_failed is the publisher's to fill.
   freeflex_msgs::status_t report(const Snapshot& snapshot, std::int64_t utime);
   /// Once a second: moves the window of the percentiles on.
   void turn();

@@ -125,7 +125,15 @@ TEST(Status, RejectionsOfIngressAndLoopAreAddedByReason) {
   report.output->num_rejected[10] = 1;
   report.output->num_accepted = 6;
   report.restarts = 4;
+  report.output->num_dropped[0] = 7;
+  report.output->num_dropped[1] = 8;
+  report.output->num_dropped[2] = 9;
+  report.shared->dropped_answers = 5;
   const status_t status = report.now();
+  EXPECT_EQ(status.states_dropped, 7);
+  EXPECT_EQ(status.points_dropped, 8);
+  EXPECT_EQ(status.loads_dropped, 9);
+  EXPECT_EQ(status.answers_dropped, 5);
   EXPECT_EQ(status.commands_received, 12);
   EXPECT_EQ(status.commands_accepted, 6);
   EXPECT_EQ(status.ingress_restarts, 4);

@@ -166,7 +166,11 @@ std::string LiveView::header_text() const {
     out += std::string(kAlarm) + format_text("silent     for %.0f s", silence) + kPlain + "\n";
   out += "rate       " + bold(rate_text()) + format_text(" of %.10g Hz   ", status_->rate) +
          alarming("overruns", status_->overruns) + "   " + alarming("slips", status_->slips) + "   " +
-         alarming("ingress restarts", status_->ingress_restarts) + "\n\n";
+         alarming("ingress restarts", status_->ingress_restarts);
+  const std::int64_t num_lost = status_->states_dropped + status_->points_dropped + status_->loads_dropped +
+                                status_->answers_dropped + status_->sends_failed;
+  if (num_lost > 0) out += "   " + alarming("not sent", num_lost);
+  out += "\n\n";
   return out;
 }
 

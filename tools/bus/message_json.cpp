@@ -232,6 +232,11 @@ Json fields_of(const status_t& m) {
   for (const rejection_count_t& r : m.rejections) rejections[reason_text(r.reason)] = r.count;
   out["rejections"] = rejections;
   out.update({{"ingress_restarts", m.ingress_restarts},
+              {"states_dropped", m.states_dropped},
+              {"points_dropped", m.points_dropped},
+              {"loads_dropped", m.loads_dropped},
+              {"answers_dropped", m.answers_dropped},
+              {"sends_failed", m.sends_failed},
               {"num_slots", m.num_slots},
               {"replan_tick", m.replan_tick},
               {"replan", m.replan},
