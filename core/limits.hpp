@@ -31,4 +31,7 @@ static_assert(kMaxNamedPoints > kMaxPoints);
 /// Groups: slots of the table that commands index.
 inline constexpr int kMaxGroups = 1024;
 
+/// [Hz] of ticks: from one each 1000 s to one a microsecond, about what the smallest step takes.
+inline constexpr double kLeastRate = 1e-3, kMostRate = 1e6;
+
 }  // namespace freeflex

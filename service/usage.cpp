@@ -4,6 +4,7 @@
 #include <optional>
 #include <string_view>
 
+#include "core/limits.hpp"
 #include "service/io/scene/text.hpp"
 #include "service/io/wire/lcm_url.hpp"
 
@@ -70,7 +71,7 @@ CLI::Validator one_of(const std::vector<std::string>& names) {
 
 CLI::Validator rate_in_hertz() {
   return must_be("a number from 0.001 to 1000000 [Hz]",
-                 [](double value) { return value >= 1e-3 && value <= 1e6; });
+                 [](double value) { return value >= kLeastRate && value <= kMostRate; });
 }
 
 CLI::Validator channel_prefix() {

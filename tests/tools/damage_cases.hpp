@@ -16,6 +16,7 @@
 #include "service/io/wire/decode.hpp"
 #include "service/io/wire/log.hpp"
 #include "service/io/wire/outbound.hpp"
+#include "tests/tools/log_events.hpp"
 #include "tests/tools/shell.hpp"
 #include "tools/bus/replay.hpp"
 
@@ -23,15 +24,6 @@ namespace freeflex::testing {
 
 using tools::ReplayOutcome;
 using ReplayResult = ReplayOutcome::Result;
-
-inline std::vector<io::LogEvent> events_of(const std::string& path) {
-  io::LogReader reader(path);
-  std::vector<io::LogEvent> events(1);
-  while (reader.next(events.back())) events.emplace_back();
-  events.pop_back();
-  EXPECT_EQ(reader.error(), "");
-  return events;
-}
 
 /// What lcm-logger recorded of freeflexd and the frame, with SCENE as the daemon sends it: the golden
 /// recording lacks it, for it names a file. Of STATUS, most of its bytes and nothing of a replay, every
@@ -46,7 +38,7 @@ class RealRecording {
     io::Stamp stamp{.plan_fingerprint = plan_fingerprint(*loaded.plan)};
     std::int64_t scene_utime = 0;
     int num_status = 0;
-    for (const io::LogEvent& event : events_of(kGolden + "frame.log")) {
+    for (const io::LogEvent& event : read_events(kGolden + "frame.log")) {
       if (event.channel == "FREEFLEX_STATUS" && num_status++ % 8 != 0) continue;
       writer.write(event.channel, event.utime, event.bytes);
       freeflex_msgs::state_t state;
@@ -59,7 +51,7 @@ class RealRecording {
     }
     EXPECT_EQ(writer.close(), "");
     bytes = read_text(path);
-    events = events_of(path);
+    events = read_events(path);
     whole = tools::replay({.log = path});
     EXPECT_EQ(whole.result, ReplayResult::kIdentical) << whole.error;
   }

@@ -7,7 +7,7 @@
 
 #include "service/io/wire/codec.hpp"
 #include "service/io/wire/decode.hpp"
-#include "service/io/wire/log.hpp"
+#include "tests/tools/log_events.hpp"
 #include "tests/tools/shell.hpp"
 
 namespace freeflex::testing {
@@ -16,21 +16,6 @@ namespace {
 using freeflex_msgs::applied_t;
 using freeflex_msgs::state_t;
 using Json = nlohmann::json;
-
-std::vector<io::LogEvent> read_events(const std::string& path) {
-  io::LogReader reader(path);
-  std::vector<io::LogEvent> events(1);
-  while (reader.next(events.back())) events.emplace_back();
-  events.pop_back();
-  EXPECT_EQ(reader.error(), "");
-  return events;
-}
-
-void write_events(const std::string& path, const std::vector<io::LogEvent>& events) {
-  io::LogWriter writer(path);
-  for (const io::LogEvent& event : events) writer.write(event.channel, event.utime, event.bytes);
-  EXPECT_EQ(writer.close(), "");
-}
 
 /// A recording of the frame made by this build, fed with the commands of the golden one, and its plan: what
 /// is tampered with below must be sound before. Without SCENE, like the golden ones.

@@ -5,6 +5,7 @@
 #include <cinttypes>
 #include <cstdio>
 
+#include "core/limits.hpp"
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "service/io/wire/decode.hpp"
@@ -18,8 +19,6 @@ namespace {
 using freeflex_msgs::applied_t;
 using freeflex_msgs::state_t;
 using Result = ReplayOutcome::Result;
-
-constexpr double kLeastRate = 1e-3, kMostRate = 1e6;  // [Hz] of a scene
 
 std::string exact(double value) {
   char text[64];

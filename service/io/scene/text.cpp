@@ -8,6 +8,8 @@
 #include <iterator>
 #include <numeric>
 
+#include "core/limits.hpp"
+
 namespace freeflex::io::reader {
 namespace {
 
@@ -195,7 +197,7 @@ bool is_in_range(double value, Bound bound) {
     case Bound::kPoissonRatio:
       return value > -1.0 && value < 0.5;
     case Bound::kTickRate:
-      return value >= 1e-3 && value <= 1e6;
+      return value >= kLeastRate && value <= kMostRate;
   }
   return false;
 }
