@@ -23,8 +23,8 @@ Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns
   return dense;
 }
 
-DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms& freedoms, double& accuracy,
-                             Faults& faults) {
+DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms& freedoms,
+                             MatrixLimits& limits, Faults& faults) {
   const Link& link = scene.links[static_cast<std::size_t>(link_index)];
   using Rows = DeformationRows;
   const auto axial = [&] { return Rows{axial_row(scene, link, axial_of(scene, link).stiffness)}; };
@@ -33,7 +33,7 @@ DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms&
           [&](const Spring&) { return axial(); },
           [&](const Bar&) { return axial(); },
           [&](const Beam&) { return beam_rows(scene, link_index, freedoms); },
-          [&](const MatrixLink&) { return matrix_rows(scene, link, link_index, accuracy, faults); },
+          [&](const MatrixLink&) { return matrix_rows(scene, link, link_index, limits, faults); },
           [&](const BendingSpring&) { return bending_rows(scene, link); },
           [&](const TorsionSpring&) { return torsion_rows(scene, link); },
           [&](const Plate&) { return plate_rows(scene, link, freedoms); },
@@ -43,21 +43,17 @@ DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms&
       link.kind);
 }
 
-// X64: beams and plates that end at a rigid body turn with it, theta = J^-1 sum d_k x V_k over its points
+// X64: what is joined to a rigid body turns with it, theta = J^-1 sum d_k x V_k over its points; about the
+// line of a body on one by a rotation of its own
 class BodyRotations {
  public:
   BodyRotations(const Scene& scene, const Freedoms& freedoms)
       : num_displacements_(freedoms.num_displacements()) {
-    for (const Link& link : scene.links) {
-      if (!is_rigid_body(scene, link)) continue;
-      const Eigen::MatrixXd share = mean_rotation(scene, link.points);
-      std::vector<std::pair<int, Eigen::Matrix3d>>
-          turn;  // first freedom of a point, its share of the rotation
-      for (std::size_t k = 0; k < link.points.size(); ++k)
-        turn.emplace_back(3 * link.points[k], share.middleCols<3>(3 * static_cast<Eigen::Index>(k)));
-      for (const int point : link.points)
-        if (freedoms.has_joint(point))
-          turns_.emplace(freedoms.rotation(point), turn);  // the first body named
+    for (int point = 0; point < static_cast<int>(scene.points.size()); ++point) {
+      const int body = freedoms.body_of(point);
+      if (body < 0 || !freedoms.has_joint(point)) continue;
+      if (turns_.count(body) == 0) turns_[body] = turn_of(scene, freedoms, body);
+      body_of_joint_.emplace(freedoms.rotation(point), body);
     }
   }
 
@@ -65,30 +61,48 @@ class BodyRotations {
     if (turns_.empty()) return;
     std::vector<std::pair<int, double>> kept;
     for (const auto& [freedom, coefficient] : row.coefficients) {
-      const auto found = freedom < num_displacements_ ? turns_.end() : find(freedom);
-      if (found == turns_.end()) {
+      const auto found = freedom < num_displacements_ ? body_of_joint_.end() : find(freedom);
+      if (found == body_of_joint_.end()) {
         kept.emplace_back(freedom, coefficient);
         continue;
       }
-      for (const auto& [first, share] : found->second)
-        for (int axis = 0; axis < 3; ++axis)
-          kept.emplace_back(first + axis, coefficient * share(freedom - found->first, axis));
+      const Turn& turn = turns_.at(found->second);
+      for (const auto& [part, share] : turn[static_cast<std::size_t>(freedom - found->first)])
+        kept.emplace_back(part, coefficient * share);
     }
     row.coefficients = std::move(kept);
   }
 
  private:
-  using Turns = std::map<int, std::vector<std::pair<int, Eigen::Matrix3d>>>;
-  // the joint of a rotation, when a body holds it
-  Turns::const_iterator find(int freedom) const {
-    auto after = turns_.upper_bound(freedom);
-    if (after == turns_.begin()) return turns_.end();
+  // of each component of a rotation the freedoms that it is made of
+  using Turn = std::array<std::vector<std::pair<int, double>>, 3>;
+
+  static Turn turn_of(const Scene& scene, const Freedoms& freedoms, int body) {
+    const std::vector<int>& points = scene.links[static_cast<std::size_t>(body)].points;
+    const Eigen::MatrixXd share = body_rotation(scene, points);
+    const Eigen::Vector3d line = line_of(scene, points);
+    Turn turn;
+    for (Eigen::Index component = 0; component < 3; ++component) {
+      auto& parts = turn[static_cast<std::size_t>(component)];
+      for (std::size_t k = 0; k < points.size(); ++k)
+        for (int axis = 0; axis < 3; ++axis)
+          parts.emplace_back(3 * points[k] + axis, share(component, 3 * static_cast<Eigen::Index>(k) + axis));
+      if (freedoms.about_line(body) >= 0) parts.emplace_back(freedoms.about_line(body), line[component]);
+    }
+    return turn;
+  }
+
+  // the joint of a rotation, when a body turns it
+  std::map<int, int>::const_iterator find(int freedom) const {
+    auto after = body_of_joint_.upper_bound(freedom);
+    if (after == body_of_joint_.begin()) return body_of_joint_.end();
     --after;
-    return freedom < after->first + 3 ? after : turns_.end();
+    return freedom < after->first + 3 ? after : body_of_joint_.end();
   }
 
   int num_displacements_;
-  Turns turns_;  // by first rotation of the joint
+  std::map<int, Turn> turns_;         // by body
+  std::map<int, int> body_of_joint_;  // body by first rotation of the joint
 };
 
 // a warning for each rigid link that forbids what others do: a row that is a combination of rows that are
@@ -223,7 +237,13 @@ Freedoms::Freedoms(const Scene& scene) : num_displacements_(3 * static_cast<int>
     if (traits_of(link).turns_joints) joints_.insert(joints_.end(), link.points.begin(), link.points.end());
   std::sort(joints_.begin(), joints_.end());
   joints_.erase(std::unique(joints_.begin(), joints_.end()), joints_.end());
-  int next = num_displacements_ + 3 * static_cast<int>(joints_.size());
+  add_releases(scene);
+  add_bodies(scene);
+}
+
+void Freedoms::add_releases(const Scene& scene) {
+  const int first = num_all();
+  int next = first;
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     const auto* beam = std::get_if<Beam>(&scene.links[i].kind);
     if (beam == nullptr || beam->released == decltype(beam->released){}) continue;
@@ -234,7 +254,35 @@ Freedoms::Freedoms(const Scene& scene) : num_displacements_(3 * static_cast<int>
       for (std::size_t axis = 0; axis < 3; ++axis)
         if (beam->released[end][axis]) released_[i][3 * end + axis] = next++;
   }
-  num_released_ = next - num_displacements_ - 3 * static_cast<int>(joints_.size());
+  num_released_ = next - first;
+}
+
+void Freedoms::add_bodies(const Scene& scene) {
+  std::vector<int> on_line;
+  for (int i = 0; i < static_cast<int>(scene.links.size()); ++i) {
+    const Link& link = scene.links[static_cast<std::size_t>(i)];
+    if (!is_body(link)) continue;
+    if (!line_of(scene, link.points).isZero(0.0))
+      on_line.push_back(i);
+    else
+      for (const int point : link.points) body_of_.emplace(point, i);  // the first body named
+  }
+  for (const int body : on_line) {
+    bool turns_joint = false;
+    for (const int point : scene.links[static_cast<std::size_t>(body)].points)
+      turns_joint = (body_of_.emplace(point, body).second && has_joint(point)) || turns_joint;
+    if (turns_joint) about_line_.emplace(body, num_all());
+  }
+}
+
+int Freedoms::body_of(int point) const {
+  const auto found = body_of_.find(point);
+  return found == body_of_.end() ? -1 : found->second;
+}
+
+int Freedoms::about_line(int link) const {
+  const auto found = about_line_.find(link);
+  return found == about_line_.end() ? -1 : found->second;
 }
 
 bool Freedoms::has_joint(int point) const {
@@ -277,7 +325,7 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
   factor.num_freedoms = freedoms.num_all();
   DeformationRows direct, with_rotations;  // direct: rows over displacements alone
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
-    DeformationRows rows = natural_rows(scene, static_cast<int>(i), freedoms, factor.matrix_accuracy, faults);
+    DeformationRows rows = natural_rows(scene, static_cast<int>(i), freedoms, factor.matrices, faults);
     factor.natural_of.push_back({static_cast<int>(factor.natural.size()), static_cast<int>(rows.size())});
     for (DeformationRow& row : rows) {
       bodies.substitute(row);

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <array>
+#include <map>
 #include <utility>
 #include <vector>
 
@@ -24,12 +25,15 @@ using DeformationRows = std::vector<DeformationRow>;
 void add_vector(DeformationRow& row, int first, double scale, const Eigen::Vector3d& direction);
 
 /// Numbers of the freedoms that rows act on: 3 * point + axis, then three rotations for each joint, then one
-/// for each released rotation of a beam end. A joint is a point that beams or plates meet at.
+/// for each released rotation of a beam end, then one for each rigid body on a line that turns a joint. A
+/// joint is a point that beams or plates meet at.
 class Freedoms {
  public:
   explicit Freedoms(const Scene& scene);
   int num_displacements() const { return num_displacements_; }
-  int num_rotations() const { return 3 * static_cast<int>(joints_.size()) + num_released_; }
+  int num_rotations() const {
+    return 3 * static_cast<int>(joints_.size()) + num_released_ + static_cast<int>(about_line_.size());
+  }
   int num_all() const { return num_displacements_ + num_rotations(); }
   bool has_joint(int point) const;
   /// First rotation of the joint at a point.  \pre has_joint(point)
@@ -41,11 +45,23 @@ class Freedoms {
                                         [3 * static_cast<std::size_t>(end) + static_cast<std::size_t>(axis)];
   }
 
+  /// The rigid body, a link, that what is joined to a point turns with: of several the first named that is
+  /// not on a line, else the first; -1 without one   (THEORY X64).
+  int body_of(int point) const;
+  /// The rotation of a rigid body on a line about that line, which its points do not tell; -1 for all other
+  /// links and where the body turns no joint   (THEORY X64).
+  int about_line(int link) const;
+
  private:
+  void add_releases(const Scene& scene);
+  void add_bodies(const Scene& scene);
+
   int num_displacements_;
   int num_released_ = 0;
   std::vector<int> joints_;                   // points, ascending
   std::vector<std::array<int, 6>> released_;  // (num_links) freedom or -1; empty when nothing is released
+  std::map<int, int> body_of_;                // link by point
+  std::map<int, int> about_line_;             // freedom by link
 };
 
 /// Axial deformation between a link's two points, e = u . (V_2 - V_1)   (THEORY X44).
@@ -82,10 +98,25 @@ Eigen::MatrixXd plate_resultants(const Scene& scene, const Link& link);
 /// their mean. Matrices travel as decimal text: tables with seven digits pass   (THEORY X46).
 inline constexpr double kSymmetryTolerance = 1e-6;
 
+/// What a matrix link resisted of rigid motion of its points, and no longer does: K_o = T G^T + G T^T
+/// (THEORY X127).
+struct TakenOut {
+  int link = -1;
+  Eigen::MatrixXd rigid;          // T, [-] (3 N_link x 3..6)
+  Eigen::MatrixXd forces;         // G, [N/m] (3 N_link x 3..6)
+  bool is_within_digits = false;  // no more than the last digits of the matrix as printed explain
+};
+
+/// What matrix links that are not exact leave open.
+struct MatrixLimits {
+  double accuracy = 0.0;  // [-] relative, of the lowest eigenvalue that was kept   (THEORY X46)
+  std::vector<TakenOut> taken_out;
+};
+
 /// Rows of a matrix link from its own matrix, freed of rigid motion and of its null space   (THEORY X46,
 /// X63). Errors: size, symmetry, rigid motion, eigenvalues that are negative or, of a flexibility, zero.
-/// \param accuracy  raised to the relative accuracy of the link's lowest eigenvalue that was kept
-DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index, double& accuracy,
+/// \param limits  accuracy is raised to the link's; what was taken out is added
+DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index, MatrixLimits& limits,
                             Faults& faults);
 
 /// Rigid motions of some points alone, orthonormal columns: six, five on a line, three in one place
@@ -96,13 +127,15 @@ Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points);
 /// for a body (3 N_link - 5 on a line), all that is orthogonal to its rigid motions   (THEORY X64).
 DeformationRows rigid_rows(const Scene& scene, const Link& link);
 
-/// True for a rigid body whose points are not on a line: what is joined to it turns with it
-/// (THEORY X64).
-bool is_rigid_body(const Scene& scene, const Link& link);
+/// Unit vector along the line that points stand on, to 64 roundings of their coordinates; zero where they do
+/// not   (THEORY X42, X64).
+Eigen::Vector3d line_of(const Scene& scene, const std::vector<int>& points);
 
-/// Mean rotation of some points per displacement, J^-1 sum d_k x V_k, none about a line   (THEORY X14 with
-/// equal weights) [1/m] (3 x 3 N_link).
-Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points);
+/// Mean rotation of some points per displacement, J^-1 sum d_k x V_k   (THEORY X14 with equal weights) [1/m]
+/// (3 x 3 N_link). None about the line of points whose width is below least_width [-] times their length.
+Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points, double least_width);
+/// The same of the points of a rigid body: all of it, but for the turn about the line of a body on one.
+Eigen::MatrixXd body_rotation(const Scene& scene, const std::vector<int>& points);
 
 /// Where a link's natural deformations stand in LinkFactor::natural; none for rigid links and dashpots.
 struct RowRange {
@@ -112,9 +145,9 @@ struct RowRange {
 
 /// The links of a scene over the displacements of its points, rotations condensed   (THEORY X47).
 struct LinkFactor {
-  Eigen::MatrixXd rows;          // A, [sqrt(N/m)] (num_rows x 3N)
-  Eigen::MatrixXd unit_rows;     // B, [-] (num_unit_rows x 3N) geometry alone: no stiffness in it
-  double matrix_accuracy = 0.0;  // [-] stated relative accuracy that matrix links limit frequencies to
+  Eigen::MatrixXd rows;       // A, [sqrt(N/m)] (num_rows x 3N)
+  Eigen::MatrixXd unit_rows;  // B, [-] (num_unit_rows x 3N) geometry alone: no stiffness in it
+  MatrixLimits matrices;
   // not condensed: natural deformations of all links over all freedoms
   DeformationRows natural;
   std::vector<RowRange> natural_of;  // (num_links)

@@ -1,4 +1,5 @@
 // Elastic rotations at points that have none of their own: of joints, of rigid bodies, of neighbours   (X73).
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <set>
 
@@ -8,48 +9,67 @@
 namespace freeflex {
 namespace {
 
-// [-] second moments below this share of the largest are those of a line
-constexpr double kLine = 1e-12;
+// [-] width over length of neighbours that tell no rotation about their line
+constexpr double kNearlyLine = 1e-6;
+
+// [-] ratio of principal second moments above which an eigensolver keeps their digits
+constexpr double kThin = 1e-4;
 
 bool names(const Link& link, int point) {
   return std::find(link.points.begin(), link.points.end(), point) != link.points.end();
 }
 
-// the rotation of a point's surroundings per displacement (3 x 3N)
-Eigen::MatrixXd rotation_at(const Scene& scene, const LinkFactor& factor, const Freedoms& freedoms,
-                            int point) {
-  const Eigen::Index num_displacements = freedoms.num_displacements();
-  std::set<int> star{point};
-  for (const Link& link : scene.links) {
-    if (!names(link, point)) continue;
-    // a rigid body that the point belongs to has the rotation that is meant
-    if (is_rigid_body(scene, link)) {
-      star = {link.points.begin(), link.points.end()};
-      break;
-    }
-    star.insert(link.points.begin(), link.points.end());
-  }
-  const bool in_body = std::any_of(scene.links.begin(), scene.links.end(), [&](const Link& link) {
-    return names(link, point) && is_rigid_body(scene, link);
-  });
-  if (!in_body && freedoms.has_joint(point))
-    return factor.recovery.middleRows<3>(freedoms.rotation(point) - num_displacements);
-  const std::vector<int> points(star.begin(), star.end());
-  const Eigen::MatrixXd share = mean_rotation(scene, points);
-  Eigen::MatrixXd rotation = Eigen::MatrixXd::Zero(3, num_displacements);
+// columns of some points as columns of all
+Eigen::MatrixXd over_all(const Scene& scene, const std::vector<int>& points, const Eigen::MatrixXd& share) {
+  Eigen::MatrixXd rotation = Eigen::MatrixXd::Zero(3, 3 * static_cast<Eigen::Index>(scene.points.size()));
   for (std::size_t k = 0; k < points.size(); ++k)
     rotation.middleCols<3>(3 * Eigen::Index{points[k]}) =
         share.middleCols<3>(3 * static_cast<Eigen::Index>(k));
   return rotation;
 }
 
-}  // namespace
-
-bool is_rigid_body(const Scene& scene, const Link& link) {
-  return is_body(link) && rigid_basis(scene, link.points).cols() == 6;
+// the mean rotation of a point and its neighbours
+Eigen::MatrixXd rotation_of_neighbours(const Scene& scene, int point) {
+  std::set<int> star{point};
+  for (const Link& link : scene.links)
+    if (names(link, point)) star.insert(link.points.begin(), link.points.end());
+  const std::vector<int> points(star.begin(), star.end());
+  return over_all(scene, points, mean_rotation(scene, points, kNearlyLine));
 }
 
-Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points) {
+// the rotation of a point's surroundings per displacement (3 x 3N)
+Eigen::MatrixXd rotation_at(const Scene& scene, const LinkFactor& factor, const Freedoms& freedoms,
+                            int point) {
+  const Eigen::Index num_displacements = freedoms.num_displacements();
+  const int body = freedoms.body_of(point);
+  if (body < 0 && freedoms.has_joint(point))
+    return factor.recovery.middleRows<3>(freedoms.rotation(point) - num_displacements);
+  if (body < 0) return rotation_of_neighbours(scene, point);
+  std::vector<int> points = scene.links[static_cast<std::size_t>(body)].points;
+  std::sort(points.begin(), points.end());
+  const Eigen::MatrixXd rotation = over_all(scene, points, body_rotation(scene, points));
+  const Eigen::Vector3d line = line_of(scene, points);
+  if (line.isZero(0.0)) return rotation;
+  const int about_line = freedoms.about_line(body);
+  if (about_line >= 0) return rotation + line * factor.recovery.row(about_line - num_displacements);
+  return rotation + line * (line.transpose() * rotation_of_neighbours(scene, point));
+}
+
+}  // namespace
+
+Eigen::Vector3d line_of(const Scene& scene, const std::vector<int>& points) {
+  if (rigid_basis(scene, points).cols() == 6) return Eigen::Vector3d::Zero();
+  const auto from_first = [&](int point) -> Eigen::Vector3d {
+    return scene.points[static_cast<std::size_t>(point)].position -
+           scene.points[static_cast<std::size_t>(points.front())].position;
+  };
+  Eigen::Vector3d farthest = Eigen::Vector3d::Zero();
+  for (const int point : points)
+    if (from_first(point).stableNorm() > farthest.stableNorm()) farthest = from_first(point);
+  return farthest.stableNormalized();
+}
+
+Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points, double least_width) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
   Eigen::Matrix3Xd d(3, num_points);
   for (Eigen::Index k = 0; k < num_points; ++k)
@@ -59,17 +79,32 @@ Eigen::MatrixXd mean_rotation(const Scene& scene, const std::vector<int>& points
   const Eigen::Matrix3d second_moment = d * d.transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(
       second_moment.trace() * Eigen::Matrix3d::Identity() - second_moment);
-  const Eigen::Vector3d inverse = eigen.eigenvalues().unaryExpr(
-      [&](double moment) { return moment > kLine * eigen.eigenvalues()[2] ? 1.0 / moment : 0.0; });
+  Eigen::Vector3d moments = eigen.eigenvalues();
+  const bool is_thin = moments[0] <= kThin * moments[2];
+  // about the line of a thin shape: by the distances from it, which keep their digits
+  if (is_thin) moments[0] = d.colwise().cross(Eigen::Vector3d(eigen.eigenvectors().col(0))).squaredNorm();
+  const Eigen::Vector3d inverse = moments.unaryExpr(
+      [&](double moment) { return moment > least_width * least_width * moments[2] ? 1.0 / moment : 0.0; });
   const Eigen::Matrix3d J_inverse =
       eigen.eigenvectors() * inverse.asDiagonal() * eigen.eigenvectors().transpose();
   Eigen::MatrixXd rotation(3, 3 * num_points);
   for (Eigen::Index k = 0; k < num_points; ++k) {
     Eigen::Matrix3d cross;
     cross << 0.0, -d(2, k), d(1, k), d(2, k), 0.0, -d(0, k), -d(1, k), d(0, k), 0.0;
-    rotation.middleCols<3>(3 * k) = J_inverse * cross;
+    // axis by axis where the shape is thin: in one matrix the large inverse would cost the others their
+    // digits
+    if (is_thin)
+      rotation.middleCols<3>(3 * k) =
+          eigen.eigenvectors() * (inverse.asDiagonal() * (eigen.eigenvectors().transpose() * cross)).eval();
+    else
+      rotation.middleCols<3>(3 * k) = J_inverse * cross;
   }
   return rotation;
+}
+
+Eigen::MatrixXd body_rotation(const Scene& scene, const std::vector<int>& points) {
+  // on a line the smallest of the three moments is rounding: half the largest is more
+  return mean_rotation(scene, points, line_of(scene, points).isZero(0.0) ? 0.0 : 0.5);
 }
 
 Eigen::MatrixXd local_rotations(const Scene& scene, const LinkFactor& factor, const Structure& structure) {

@@ -6,6 +6,7 @@
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
 #include "core/structure/link_factor.hpp"
+#include "core/structure/taken_out.hpp"
 
 namespace freeflex {
 namespace {
@@ -96,6 +97,7 @@ Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points) 
   Eigen::Matrix3Xd position(3, num_points);
   for (Eigen::Index k = 0; k < num_points; ++k)
     position.col(k) = scene.points[static_cast<std::size_t>(points[static_cast<std::size_t>(k)])].position;
+  const double farthest = position.cwiseAbs().maxCoeff();
   position.colwise() -= Eigen::Vector3d(position.col(0));
   position.colwise() -= Eigen::Vector3d(position.rowwise().mean());
   const double length = std::max(position.cwiseAbs().maxCoeff(), std::numeric_limits<double>::min());
@@ -106,14 +108,15 @@ Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points) 
     motions.block<3, 3>(3 * k, 3) << 0.0, d.z(), -d.y(), -d.z(), 0.0, d.x(), d.y(), -d.x(), 0.0;
   }
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(motions);
-  // a rotation whose displacements are under a rounding or so of the coordinates is none
-  qr.setThreshold(64.0 * kEpsilon);
+  // a rotation whose displacements are under some roundings of the coordinates is none   (X42); translations
+  // have at least 0.7 of the largest pivot
+  qr.setThreshold(std::min(0.5, kCollinearRoundings * kEpsilon * std::max(1.0, farthest / length)));
   Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(3 * num_points, qr.rank());
   basis.applyOnTheLeft(qr.householderQ());
   return basis;
 }
 
-DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index, double& accuracy,
+DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index, MatrixLimits& limits,
                             Faults& faults) {
   const auto& matrix = std::get<MatrixLink>(link.kind);
   const std::string who = called(link, link_index);
@@ -149,10 +152,13 @@ DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index
   }
   // eigenvalues are known to a few roundings of the largest: what is below is null space
   const double null_below = 8.0 * static_cast<double>(K.rows()) * kEpsilon * largest;
+  if (residual * largest > null_below)
+    limits.taken_out.push_back({link_index, rigid, K_rigid - 0.5 * rigid * (rigid.transpose() * K_rigid),
+                                is_within_digits(matrix.matrix, rigid, K_rigid, null_below)});
   DeformationRows rows;
   for (Eigen::Index mode = 0; mode < value.size(); ++mode) {
     if (value[mode] <= null_below) continue;
-    if (rows.empty()) accuracy = std::max(accuracy, kEpsilon * largest / value[mode]);
+    if (rows.empty()) limits.accuracy = std::max(limits.accuracy, kEpsilon * largest / value[mode]);
     DeformationRow row;
     for (std::size_t k = 0; k < link.points.size(); ++k)
       add_vector(row, 3 * link.points[k], 1.0,

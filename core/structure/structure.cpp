@@ -15,6 +15,7 @@
 #include "core/structure/link_factor.hpp"
 #include "core/structure/mass_properties.hpp"
 #include "core/structure/mechanisms.hpp"
+#include "core/structure/taken_out.hpp"
 
 namespace freeflex {
 namespace {
@@ -51,9 +52,9 @@ void check_matrices(const Scene& scene, Faults& faults) {
     const bool is_known = std::all_of(points.begin(), points.end(), [&](int point) {
       return point >= 0 && point < static_cast<int>(scene.points.size());
     });
-    double accuracy = 0.0;
+    MatrixLimits limits;
     if (is_known && matrix->matrix.rows() == size && matrix->matrix.cols() == size)
-      matrix_rows(scene, scene.links[i], static_cast<int>(i), accuracy, faults);
+      matrix_rows(scene, scene.links[i], static_cast<int>(i), limits, faults);
   }
 }
 
@@ -125,7 +126,7 @@ void find_modes(const LinkFactor& factor, const EckartComplement& complement, St
   fix_signs(structure.shapes);
   structure.damping_rows = factor.damping_rows * structure.shapes;
   structure.frequency_accuracy = std::max(
-      {svd.accuracy, factor.matrix_accuracy, reduction_rounding(complement.sizes(factor.rows), svd)});
+      {svd.accuracy, factor.matrices.accuracy, reduction_rounding(complement.sizes(factor.rows), svd)});
   if (svd.values.size() > 0) structure.conditioning = svd.values[svd.values.size() - 1] / svd.values[0];
 }
 
@@ -202,6 +203,7 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
     add_overflow(scene, "the frequencies are not finite", faults);
     return std::nullopt;
   }
+  account_for_taken_out(scene, factor.matrices.taken_out, structure, faults);
   structure.structural_ratio = structural_ratio(scene, factor, structure);
   structure.local_rotations = local_rotations(scene, factor, structure);
   set_link_forces(scene, factor, structure);
