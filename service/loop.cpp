@@ -60,10 +60,12 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
       state_(make_state(plan)),
       workspace_(make_workspace(plan)),
       budget_(make_budget(plan)),
+      judgement_(plan),
       pacer_(plan.period / settings.timing.scale * 1e9),
       inbound_entry_(std::make_unique<InboundEntry>()),
       applied_entry_(std::make_unique<AppliedEntry>()) {
   io::fill_name_table(plan, *names_);
+  judgement_.take(state_, budget_);
   for (std::size_t i = 0; i < every_.size(); ++i)
     every_[i] = io::ticks_between(plan.*io::kMotionChannels[i].rate, plan.period);
 }
@@ -126,6 +128,7 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
   const std::int64_t tick = state_.tick;
   step(plan_, state_, Inputs{due}, workspace_, budget_, report_);
   if (report_.status != StepStatus::kOk) return enter_fault(due);
+  judgement_.take(state_, budget_);
   // ends come before commands, as the step takes them
   for (int i = 0; i < report_.num_expiries; ++i) {
     const Expiry& expiry = report_.expiries[static_cast<std::size_t>(i)];
@@ -201,6 +204,8 @@ void Simulation::offer(Box<Snapshot>& box) noexcept {
   draft.num_slots = state_.num_slots;
   draft.mode = mode();
   draft.fault = fault_;
+  draft.verdict = judgement_.now();
+  draft.worst = judgement_.worst();
   if (&box == &output_.status) draft.budget = read_budget(plan_, state_, budget_);
   box.offer();
 }

@@ -93,6 +93,7 @@ class Simulation {
   State state_;
   Workspace workspace_;
   Budget budget_;
+  Judgement judgement_;
   StepReport report_;
   CommandDesk desk_;
   Pacer pacer_;

@@ -7,6 +7,7 @@
 #include <cstdint>
 
 #include "core/step/budget.hpp"
+#include "core/validity/judgement.hpp"
 #include "service/box.hpp"
 #include "service/histogram.hpp"
 #include "service/io/wire/outbound.hpp"
@@ -58,7 +59,8 @@ struct Snapshot {
   std::int32_t num_slots = 0;       // in force
   Mode mode = Mode::kStarting;
   FaultNote fault;
-  BudgetReading budget;  // status only
+  BudgetReading budget;    // status only
+  Verdict verdict, worst;  // of now, and the worst since the epoch began
 };
 /// With room for the motion in either plan, also in copies: nothing allocates when a motion is assigned.
 Snapshot make_snapshot(const Plan& plan);

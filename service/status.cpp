@@ -122,10 +122,7 @@ void StatusReporter::fill_validity(const Snapshot& snapshot, const Invariants& i
 
 void StatusReporter::fill_budget(const Snapshot& snapshot, freeflex_msgs::status_t& status) const {
   const BudgetReading& reading = snapshot.budget;
-  const bool has_budget = !plan_.budget.shadows.empty();
-  Verdict verdict = judge_ratios(plan_, status.displacement_ratio, status.spin_ratio);
-  if (has_budget) {
-    verdict = judge_budget(plan_, reading, validity_.size(), status.displacement_ratio, status.spin_ratio);
+  if (!plan_.budget.shadows.empty()) {
     status.budget_horizon = plan_.budget.horizon;
     status.budget_age = reading.age;
     const ErrorSize* const parts[] = {&reading.total, &reading.integration, &reading.truncation,
@@ -136,8 +133,8 @@ void StatusReporter::fill_budget(const Snapshot& snapshot, freeflex_msgs::status
       status.error_elastic[k] = parts[k]->elastic;
     }
   }
-  status.validity = static_cast<std::int32_t>(verdict.word);
-  status.validity_cause = verdict.cause;
+  status.validity = static_cast<std::int32_t>(snapshot.verdict.word);
+  status.validity_cause = text_of(plan_, snapshot.verdict);
 }
 
 std::string replan_name(const MotionState& motion) {

@@ -9,6 +9,7 @@
 #include "core/plan/groups.hpp"
 #include "core/plan/histories.hpp"
 #include "core/plan/mixing.hpp"
+#include "core/plan/neglect.hpp"
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "core/plan/rungs.hpp"
@@ -237,6 +238,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   compile_histories(scene, structure, plan, faults);
   compile_mixing(scene, structure, plan, faults);
   if (is_coupled(plan)) compile_coupled(scene, structure, spec, plan, faults);
+  if (spec.is_judged) compile_neglect(scene, whole, spec, plan);
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, spec.rate);
   if (is_coupled(plan)) check_stages(scene, plan, faults);

@@ -70,6 +70,16 @@ std::vector<PlanFollower> followers(const Load& load, const Structure& structure
   return all;
 }
 
+void set_stiffness(const Structure& structure, int load, const Plan& plan, PlanHistory& history) {
+  for (const FollowerStiffness& each : structure.follower_stiffness) {
+    if (each.load != load || plan.num_elastic == 0) continue;
+    const Eigen::MatrixXd& rows = traits_of(plan.fidelity).has_true_geometry ? each.bent_rows : each.rows;
+    history.stiffening.modes.assign(each.modes.begin(), each.modes.end());
+    for (Eigen::Index l = 0; l < rows.rows(); ++l)
+      for (Eigen::Index u = 0; u < rows.cols(); ++u) history.stiffening.rows.push_back(rows(l, u));
+  }
+}
+
 }  // namespace
 
 std::string idle_torque(const PlanGroup& group, const Vec3& torque_B) {
@@ -100,6 +110,7 @@ void compile_histories(const Scene& scene, const Structure& structure, Plan& pla
     // local axes: body axes, and what turns them
     history.pattern = build_pattern(plan, load.axes == Axes::kWorld ? 0 : 1, forces, wrenches);
     history.followers = followers(load, structure, plan);
+    set_stiffness(structure, static_cast<int>(plan.histories.size()), plan, history);
     plan.histories.push_back(std::move(history));
   }
 }

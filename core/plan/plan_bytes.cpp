@@ -13,7 +13,7 @@ namespace {
 // "FFPLAN" and the two bytes that text-mode transfers damage
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 5;
+constexpr std::uint32_t kVersion = 6, kVersionWithoutNeglect = 5;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -124,6 +124,11 @@ void fields(Archive& archive, T& s) {
                    s.group_torque_B);
 }
 
+template <typename Archive, Is<PlanStiffening> T>
+void fields(Archive& archive, T& s) {
+  all_of<PlanStiffening>(archive, s.modes, s.rows);
+}
+
 template <typename Archive, Is<PlanRung> T>
 void fields(Archive& archive, T& r) {
   all_of<PlanRung>(archive, r.rung, r.position, r.attitude, r.elastic, r.is_finite, r.meets);
@@ -137,7 +142,7 @@ void fields(Archive& archive, T& s) {
 template <typename Archive, Is<PlanHistory> T>
 void fields(Archive& archive, T& h) {
   all_of<PlanHistory>(archive, h.name, h.kind, h.pulse_start, h.pulse_duration, h.start_tick, h.end_tick,
-                      h.frequency, h.phase, h.times, h.values, h.pattern, h.followers);
+                      h.frequency, h.phase, h.times, h.values, h.pattern, h.followers, h.stiffening);
 }
 
 template <typename Archive, Is<PlanLinkOutput> T>
@@ -155,6 +160,13 @@ void fields(Archive& archive, T& b) {
   all_of<PlanBudget>(archive, b.horizon, b.horizon_ticks, b.shadows);
 }
 
+template <typename Archive, Is<PlanNeglect> T>
+void fields(Archive& archive, T& n) {
+  all_of<PlanNeglect>(archive, n.is_known, n.is_rigid, n.has_unseen, n.lacks_modes, n.tolerance, n.fast_loads,
+                      n.num_judged, n.pairs, n.load_rows, n.spin_rows, n.coriolis_rows, n.coriolis_reach,
+                      n.spin_loads);
+}
+
 template <typename Archive, Is<Plan> T>
 void fields(Archive& archive, T& p) {
   all_of<Plan>(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia,
@@ -165,7 +177,7 @@ void fields(Archive& archive, T& p) {
                p.histories, p.feedbacks, p.force_limit, p.torque_limit, p.initial, p.state_rate,
                p.points_rate, p.loads_rate, p.status_rate, p.published_points, p.published_groups, p.damps,
                p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers, p.scope, p.wide_modes,
-               p.wide, p.tried_rungs, p.budget);
+               p.wide, p.tried_rungs, p.budget, p.neglect);
 }
 
 template <typename T>
@@ -178,6 +190,16 @@ using BitsOf = std::conditional_t<sizeof(T) == 1, std::uint8_t,
 // appends values, least significant byte first
 class Writer {
  public:
+  // without what judges a motion: a fingerprint is of what moves
+  explicit Writer(bool has_neglect = true) : has_neglect_(has_neglect) {}
+
+  void operator()(const PlanNeglect& neglect) {
+    if (has_neglect_) fields(*this, neglect);
+  }
+  // one that plans of before would not have does not change their fingerprints
+  void operator()(const PlanStiffening& stiffening) {
+    if (has_neglect_ || !stiffening.modes.empty()) fields(*this, stiffening);
+  }
   template <typename T>
   void operator()(const T& value) {
     if constexpr (Scalar<T>) {
@@ -205,14 +227,22 @@ class Writer {
     (*this)(static_cast<std::uint64_t>(values.size()));
     for (const auto& each : values) (*this)(each);
   }
+  bool has_neglect_;
   std::vector<std::byte> bytes_;
 };
 
 // takes values off the front of bytes; after the first failure it leaves everything as it is
 class Reader {
  public:
-  explicit Reader(std::span<const std::byte> bytes) : bytes_(bytes) {}
+  explicit Reader(std::span<const std::byte> bytes, bool has_neglect = true)
+      : bytes_(bytes), has_neglect_(has_neglect) {}
 
+  void operator()(PlanNeglect& neglect) {
+    if (has_neglect_) fields(*this, neglect);
+  }
+  void operator()(PlanStiffening& stiffening) {
+    if (has_neglect_) fields(*this, stiffening);
+  }
   template <typename T>
   void operator()(T& value) {
     if constexpr (Scalar<T>) {
@@ -288,12 +318,13 @@ class Reader {
   }
 
   std::span<const std::byte> bytes_;
+  bool has_neglect_;
   std::string error_;
   bool is_nested_ = false;
 };
 
-std::vector<std::byte> content_of(const Plan& plan) {
-  Writer writer;
+std::vector<std::byte> content_of(const Plan& plan, bool has_neglect) {
+  Writer writer(has_neglect);
   writer(plan);
   return writer.take();
 }
@@ -301,7 +332,7 @@ std::vector<std::byte> content_of(const Plan& plan) {
 }  // namespace
 
 std::vector<std::byte> plan_to_bytes(const Plan& plan) {
-  const std::vector<std::byte> content = content_of(plan);
+  const std::vector<std::byte> content = content_of(plan, true);
   Writer header;
   header(kMagic);
   header(kVersion);
@@ -328,9 +359,10 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
   header(length);
   header(checksum);
   if (!header.is_good()) return refuse("truncated plan: the header is not complete");
-  if (version != kVersion)
+  if (version != kVersion && version != kVersionWithoutNeglect)
     return refuse("plan of version " + std::to_string(version) + ", this program reads version " +
-                  std::to_string(kVersion) + "; compile the scene again");
+                  std::to_string(kVersionWithoutNeglect) + " and " + std::to_string(kVersion) +
+                  "; compile the scene again");
   const std::span<const std::byte> content = bytes.subspan(kHeaderSize);
   if (content.size() < length)
     return refuse("truncated plan: " + std::to_string(content.size()) + " bytes of " +
@@ -341,7 +373,7 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
     return refuse("damaged plan: the checksum does not agree");
 
   std::optional<Plan> plan(std::in_place);
-  Reader reader(content);
+  Reader reader(content, version != kVersionWithoutNeglect);
   reader(*plan);
   if (!reader.is_good()) return refuse("inconsistent plan: " + reader.error());
   if (reader.num_left() > 0)
@@ -352,7 +384,7 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
 }
 
 std::uint64_t plan_fingerprint(const Plan& plan) {
-  const std::vector<std::byte> content = content_of(plan);
+  const std::vector<std::byte> content = content_of(plan, false);
   return XXH3_64bits(content.data(), content.size());
 }
 

@@ -56,6 +56,7 @@ class PlanCheck {
     if (error_.empty()) check_publication();
     if (error_.empty()) error_ = find_rung_inconsistency(plan_);
     if (error_.empty()) check_left_out();
+    if (error_.empty()) check_neglect();
     return error_;
   }
 
@@ -108,11 +109,38 @@ class PlanCheck {
   void check_mixing();
   void check_initial();
   void check_publication();
+  void check_neglect();
 
   const Plan& plan_;
   std::size_t num_blocks_ = 0;  // blocks of three rows
   std::string error_;
 };
+
+void PlanCheck::check_neglect() {
+  const PlanNeglect& neglect = plan_.neglect;
+  const auto n = static_cast<std::size_t>(plan_.num_elastic), num_pairs = neglect.pairs.size();
+  require(is_at_least(neglect.tolerance, 0.0), "the tolerance is out of range");
+  require(are_ascending(neglect.fast_loads) && are_indices(neglect.fast_loads, plan_.histories.size()),
+          "a fast load is none of the plan");
+  require(neglect.num_judged >= 0 && static_cast<std::size_t>(neglect.num_judged) <= num_pairs,
+          "the number of judged modes is out of range");
+  for (std::size_t k = 0; k < num_pairs && error_.empty(); ++k) {
+    const auto [l, u] = neglect.pairs[k];
+    require(
+        is_index(l, n) && is_index(u, n) && (l == u) == (k < static_cast<std::size_t>(neglect.num_judged)),
+        "a pair of judged modes is none of the plan");
+  }
+  require(neglect.load_rows.size() == num_pairs * n && neglect.spin_rows.size() == num_pairs * 6 &&
+              neglect.coriolis_rows.size() == num_pairs * 3 &&
+              (neglect.coriolis_reach.empty() ||
+               neglect.coriolis_reach.size() == static_cast<std::size_t>(neglect.num_judged) * 6) &&
+              (neglect.spin_loads.empty() || neglect.spin_loads.size() == n * 6),
+          "what the rung neglects does not have the size of its modes");
+  require(are_finite(neglect.load_rows) && are_finite(neglect.spin_rows) &&
+              are_finite(neglect.coriolis_rows) && are_finite(neglect.coriolis_reach) &&
+              are_finite(neglect.spin_loads),
+          "what the rung neglects is not finite");
+}
 
 void PlanCheck::check_body() {
   require(is_positive(plan_.period), "the period is not > 0");
@@ -266,6 +294,12 @@ void PlanCheck::check_histories() {
                 history.times.end(),
             who + " has times that do not increase");
     check_pattern(history.pattern, who);
+    const PlanStiffening& stiffening = history.stiffening;
+    require(are_ascending(stiffening.modes) &&
+                are_indices(stiffening.modes, static_cast<std::size_t>(plan_.num_elastic)) &&
+                stiffening.rows.size() == stiffening.modes.size() * stiffening.modes.size() &&
+                are_finite(stiffening.rows),
+            who + ": the stiffness by its followers is not that of its modes");
     for (const PlanFollower& follower : history.followers) {
       require(is_index(follower.row, num_blocks_),
               who + ": a follower force acts on a point that has no rows");

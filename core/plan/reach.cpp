@@ -207,6 +207,9 @@ void align_modes(const Scene& scene, const Eigen::MatrixXd& reach, Structure& st
       turn_columns(turn, first, force.rows);
       turn_columns(turn, first, force.rate_rows);
     }
+    turn_prestress(turn, cluster.first, structure.prestress);
+    for (FollowerStiffness& stiffness : structure.follower_stiffness)
+      turn_follower_stiffness(turn, cluster.first, stiffness);
     const Eigen::VectorXd squares =
         turn.cwiseAbs2().transpose() * structure.omega.segment(first, count).cwiseAbs2();
     structure.omega.segment(first, count) = squares.cwiseSqrt();

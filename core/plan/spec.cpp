@@ -31,6 +31,7 @@ PlanSpec unpublished_spec(const Scene& scene, const Structure& structure, Fideli
   spec.rate = scene.rate * substeps;
   spec.has_every_row = true;
   spec.publishes_links = false;
+  spec.is_judged = false;
   // twice the rate alone would be as many parts a second
   if (traits_of(rung).divides_tick) spec.part_phase /= substeps;
   return spec;

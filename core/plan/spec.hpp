@@ -23,6 +23,7 @@ struct PlanSpec {
   bool numbers_modes = false;   // Plan::mode_numbers: not every mode may be there
   bool has_every_row = false;   // mode shapes at every point, not only where somebody reads or loads
   bool publishes_links = true;  // forces of the scene's published links
+  bool is_judged = true;        // what the rung neglects is put down: the plan's own motion is published
   double part_phase = 0.0;      // [rad] of a part of a divided tick; on rungs that divide it   (X100)
   // code that the plan does without, and what commands may then not do
   bool damps = true, falls = true, turns = true;

@@ -265,6 +265,7 @@ struct Scene {
   Fidelity fidelity = Fidelity::kSeparated;  // with `automatic` the set-up chooses another
   std::optional<AutomaticRung> automatic;
   ErrorBudget error_budget;
+  double tolerance = 0.0;  // [m] displacement that matters, against which errors are judged; 0: not stated
   std::vector<Feedback> feedbacks;
   LeaveOut leave_out;
   Initial initial;

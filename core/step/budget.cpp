@@ -70,6 +70,7 @@ ErrorSize distance(const Plan& plan, const State& state, const Plan& other_plan,
   }
   ErrorSize error;
   error.position = __builtin_sqrt(position / static_cast<double>(budget.V.size()));
+  error.displacement = __builtin_sqrt(elastic / static_cast<double>(budget.V.size()));
   if (elastic > 0.0) error.elastic = __builtin_sqrt(elastic / size);
   const Quat &q = state.q_WB, &o = other.q_WB;
   const Quat turn = multiply({q[0], -q[1], -q[2], -q[3]}, o);
@@ -93,7 +94,8 @@ void gather_motion(const Plan& best, const State& state, double spin, double per
 }
 
 ErrorSize scaled(double factor, const ErrorSize& error) noexcept {
-  return {factor * error.position, factor * error.attitude, factor * error.elastic};
+  return {factor * error.position, factor * error.attitude, factor * error.elastic,
+          factor * error.displacement};
 }
 
 /// Puts the shadows where the state is.

@@ -8,9 +8,10 @@ namespace freeflex {
 
 /// How far one state is from another, over all points.
 struct ErrorSize {
-  double position = 0.0;  // [m] root mean square over the points
-  double attitude = 0.0;  // [rad]
-  double elastic = 0.0;   // [-] |V - V*| / |V*|, body axes
+  double position = 0.0;      // [m] root mean square over the points
+  double attitude = 0.0;      // [rad]
+  double elastic = 0.0;       // [-] |V - V*| / |V*|, body axes
+  double displacement = 0.0;  // [m] |V - V*|, root mean square over the points
 };
 
 /// What the state is off by since the shadows last stood where it does. Parts do not add up exactly: they are

@@ -127,10 +127,15 @@ void sum_forces(const Plan& plan, const Place& place, const CoupledWorkspace& w,
   gain.force_W = multiply(place.R_WB, force_B);
 }
 
-/// Fields, dashpots and feedback: few coordinates, added after the sums over points.
-void add_modal_loads(const Plan& plan, const Place& place, Workspace& workspace, Gain& gain) noexcept {
+/// Fields, dashpots, feedback and what followers stiffen: few coordinates, added after the sums over points.
+void add_modal_loads(const External& external, const Place& place, Workspace& workspace,
+                     Gain& gain) noexcept {
+  const Plan& plan = external.plan;
   const bool has_mixing = plan.mixing.num_damping > 0 || !plan.feedbacks.empty();
-  if (!has_field(plan) && !has_mixing) return;
+  const bool has_followers =
+      std::any_of(plan.histories.begin(), plan.histories.end(),
+                  [](const PlanHistory& each) { return !each.stiffening.modes.empty(); });
+  if (!has_field(plan) && !has_mixing && !has_followers) return;
   CoupledWorkspace& w = workspace.coupled;
   const std::size_t n = index(plan.num_padded);
   std::fill(w.Q.begin(), w.Q.end(), 0.0);
@@ -141,6 +146,9 @@ void add_modal_loads(const Plan& plan, const Place& place, Workspace& workspace,
     gain.moment_B = add(gain.moment_B, torque);
     gain.rest_moment_B = add(gain.rest_moment_B, torque);
   }
+  if (has_followers)
+    for (const PlanHistory& history : plan.histories)
+      stiffen(history, external.amplitude(history, place.instant), place.q, w.Q.data());
   if (has_mixing) {
     for (std::size_t l = 0; l < n; ++l) w.q_dot[l] = place.p[l] + gain.rate_q[l];
     add_mixing_forces(plan, place.q, w.q_dot.data(), workspace.scratch, w.Q.data());
@@ -177,7 +185,7 @@ void evaluate(const External& external, const Place& place, Workspace& workspace
   project_points(plan, w.drift, w.force, gain.rate_q, gain.rate_p);
   const double* decay = plan.decay.data();
   for (std::size_t l = 0; l < index(plan.num_moving); ++l) gain.rate_p[l] -= 2.0 * decay[l] * gain.rate_q[l];
-  add_modal_loads(plan, place, workspace, gain);
+  add_modal_loads(external, place, workspace, gain);
 }
 
 /// Rows of PlanCoupled::functions.

@@ -41,6 +41,16 @@ void add(const DependentStep& dependent, StepLoads& loads) noexcept {
   add(end, loads.later->end);
 }
 
+void stiffen(const PlanHistory& history, double amplitude, const double* q, double* Q) noexcept {
+  const std::size_t n = history.stiffening.modes.size();
+  for (std::size_t l = 0; l < n; ++l) {
+    double force = 0.0;
+    for (std::size_t u = 0; u < n; ++u)
+      force += history.stiffening.rows[l * n + u] * q[index(history.stiffening.modes[u])];
+    Q[index(history.stiffening.modes[l])] -= amplitude * force;
+  }
+}
+
 DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept {
   const std::size_t n = index(plan.num_padded);
   DependentLoad sum;
@@ -48,6 +58,7 @@ DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool 
     if (history.followers.empty()) continue;
     const double amplitude =
         at_end ? amplitude_left(history, plan.period, tick + 1) : amplitude_right(history, plan.period, tick);
+    stiffen(history, amplitude, q, Q);
     for (const PlanFollower& follower : history.followers) {
       const Vec3 theta = contract_rows(follower.turn_rows.data(), q, n);
       const Vec3 force = scale(amplitude, cross(theta, follower.force_B));

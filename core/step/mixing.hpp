@@ -25,6 +25,10 @@ struct DependentStep {
 /// Adds them to the loads over a step.  \pre loads.later
 void add(const DependentStep& dependent, StepLoads& loads) noexcept;
 
+/// Takes from Q [N] what the internal forces of a load's followers add to the stiffness, amplitude * E q
+/// (THEORY X145).
+void stiffen(const PlanHistory& history, double amplitude, const double* q, double* Q) noexcept;
+
 /// What followers add to the same forces in body axes, amplitude * theta x f; generalized forces go to Q
 /// (X73).
 DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool at_end, double* Q) noexcept;

@@ -102,6 +102,13 @@ struct PlanFollower {
   Array turn_rows;        // [1/m] (3 x num_padded) theta = turn_rows q
 };
 
+/// What the internal forces of a load's followers add to the stiffness at amplitude 1: Q -= amplitude * E q
+/// (THEORY X145).
+struct PlanStiffening {
+  std::vector<std::int32_t> modes;
+  Array rows;  // [N/m] (modes x modes) E
+};
+
 /// Amplitude of a built-in load over ticks since the epoch began (THEORY X13).
 struct PlanHistory {
   enum class Kind : std::int32_t { kConstant = 0, kPulse = 1, kSine = 2, kTable = 3 };
@@ -113,6 +120,7 @@ struct PlanHistory {
   std::vector<double> times, values;               // [s], [-]
   LoadPattern pattern;
   std::vector<PlanFollower> followers;
+  PlanStiffening stiffening;
 };
 
 /// Force of linear feedback on a point, body axes: f = F_q q + F_v q' + F_Q Q   (THEORY X74).
@@ -230,6 +238,26 @@ struct PlanBudget {
   std::vector<PlanShadow> shadows;
 };
 
+/// What the rung neglects of the motion: nothing that steps it, but what judges it   (THEORY X140, X141).
+/// Products of the spin stand in the order xx, yy, zz, xy, xz, yz of w w^T.
+struct PlanNeglect {
+  bool is_known = false;                 // false: of a plan file without these tables
+  bool is_rigid = false;                 // nothing deforms, though the scene's links would
+  bool has_unseen = false;               // links whose second order nothing tells: matrices, rigid links
+  bool lacks_modes = false;              // small modes are left out, and what they carry
+  double tolerance = 0.0;                // [m] of the scene; 0: none
+  std::vector<std::int32_t> fast_loads;  // histories that change faster than ticks follow
+  std::int32_t num_judged = 0;           // pairs (l, l), which come first
+  std::vector<std::array<std::int32_t, 2>> pairs;  // modes of this plan
+  Array load_rows;      // [N/m^2] (pairs x num_elastic) stiffness per static elastic coordinate
+  Array spin_rows;      // [N s^2/m] (pairs x 6) stiffness per product of the spin
+  Array coriolis_rows;  // [-] (pairs x 3) sum m b_l x b_u / M; zero for (l, l) and on rungs that have it
+  // [s^2] (judged x 6) square of the share of a ringing mode that Coriolis forces put into others, per
+  // product of the spin; empty on rungs that have them
+  Array coriolis_reach;
+  Array spin_loads;  // [kg m] (num_elastic x 6) centrifugal load; empty on rungs that have it
+};
+
 struct Plan {
   std::string name;
   std::uint64_t scene_hash = 0;
@@ -289,6 +317,7 @@ struct Plan {
   CommandScope scope;
   std::vector<PlanRung> tried_rungs;  // with `fidelity: auto`, cheapest first; the last was taken
   PlanBudget budget;
+  PlanNeglect neglect;
   // none or one: the plan that is stepped from the tick at which a command needs a part left out here
   std::vector<Plan> wide;
   std::vector<std::int32_t> wide_modes;  // (num_elastic) index in the wide plan, ascending; empty without one

@@ -29,6 +29,7 @@ Structure reduce(const Structure& structure, const std::vector<int>& modes) {
     force.rows = columns(force.rows, modes);
     force.rate_rows = columns(force.rate_rows, modes);
   }
+  for (FollowerStiffness& stiffness : few.follower_stiffness) reduce_follower_stiffness(modes, stiffness);
   // mechanisms are the first modes
   few.mechanisms.clear();
   for (const int mode : modes)

@@ -130,16 +130,9 @@ void find_modes(const LinkFactor& factor, const EckartComplement& complement, St
   if (svd.values.size() > 0) structure.conditioning = svd.values[svd.values.size() - 1] / svd.values[0];
 }
 
-bool is_local(const Load& load) { return load.axes == Axes::kLocal; }
-
-// the rotations of joints are needed by what is read from them
-bool needs_rotations(const Scene& scene) {
-  const auto turns = [](const Link& link) { return traits_of(link).turns_joints; };
-  return std::any_of(scene.loads.begin(), scene.loads.end(), is_local) ||
-         std::any_of(scene.publication.links.begin(), scene.publication.links.end(),
-                     [&](int link) { return turns(scene.links[static_cast<std::size_t>(link)]); }) ||
-         std::any_of(scene.links.begin(), scene.links.end(),
-                     [&](const Link& link) { return turns(link) && link.loss_factor > 0.0; });
+bool turns_joints(const Scene& scene) {
+  return std::any_of(scene.links.begin(), scene.links.end(),
+                     [](const Link& link) { return traits_of(link).turns_joints; });
 }
 
 // X66: modal damping ratio = half the mean of the loss factors, weighted with strain energy,
@@ -182,7 +175,7 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
   if (has_error(faults)) return std::nullopt;
   warn_of_coincident_points(scene, faults);
 
-  const LinkFactor factor = factor_links(scene, needs_rotations(scene), faults);
+  const LinkFactor factor = factor_links(scene, turns_joints(scene), faults);
   if (has_error(faults)) return std::nullopt;
   // how many modes rigid links leave is known only now
   if (has_rigid_links(scene))
@@ -207,6 +200,8 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
   structure.structural_ratio = structural_ratio(scene, factor, structure);
   structure.local_rotations = local_rotations(scene, factor, structure);
   set_link_forces(scene, factor, structure);
+  structure.prestress = find_prestress(scene, factor, structure);
+  structure.follower_stiffness = find_follower_stiffness(scene, factor, structure);
   return structure;
 }
 

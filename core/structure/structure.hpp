@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "core/scene/scene.hpp"
+#include "core/structure/prestress.hpp"
 
 namespace freeflex {
 
@@ -56,6 +57,8 @@ struct Structure {
   // [1/m] (3N x n) elastic rotation of the surroundings of each point, body axes, for those of follower
   // forces; empty rows for the rest   (THEORY X73)
   Eigen::MatrixXd local_rotations;
+  Prestress prestress;
+  std::vector<FollowerStiffness> follower_stiffness;  // of loads in local axes
 };
 
 /// Checks the physics of a scene as far as that needs no modes: values, references, mass properties and,

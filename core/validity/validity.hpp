@@ -1,34 +1,16 @@
 // Whether the method's assumptions hold: displacements small against size, spin slow against vibration.
 #pragma once
 
-#include <string>
-
-#include "core/step/budget.hpp"
 #include "core/step/readout.hpp"
 
 namespace freeflex {
 
-/// Beyond these a motion is outside what the method can answer (README, "When not to trust it").
-inline constexpr double kMaxDisplacementRatio = 1e-3;  // [-] elastic error some 10 %
-inline constexpr double kMaxSpinRatio = 0.1;           // [-] elastic error some 3 %
-
-/// Largest estimates that are good, and that are still worth watching.
-inline constexpr double kGoodElastic = 0.05, kMostElastic = 0.2;     // [-]
-inline constexpr double kGoodPosition = 1e-3, kMostPosition = 1e-2;  // [-] of the size
-
-/// One word on a motion, and its cause.
-struct Verdict {
-  enum class Word { kGood = 0, kWatch = 1, kOutside = 2 };
-  Word word = Word::kGood;
-  std::string cause;  // empty when good
-};
-
-/// What the ratios of a motion say where no budget is kept: an order of magnitude.
-Verdict judge_ratios(const Plan& plan, double displacement_ratio, double spin_ratio);
-/// What a budget says; the ratios name the cause, and judge where the plan has links whose second order no
-/// rung knows. \param size  [m] max |r|
-Verdict judge_budget(const Plan& plan, const BudgetReading& reading, double size, double displacement_ratio,
-                     double spin_ratio);
+/// Largest estimates that are good, and that are still worth watching (README, "When not to trust it").
+inline constexpr double kGoodElastic = 0.02, kMostElastic = 0.2;            // [-] of what matters
+inline constexpr double kGoodPosition = 1e-3, kMostPosition = 1e-2;         // [-] of the size
+inline constexpr double kGoodDisplacement = 1e-2, kMostDisplacement = 0.1;  // [-] of the size
+inline constexpr double kGoodUnseen =
+    1e-3;  // [-] the same where links have a second order that nothing tells
 
 /// The ratios of status_t for one plan. Allocates nothing after construction.
 class Validity {
@@ -53,6 +35,8 @@ class Validity {
 
 /// numerator / denominator, both >= 0, for ratios of which 0/0 means none; at most 1e9.
 double bounded_ratio(double numerator, double denominator) noexcept;
+/// Lowest elastic frequency that is not zero [rad/s]; 0: none. Of the wide plan too.
+double lowest_omega(const Plan& plan) noexcept;
 /// |v|
 double norm(const Vec3& v) noexcept;
 

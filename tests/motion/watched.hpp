@@ -2,7 +2,7 @@
 #pragma once
 
 #include "core/step/budget.hpp"
-#include "core/validity/validity.hpp"
+#include "core/validity/judgement.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/support/omissions.hpp"
 
@@ -40,13 +40,15 @@ inline Scene watched_truss(Fidelity rung, double horizon, double spin = 0.5) {
   return scene;
 }
 
-inline Verdict verdict_of(const Scene& scene, int ticks) {
+inline std::pair<Verdict, std::string> verdict_of(const Scene& scene, int ticks) {
   Watched watched(scene);
-  const BudgetReading reading = watched.run(ticks);
-  const Validity validity(watched.plan);
-  const double ratio = validity.displacement_ratio(validity.max_displacement(watched.state));
-  std::printf("displacement ratio %.1e, estimate %.1e\n", ratio, reading.total.elastic);
-  return judge_budget(watched.plan, reading, validity.size(), ratio, 0.0);
+  Judgement judgement(watched.plan);
+  judgement.take(watched.state, watched.budget);
+  for (int k = 0; k < ticks; ++k) {
+    watched.run(1);
+    judgement.take(watched.state, watched.budget);
+  }
+  return {judgement.now(), text_of(watched.plan, judgement.now())};
 }
 
 }  // namespace freeflex::testing

@@ -10,6 +10,7 @@
 #include <string>
 
 #include "core/plan/plan_bytes.hpp"
+#include "core/validity/judgement.hpp"
 #include "core/validity/validity.hpp"
 #include "messages/channels.hpp"
 #include "tools/bus/recording.hpp"
@@ -50,8 +51,9 @@ JSON fields:
   output       the file;  ticks, time [s]: how far it went;  complete: whether to the end
   displacement_ratio, spin_ratio
                null when no points are published
-  errors       null without error_budget in the scene, else: age [s], lost, validity (0 good, 1 watch,
-               2 outside), cause, and estimate, integration, truncation, model, each null when lost, else
+  validity     0 good, 1 watch, 2 outside, at the end;  cause: why not good;  error, scale [m]: what the word
+               compares;  worst: validity, tick and cause of the worst since the start
+  errors       null without error_budget in the scene, else: age [s], lost, and estimate, integration, truncation, model, each null when lost, else
                position [m], attitude [rad], elastic
 Exit codes: 0 written, 1 not written or the state stopped being finite, 2 wrong arguments, scene or plan,
 3 --log damaged or incomplete, 130 interrupted: what was done stands in FILE.partial, which replay takes.)";
@@ -97,34 +99,11 @@ std::string ratios_text(const Extremes& extremes) {
                      extremes.spin_ratio());
 }
 
-/// Says so when a run went beyond the method: by its budget where it has one.
-void warn_beyond_limits(const Plan& plan, const Extremes& extremes, const std::optional<Verdict>& by_budget) {
-  if (!extremes.is_known() && !by_budget) return;
-  if (is_coupled(plan) || by_budget || plan.has_spin_load) {
-    const Verdict verdict =
-        by_budget ? *by_budget : judge_ratios(plan, extremes.displacement_ratio(), extremes.spin_ratio());
-    // what integration or truncation ask for stands in the cause
-    const bool is_own = verdict.cause.starts_with("integration") || verdict.cause.starts_with("truncation");
-    if (verdict.word == Verdict::Word::kOutside)
-      print_warning(verdict.cause + ": outside what this rung can answer (README, 'When not to trust it')" +
-                    (is_coupled(plan) || is_own
-                         ? ""
-                         : "; smaller loads, a stiffer structure, a slower spin, or fidelity: coupled"));
-    return;
-  }
-  const char* reference = "outside what the method can answer (README, 'When not to trust it')";
-  if (extremes.displacement_ratio() > kMaxDisplacementRatio) {
-    print_warning(
-        format_text("displacement ratio %.3g is above %g: %s; smaller loads, or a stiffer structure",
-                    extremes.displacement_ratio(), kMaxDisplacementRatio, reference));
-  }
-  if (extremes.spin_ratio() > kMaxSpinRatio) {
-    print_warning(
-        format_text("spin ratio %.3g is above %g: %s; the deformation lacks that of centrifugal forces; the "
-                    "pose stays good "
-                    "for longer; a slower spin, or fidelity: spin-loaded or coupled",
-                    extremes.spin_ratio(), kMaxSpinRatio, reference));
-  }
+/// Says so when a run went beyond the method at any tick.
+void warn_beyond_limits(const Plan& plan, const Verdict& worst) {
+  if (worst.word != Verdict::Word::kOutside) return;
+  print_warning(text_of(plan, worst) +
+                ": outside what this rung can answer (README, 'When not to trust it')");
 }
 
 /// RunOptions that would have no effect or write into each other. Empty: none.
@@ -204,6 +183,7 @@ struct Result {
   std::string error;
   std::int64_t ticks = 0;
   std::optional<BudgetReading> budget = std::nullopt;  // at the end, when the scene asks for one
+  Verdict verdict = {}, worst = {};                    // at the end, and of the epoch that ran last
 };
 
 /// What a record that cannot be fed means.
@@ -221,11 +201,13 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
   Workspace workspace = make_workspace(plan);
   StepReport report;
   Budget budget = make_budget(plan);
+  Judgement judgement(plan);
   std::vector<ForceCommand> commands;
   std::vector<applied_t> ended;
   Progress progress("run");
   output.publish(state, true);
   extremes.take(state);
+  judgement.take(state, budget);
   while (state.tick < last && !output.has_error()) {
     if (is_interrupted()) return {kExitInterrupted, "", state.tick};
     const std::int64_t tick = state.tick;
@@ -234,6 +216,7 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
       while (feed->next_kind(tick) == applied_t::RESET) {
         feed->take_reset();
         reset_state(plan, state);
+        judgement.take(state, budget);
         output.applied_reset(tick);
         output.publish(state, true);
       }
@@ -254,12 +237,15 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
                   "the units of loads, masses and stiffnesses, and take smaller loads",
               tick};
     }
+    judgement.take(state, budget);
     output.applied_step(tick, report, commands);
     output.publish(state, state.tick == last);
     if (state.tick % kLookEvery == 0 || state.tick == last) extremes.take(state);
     progress.update(static_cast<double>(state.tick) / static_cast<double>(last));
   }
   Result result{kExitOk, "", state.tick};
+  result.verdict = judgement.now();
+  result.worst = judgement.worst();
   if (!plan.budget.shadows.empty()) result.budget = read_budget(plan, state, budget);
   return result;
 }
@@ -269,12 +255,23 @@ Json json_of(const ErrorSize& error, bool is_lost) {
   return {{"position", error.position}, {"attitude", error.attitude}, {"elastic", error.elastic}};
 }
 
+/// "good", or the word and why.
+std::string word_text(const Plan& plan, const Verdict& verdict) {
+  const std::string cause = text_of(plan, verdict);
+  return name_of(verdict.word) + (cause.empty() ? "" : ": " + cause);
+}
+
+/// The word at the end of a run, and the worst where that is another.
+void print_word(std::FILE* to, const Plan& plan, const Verdict& verdict, const Verdict& worst) {
+  std::fprintf(to, "word at the end: %s\n", word_text(plan, verdict).c_str());
+  if (worst.word > verdict.word)
+    std::fprintf(to, "the worst, at %.6g s: %s\n", static_cast<double>(worst.tick) * plan.period,
+                 word_text(plan, worst).c_str());
+}
+
 /// The error budget at the end of a run.
-void print_budget(std::FILE* to, const BudgetReading& reading, const Verdict& verdict) {
-  static constexpr std::array kWords{"good", "watch", "outside"};
-  std::fprintf(to, "errors over the last %.3g s: %s%s%s\n", reading.age,
-               kWords[static_cast<std::size_t>(verdict.word)], verdict.cause.empty() ? "" : ", ",
-               verdict.cause.c_str());
+void print_budget(std::FILE* to, const BudgetReading& reading) {
+  std::fprintf(to, "errors over the last %.3g s:\n", reading.age);
   if (reading.is_lost) return;
   const auto row = [to](const char* name, const ErrorSize& error) {
     std::fprintf(to, "  %-12s position %.1e m, attitude %.1e rad, elastic %.1e\n", name, error.position,
@@ -291,17 +288,11 @@ void report(const RunOptions& options, const std::string& file, const Result& re
             const Plan& plan, const Extremes& extremes) {
   const bool is_complete = result.exit_code == kExitOk;
   const double seconds = static_cast<double>(result.ticks) * plan.period;
-  std::optional<Verdict> verdict;
-  if (result.budget)
-    verdict = judge_budget(plan, *result.budget, extremes.size(), extremes.displacement_ratio(),
-                           extremes.spin_ratio());
   if (options.json) {
     Json errors;
     if (result.budget)
       errors = {{"age", result.budget->age},
                 {"lost", result.budget->is_lost},
-                {"validity", static_cast<int>(verdict->word)},
-                {"cause", verdict->cause},
                 {"estimate", json_of(result.budget->total, result.budget->is_lost)},
                 {"integration", json_of(result.budget->integration, result.budget->is_lost)},
                 {"truncation", json_of(result.budget->truncation, result.budget->is_lost)},
@@ -313,17 +304,26 @@ void report(const RunOptions& options, const std::string& file, const Result& re
                 {"complete", is_complete},
                 {"displacement_ratio", known(extremes.displacement_ratio())},
                 {"spin_ratio", known(extremes.spin_ratio())},
+                {"validity", static_cast<int>(result.verdict.word)},
+                {"cause", text_of(plan, result.verdict)},
+                {"error", result.verdict.error},
+                {"scale", result.verdict.scale},
+                {"worst",
+                 {{"validity", static_cast<int>(result.worst.word)},
+                  {"tick", result.worst.tick},
+                  {"cause", text_of(plan, result.worst)}}},
                 {"errors", errors}});
   } else if (is_complete) {
     std::FILE* const to = is_standard_output(options.out) ? stderr : stdout;
     std::fprintf(to, "%s: %s, %.10g s; %s\n", file.c_str(), counted(result.ticks, "tick").c_str(), seconds,
                  ratios_text(extremes).c_str());
-    if (result.budget) print_budget(to, *result.budget, *verdict);
+    print_word(to, plan, result.verdict, result.worst);
+    if (result.budget) print_budget(to, *result.budget);
   } else {
     std::fprintf(stderr, "freeflex: interrupted: %s holds %" PRId64 " of %" PRId64 " ticks; %s\n",
                  file.c_str(), result.ticks, last, ratios_text(extremes).c_str());
   }
-  warn_beyond_limits(plan, extremes, verdict);
+  warn_beyond_limits(plan, result.worst);
 }
 
 int run(const CLI::App& command, const RunOptions& options) {

@@ -180,23 +180,22 @@ void judge_estimate(const Scene& scene, const Structure& structure, const Measur
   Workspace workspace = make_workspace(*plan);
   Budget budget = make_budget(*plan);
   StepReport report;
-  Validity validity(*plan);
-  double V = 0.0, spin = 0.0;
+  Judgement judgement(*plan);
+  judgement.take(state, budget);
   while (static_cast<double>(state.tick) * plan->period < kEnd - 0.5 * plan->period) {
     step(*plan, state, {}, workspace, budget, report);
     if (report.status != StepStatus::kOk) {
       row.error = "the separated rung left the numbers";
       return;
     }
-    V = std::max(V, validity.max_displacement(state));
-    spin = std::max(spin, norm(angular_velocity(*plan, state)));
+    judgement.take(state, budget);
   }
   const BudgetReading reading = read_budget(*plan, state, budget);
   row.is_lost = reading.is_lost;
   row.estimate = reading.total;
   row.truth = true_error(measure, *plan, state, truth);
-  row.verdict = judge_budget(*plan, reading, validity.size(), validity.displacement_ratio(V),
-                             validity.spin_ratio(spin, V));
+  row.verdict = judgement.now();
+  row.cause = text_of(*plan, row.verdict);
 }
 
 EstimateRow study_one(std::uint64_t seed, int number) {

@@ -8,7 +8,7 @@
 
 #include "core/scene/scene.hpp"
 #include "core/step/budget.hpp"
-#include "core/validity/validity.hpp"
+#include "core/validity/judgement.hpp"
 
 namespace freeflex::tools {
 
@@ -24,6 +24,7 @@ struct EstimateRow {
   double stiffness = 0.0, spin = 0.0, force = 0.0;  // [N/m], [rad/s], [N]
   ErrorSize truth, estimate;                        // of the separated rung, from the full system
   Verdict verdict;
+  std::string cause;
   bool is_lost = false;  // the shadow left the numbers: no estimate, the verdict is outside
   // fidelity: auto, asked for `tolerance` of elastic error over the second
   double tolerance = 0.0;

@@ -38,7 +38,7 @@ Json json_of(const std::vector<EstimateRow>& rows) {
                    {"truth", json_of(row.truth)},
                    {"estimate", json_of(row.estimate)},
                    {"validity", kWords[static_cast<std::size_t>(row.verdict.word)]},
-                   {"cause", row.verdict.cause},
+                   {"cause", row.cause},
                    {"lost", row.is_lost},
                    {"tolerance", row.tolerance},
                    {"chosen", row.chosen},

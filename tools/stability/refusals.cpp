@@ -5,7 +5,7 @@
 
 #include "core/plan/automatic.hpp"
 #include "core/structure/structure.hpp"
-#include "core/validity/validity.hpp"
+#include "core/validity/judgement.hpp"
 #include "service/clock.hpp"
 #include "service/io/wire/codec.hpp"
 #include "tools/stability/ride.hpp"
@@ -36,13 +36,10 @@ Outcome verdict_of(const Scene& scene, const char* cause) {
   Ride ride(scene);
   if (!ride.has_plan()) return no_answer(ride.said());
   if (!ride.run(100)) return no_answer("a state is not finite");
-  const Validity validity(ride.plan);
-  const double displacement = validity.max_displacement(ride.state);
-  const Verdict verdict =
-      judge_ratios(ride.plan, validity.displacement_ratio(displacement),
-                   validity.spin_ratio(norm(angular_velocity(ride.plan, ride.state)), displacement));
+  const Verdict verdict = ride.verdict();
   const bool is_outside = verdict.word == Verdict::Word::kOutside;
-  return named((is_outside ? "outside: " : "not outside: ") + verdict.cause, {"outside: ", cause});
+  return named((is_outside ? "outside: " : "not outside: ") + text_of(ride.plan, verdict),
+               {"outside: ", cause});
 }
 
 Outcome too_much_spin() {

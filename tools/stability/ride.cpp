@@ -85,6 +85,8 @@ Ride::Ride(const Scene& scene) {
   plan = std::move(*compiled);
   state = make_state(plan);
   workspace = make_workspace(plan);
+  judgement_.emplace(plan);
+  judgement_->take(state, budget_);
 }
 
 bool Ride::run(std::int64_t ticks, std::span<const ForceCommand> commands) {
@@ -92,6 +94,7 @@ bool Ride::run(std::int64_t ticks, std::span<const ForceCommand> commands) {
   for (std::int64_t k = 0; k < ticks; ++k) {
     step(plan, state, Inputs{k == 0 ? commands : std::span<const ForceCommand>{}}, workspace, report);
     if (report.status != StepStatus::kOk) return false;
+    judgement_->take(state, budget_);
   }
   return true;
 }

@@ -4,6 +4,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -11,6 +12,7 @@
 #include "core/reference/cartesian.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/step.hpp"
+#include "core/validity/judgement.hpp"
 #include "tools/stability/stability.hpp"
 
 namespace freeflex::tools {
@@ -28,6 +30,7 @@ class Ride {
 
   Eigen::Matrix3Xd positions_W() const;      // [m] (3 x N), every point published
   Eigen::Matrix3Xd displacements_B() const;  // [m] (3 x N)
+  const Verdict& verdict() const { return judgement_->now(); }
 
   Plan plan;
   State state;
@@ -38,6 +41,8 @@ class Ride {
   Eigen::Matrix3Xd read_points(Read read) const;
 
   std::string said_;
+  std::optional<Judgement> judgement_;
+  Budget budget_;  // none
   bool has_plan_ = false;
 };
 

@@ -27,11 +27,18 @@ void SceneReader::read_fidelity(const Node* fidelity, const Node* tolerance) {
         "scene: fidelity is auto without a tolerance; add tolerance: {position: [m], attitude: [rad], "
         "elastic: share, horizon: [s]}, with at least one of the first three");
   if (!tolerance) return;
-  if ((!fidelity || word) && !is_auto)
-    report_.error(tolerance->origin,
-                  "scene: tolerance has no effect but with fidelity: auto; add that or leave it out");
-  const Fields fields(report_, *tolerance, "tolerance", {"position", "attitude", "elastic", "horizon"});
+  const Fields fields(report_, *tolerance, "tolerance",
+                      {"displacement", "position", "attitude", "elastic", "horizon"});
   if (!fields.is_mapping()) return;
+  if (fields.find("displacement") != nullptr)
+    fields.read("displacement", {"m", Bound::kPositive}, scene_.tolerance);
+  if ((!fidelity || word) && !is_auto) {
+    for (const char* key : {"position", "attitude", "elastic", "horizon"})
+      if (const Node* node = fields.find(key))
+        report_.error(node->origin, std::string("tolerance: ") + key +
+                                        " has no effect but with fidelity: auto; add that or leave it out");
+    return;
+  }
   AutomaticRung& automatic = scene_.automatic.emplace();
   automatic.origin = tolerance->origin;
   const auto read = [&](const char* key, const char* unit, std::optional<double>& value) {

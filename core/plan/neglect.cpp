@@ -1,0 +1,177 @@
+#include "core/plan/neglect.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+namespace freeflex {
+namespace {
+
+constexpr double kLeastApart = 0.05;  // [-] of omega_l^2: squares of two frequencies, where they divide
+
+constexpr std::array<std::array<int, 2>, 6> kProducts{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+using Products = Eigen::Matrix<double, 1, 6>;
+
+// coefficients of S = w.w 1 - w w^T as those of the products of w
+Products of_spin(const Eigen::Matrix3d& X) {
+  Products row;
+  for (Eigen::Index k = 0; k < 6; ++k) {
+    const auto [a, b] = kProducts[static_cast<std::size_t>(k)];
+    row[k] = a == b ? X.trace() - X(a, a) : -(X(a, b) + X(b, a));
+  }
+  return row;
+}
+
+Eigen::Matrix3d field_of(const Scene& scene, const Structure& structure, Eigen::Index mode) {
+  Eigen::Matrix3d Y = Eigen::Matrix3d::Zero();  // Y_l of X70
+  const Eigen::Matrix3Xd& r = structure.mass_properties.r;
+  for (Eigen::Index i = 0; i < r.cols(); ++i)
+    Y += scene.points[static_cast<std::size_t>(i)].mass * r.col(i) *
+         structure.shapes.block<3, 1>(3 * i, mode).transpose();
+  return 0.5 * (Y + Y.transpose());
+}
+
+// sum m b_l b_u^T over the mass, symmetric part
+Eigen::Matrix3d outer_of(const Scene& scene, const Structure& structure, int l, int u) {
+  Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
+  for (Eigen::Index i = 0; i < structure.mass_properties.r.cols(); ++i) {
+    const double share = scene.points[static_cast<std::size_t>(i)].mass / structure.mass_properties.mass;
+    const Eigen::Vector3d b = structure.shapes.block<3, 1>(3 * i, l),
+                          c = structure.shapes.block<3, 1>(3 * i, u);
+    sum += 0.5 * share * (b * c.transpose() + c * b.transpose());
+  }
+  return sum;
+}
+
+// s_lu = sum m b_l x b_u over the mass, a column a mode u
+Eigen::Matrix3Xd crosses_of(const Scene& scene, const Structure& structure, int l) {
+  const Eigen::Index size = structure.shapes.rows();
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, size);
+  for (Eigen::Index i = 0; i < size; i += 3) {
+    const Eigen::Vector3d b = scene.points[static_cast<std::size_t>(i / 3)].mass /
+                              structure.mass_properties.mass * structure.shapes.block<3, 1>(i, l);
+    rows(0, i + 1) = -b[2], rows(0, i + 2) = b[1];
+    rows(1, i + 2) = -b[0], rows(1, i) = b[2];
+    rows(2, i) = -b[1], rows(2, i + 1) = b[0];
+  }
+  return rows * structure.shapes;
+}
+
+// X141: what the spin does to the stiffness of each pair, per product of w
+class SpinRows {
+ public:
+  SpinRows(const Scene& scene, const Structure& whole, const RungTraits& rung, const Eigen::MatrixXd& rows)
+      : scene_(scene), whole_(whole), rung_(rung) {
+    // internal forces of the static answer to the centrifugal load; on the rung that has it they come with
+    // its loads
+    prestress_ = Eigen::MatrixXd::Zero(rows.rows(), 6);
+    if (rung.takes_spin_load) return;
+    for (Eigen::Index v = 0; v < whole.omega.size(); ++v)
+      if (const double c = whole.mass_properties.mass * whole.omega[v] * whole.omega[v]; c > 0.0)
+        prestress_ += rows.col(v) * of_spin(field_of(scene, whole, v) / c);
+  }
+
+  Products row(Eigen::Index pair, int l, int u) const {
+    Products row = prestress_.row(pair);
+    if (!rung_.couples) row -= whole_.mass_properties.mass * of_spin(outer_of(scene_, whole_, l, u));
+    return row;
+  }
+
+ private:
+  const Scene& scene_;
+  const Structure& whole_;
+  const RungTraits& rung_;
+  Eigen::MatrixXd prestress_;  // (pairs x 6)
+};
+
+// X141: what Coriolis forces do to mode l by way of the modes that are not its partners, per product of w
+struct FarCoriolis {
+  Products shift = Products::Zero();  // [-] -4 (w . s_lu)^2 omega_l^2 / (omega_u^2 - omega_l^2) over w^2
+  Products reach = Products::Zero();  // [s^2] (2 omega_l w . s_lu / (omega_u^2 - omega_l^2))^2 over w^2
+};
+FarCoriolis far_coriolis(const Structure& whole, const Prestress& prestress, int l,
+                         const Eigen::Matrix3Xd& crosses) {
+  FarCoriolis far;
+  const double square = whole.omega[l] * whole.omega[l];
+  for (int u = 0; u < static_cast<int>(whole.omega.size()) && square > 0.0; ++u) {
+    const Prestress::Pair pair{std::min(l, u), std::max(l, u)};
+    if (std::find(prestress.pairs.begin(), prestress.pairs.end(), pair) != prestress.pairs.end()) continue;
+    double apart = whole.omega[u] * whole.omega[u] - square;
+    if (std::abs(apart) < kLeastApart * square) apart = std::copysign(kLeastApart * square, apart);
+    const Eigen::Vector3d s = crosses.col(u);
+    for (Eigen::Index k = 0; k < 6; ++k) {
+      const auto [a, b] = kProducts[static_cast<std::size_t>(k)];
+      const double product = (a == b ? 4.0 : 8.0) * square * s[a] * s[b];
+      far.shift[k] -= product / apart;
+      far.reach[k] += product / (apart * apart);
+    }
+  }
+  return far;
+}
+
+template <typename Row>
+void append(const Row& row, Array& rows) {
+  rows.insert(rows.end(), row.begin(), row.end());
+}
+
+// [-] of the rate: a sine of a higher frequency is not followed from tick to tick
+constexpr double kMostCycles = 0.1;
+
+bool outruns_ticks(const History& history, double rate) {
+  if (const auto* sine = std::get_if<SineHistory>(&history)) return sine->frequency > kMostCycles * rate;
+  const auto* table = std::get_if<TableHistory>(&history);
+  if (table == nullptr) return false;
+  for (std::size_t k = 1; k < table->times.size(); ++k)
+    if ((table->times[k] - table->times[k - 1]) * rate < 1.0 && table->values[k] != table->values[k - 1])
+      return true;
+  return false;
+}
+
+}  // namespace
+
+void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec& spec, Plan& plan) {
+  const RungTraits& rung = traits_of(plan.fidelity);
+  PlanNeglect& neglect = plan.neglect;
+  neglect.is_known = true;
+  neglect.tolerance = scene.tolerance;
+  for (std::size_t k = 0; k < scene.loads.size(); ++k)
+    if (outruns_ticks(scene.loads[k].history, scene.rate))
+      neglect.fast_loads.push_back(static_cast<std::int32_t>(k));
+  neglect.is_rigid = !rung.has_modes && whole.omega.size() > 0;
+  if (!rung.has_modes) return;
+  const Prestress& prestress = whole.prestress;
+  const Eigen::MatrixXd& rows = rung.has_true_geometry ? prestress.bent_rows : prestress.rows;
+  neglect.has_unseen = prestress.has_unseen;
+  neglect.lacks_modes =
+      spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) && scene.leave_out.tolerance > 0.0;
+  std::vector<int> place(static_cast<std::size_t>(whole.omega.size()), -1);
+  for (std::size_t k = 0; k < spec.modes.size(); ++k)
+    place[static_cast<std::size_t>(spec.modes[k])] = static_cast<int>(k);
+  const SpinRows spin(scene, whole, rung, rows);
+  for (std::size_t k = 0; k < prestress.pairs.size(); ++k) {
+    const auto [l, u] = prestress.pairs[k];
+    const int at_l = place[static_cast<std::size_t>(l)], at_u = place[static_cast<std::size_t>(u)];
+    if (at_l < 0 || at_u < 0) continue;
+    neglect.pairs.push_back({at_l, at_u});
+    neglect.num_judged += l == u ? 1 : 0;
+    const auto pair = static_cast<Eigen::Index>(k);
+    append(Eigen::RowVectorXd(rows.row(pair)(spec.modes)), neglect.load_rows);
+    Products products = spin.row(pair, l, u);
+    Eigen::Vector3d s = Eigen::Vector3d::Zero();
+    if (!rung.couples) {
+      const Eigen::Matrix3Xd crosses = crosses_of(scene, whole, l);
+      s = crosses.col(u);
+      if (l == u) {
+        const FarCoriolis far = far_coriolis(whole, prestress, l, crosses);
+        products += whole.mass_properties.mass * far.shift;
+        append(far.reach, neglect.coriolis_reach);
+      }
+    }
+    append(products, neglect.spin_rows);
+    append(s, neglect.coriolis_rows);
+  }
+  if (rung.takes_spin_load || rung.couples) return;
+  for (const int mode : spec.modes) append(of_spin(field_of(scene, whole, mode)), neglect.spin_loads);
+}
+
+}  // namespace freeflex

@@ -1,0 +1,47 @@
+// What the internal forces of a loaded structure add to its stiffness, mode by mode.
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <vector>
+
+#include "core/scene/scene.hpp"
+
+namespace freeflex {
+
+/// Stiffness that internal forces give the lowest modes   (THEORY X140): of the pair (l, u), per elastic
+/// coordinate that strains the links, E_lu = sum_v rows(pair, v) q_v.
+struct Prestress {
+  using Pair = std::array<int, 2>;
+  /// (l, l) of the lowest modes in order, then (l, u) of those whose frequencies are near.
+  std::vector<Pair> pairs;
+  int num_modes = 0;          // of them (l, l)
+  Eigen::MatrixXd rows;       // [N/m^2] (pairs x n) of all links but matrices and rigid ones
+  Eigen::MatrixXd bent_rows;  // [N/m^2] the same without springs, bars and dashpots
+  bool has_unseen = false;    // links whose second order nothing tells: matrices, rigid links
+};
+
+/// Stiffness that the internal forces of one follower load give the lowest modes, at amplitude 1 (THEORY
+/// X145).
+struct FollowerStiffness {
+  int load = -1;              // index into Scene::loads
+  std::vector<int> modes;     // ascending
+  Eigen::MatrixXd rows;       // [N/m] (modes x modes) of all links but matrices and rigid ones
+  Eigen::MatrixXd bent_rows;  // [N/m] the same without springs, bars and dashpots
+};
+
+struct LinkFactor;
+struct Structure;
+/// \pre structure.omega and shapes; factor with its recovery
+Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Structure& structure);
+/// Of every load in local axes.  \pre as above
+std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const LinkFactor& factor,
+                                                       const Structure& structure);
+
+/// The same when the modes from `first` on are replaced by others of their space, b <- b turn.
+void turn_prestress(const Eigen::MatrixXd& turn, int first, Prestress& prestress);
+void turn_follower_stiffness(const Eigen::MatrixXd& turn, int first, FollowerStiffness& stiffness);
+/// What is left of it on some of the modes, ascending; they are numbered anew.
+void reduce_follower_stiffness(const std::vector<int>& kept, FollowerStiffness& stiffness);
+
+}  // namespace freeflex

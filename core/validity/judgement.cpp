@@ -1,0 +1,210 @@
+#include "core/validity/judgement.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <sstream>
+
+#include "core/step/readout.hpp"
+#include "core/step/vector.hpp"
+#include "core/validity/validity.hpp"
+
+namespace freeflex {
+namespace {
+
+// [periods] of the lowest elastic mode in which the peak falls to 1 / e
+constexpr double kFadingPeriods = 30.0;
+// [-] of the size: smaller displacements are judged as if they were so large
+constexpr double kNothing = 1e-9;
+constexpr std::int64_t kLooksInHorizon = 8;
+// [-] size over distance of an attractor: the first term that is left out is as large beside the gradient
+constexpr double kNearAttractor = 0.02;
+
+Verdict::Word grade(double value, double good, double most) {
+  if (value <= good) return Verdict::Word::kGood;
+  return value <= most ? Verdict::Word::kWatch : Verdict::Word::kOutside;
+}
+
+std::string number(double value) {
+  std::ostringstream text;
+  text.precision(2);
+  text << value;
+  return text.str();
+}
+
+}  // namespace
+
+const char* name_of(Verdict::Word word) {
+  static constexpr std::array kNames{"good", "watch", "outside"};
+  return kNames[static_cast<std::size_t>(word)];
+}
+
+Judgement::Judgement(const Plan& plan) : plan_(plan) {
+  errors_.emplace_back(plan);
+  for (const Plan& wide : plan.wide) errors_.emplace_back(wide);
+  for (const PlanPoint& point : plan.points) size_ = std::max(size_, norm(point.r));
+  const double lowest = lowest_omega(plan);
+  if (lowest > 0.0) fade_ = std::exp(-errors_.front().round() * lowest / (2.0 * M_PI * kFadingPeriods));
+  // errors of horizons that are over fade as the slowest mode does
+  const auto end = plan.decay.begin() + plan.num_elastic;
+  const double slowest = plan.num_elastic > 0 ? *std::min_element(plan.decay.begin(), end) : 0.0;
+  beside_fade_ = std::exp(-slowest * plan.budget.horizon);
+  look_every_ = std::max<std::int64_t>(1, plan.budget.horizon_ticks / kLooksInHorizon);
+}
+
+void Judgement::begin(const State& state) noexcept {
+  epoch_ = state.epoch;
+  is_wide_ = false;
+  for (ModalErrors& errors : errors_) errors.clear();
+  peak_ = fall_rate_ = fall_ = attractor_share_ = 0.0;
+  over_ = running_ = {};
+  reading_ = {};
+  now_ = worst_ = {};
+  worst_.tick = state.tick;
+}
+
+void Judgement::take(const State& state, Budget& budget) noexcept {
+  if (state.epoch != epoch_) begin(state);
+  if (state.is_wide && !is_wide_) {
+    errors_.back().join(errors_.front(), plan_.wide_modes);
+    is_wide_ = true;
+  }
+  ModalErrors& errors = errors_[is_wide_ ? 1 : 0];
+  errors.take(state);
+  read_beside(state, budget);
+  fall(state);
+  if (!errors.is_round_over()) return;
+  peak_ = std::max(errors.size().displacement, peak_ * fade_);
+  judge(state);
+  if (now_.word > worst_.word) worst_ = now_;
+}
+
+/// The error budget: horizons that begin anew add up.
+void Judgement::read_beside(const State& state, Budget& budget) noexcept {
+  if (budget.shadows.empty() || budget.tick != state.tick || budget.epoch != state.epoch) return;
+  const std::int64_t age = state.tick - budget.sync_tick;
+  const bool is_over = age >= plan_.budget.horizon_ticks;
+  if (!is_over && age % look_every_ != 0) return;
+  reading_ = read_budget(plan_, state, budget);
+  running_ = {reading_.total.displacement, reading_.total.position};
+  if (!is_over) return;
+  over_.elastic = over_.elastic * beside_fade_ + running_.elastic;
+  over_.position += running_.position;
+  running_ = {};
+}
+
+/// What an attractor's field has beyond its gradient: its part on the centre of mass is at most
+/// 3 mu I / (M rho^4), I the largest moment, and moves it as a force does   (X72).
+void Judgement::fall(const State& state) noexcept {
+  if (plan_.attractor_mu == 0.0) return;
+  const Vec3 rho = sub(state.p_WB, plan_.attractor_W);
+  const double square = dot(rho, rho);
+  const double largest = std::max({plan_.inertia[0], plan_.inertia[4], plan_.inertia[8]});
+  attractor_share_ = size_ / std::sqrt(square);
+  fall_rate_ += 3.0 * plan_.attractor_mu * largest / (plan_.mass * square * square) * plan_.period;
+  fall_ += fall_rate_ * plan_.period;
+}
+
+void Judgement::judge(const State& state) noexcept {
+  using Word = Verdict::Word;
+  using Cause = Verdict::Cause;
+  const ModalErrorSize& own = errors_[is_wide_ ? 1 : 0].size();
+  now_ = {};
+  now_.tick = state.tick;
+  now_.displacement_now = own.displacement;
+  now_.scale = std::max(
+      {plan_.neglect.tolerance > 0.0 ? plan_.neglect.tolerance : peak_, own.displacement, kNothing * size_});
+  const double beside = over_.elastic + running_.elastic;
+  now_.error = std::max(own.seen, beside);
+  now_.unseen = own.unseen;
+  now_.position = over_.position + running_.position;
+  const auto note = [this](Word word, Cause cause) {
+    if (word > now_.word) now_.word = word, now_.cause = cause;
+  };
+  if (reading_.is_lost) note(Word::kOutside, Cause::kLost);
+  Cause cause = Cause::kStiffness;
+  if (beside > own.seen) {
+    const double model = reading_.model.elastic, integration = reading_.integration.elastic,
+                 truncation = reading_.truncation.elastic;
+    cause = integration > std::max(model, truncation) ? Cause::kIntegration
+            : truncation > model                      ? Cause::kTruncation
+                                                      : Cause::kModel;
+  } else if (own.amplitude > 0.7 * own.seen) {
+    cause = Cause::kDeformation;
+  } else if (own.spin > 0.7 * own.seen) {
+    cause = Cause::kSpinLoad;
+  }
+  note(grade(now_.error / now_.scale, kGoodElastic, kMostElastic), cause);
+  if (size_ > 0.0) {
+    note(grade(now_.position / size_, kGoodPosition, kMostPosition), Cause::kPosition);
+    note(grade(own.displacement / size_, kGoodDisplacement, kMostDisplacement), Cause::kSize);
+  }
+  // what cannot be known is at best watch
+  if ((now_.error + now_.unseen) / now_.scale > kGoodElastic) note(Word::kWatch, Cause::kUnseen);
+  if (plan_.neglect.has_unseen && size_ > 0.0 && own.displacement / size_ > kGoodUnseen)
+    note(Word::kWatch, Cause::kUnseen);
+  if (reading_.unresolved > kGoodElastic) note(Word::kWatch, Cause::kUnresolved);
+  if (fall_ > kGoodPosition * size_ || attractor_share_ > kNearAttractor)
+    note(Word::kWatch, Cause::kAttractor);
+  if (!plan_.neglect.fast_loads.empty()) note(Word::kWatch, Cause::kFastLoad);
+  if (plan_.neglect.is_rigid && (!is_zero(state.force_W) || !is_zero(state.H_W)))
+    note(Word::kWatch, Cause::kRigid);
+  if (!plan_.neglect.is_known) note(Word::kWatch, Cause::kUnknown);
+}
+
+std::string text_of(const Plan& plan, const Verdict& verdict) {
+  using Cause = Verdict::Cause;
+  const std::string error = "; elastic error " + number(verdict.error) + " m of " + number(verdict.scale) +
+                            " m, " + number(verdict.displacement_now) + " m at the moment";
+  switch (verdict.cause) {
+    case Cause::kNone:
+      return {};
+    case Cause::kStiffness:
+      return "model: what loads and spin change of the stiffness, and Coriolis forces" + error;
+    case Cause::kSpinLoad:
+      return "model, by spin: the deformation by centrifugal forces is missing" + error;
+    case Cause::kDeformation:
+      return "model, by deformation: second order of the displacements" + error;
+    case Cause::kSize:
+      return "deformation: the displacement " + number(verdict.displacement_now) +
+             " m is not small beside the size of the body";
+    case Cause::kLost:
+      return "the full equations beside it left the numbers; raise the rate, or load less";
+    case Cause::kIntegration:
+      return "integration: raise the rate" + error;
+    case Cause::kUnresolved:
+      return "integration: the rung beside the state does not resolve what vibrates, and may not see an "
+             "error "
+             "by spin; raise the rate";
+    case Cause::kTruncation:
+      return "truncation: modes left out; lower leave_out: tolerance" + error;
+    case Cause::kModel:
+      return "model" + error;
+    case Cause::kPosition:
+      return "position error " + number(verdict.position) + " m, added up over the horizons";
+    case Cause::kUnseen: {
+      const char* const what =
+          plan.neglect.has_unseen ? "the inside of a matrix or rigid link" : "modes left out";
+      return std::string(what) +
+             " may carry forces that change the stiffness, by order of magnitude; elastic "
+             "error up to " +
+             number(verdict.error + verdict.unseen) + " m of " + number(verdict.scale) + " m";
+    }
+    case Cause::kFastLoad: {
+      const auto load = static_cast<std::size_t>(plan.neglect.fast_loads.front());
+      const std::string& name = plan.histories[load].name;
+      return "load " + (name.empty() ? std::to_string(load + 1) : "'" + name + "'") +
+             " changes faster than ticks follow; raise the rate";
+    }
+    case Cause::kAttractor:
+      return "the attractor is near: its field is taken as far as its gradient, and the place may be off by "
+             "more than that tells";
+    case Cause::kRigid:
+      return "model: the rung is rigid, and all that deforms is missing";
+    case Cause::kUnknown:
+      return "the plan file is of an older version, without the tables that judge it; compile the scene "
+             "again";
+  }
+  return {};
+}
+
+}  // namespace freeflex

@@ -1,0 +1,87 @@
+// One word on a motion: from what its rung neglects, over every point and every tick.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/step/budget.hpp"
+#include "core/validity/modal_errors.hpp"
+
+namespace freeflex {
+
+/// How far a motion can be trusted, and what the word goes by   (THEORY X144).
+struct Verdict {
+  enum class Word : std::int32_t { kGood = 0, kWatch = 1, kOutside = 2 };
+  /// What is most in the way of a better word.
+  enum class Cause : std::int32_t {
+    kNone,
+    kStiffness,    // internal forces of loads and spin, and Coriolis forces, change how it vibrates
+    kSpinLoad,     // centrifugal forces deform it
+    kDeformation,  // second order of the displacements
+    kSize,         // displacements beside the size of the body
+    kLost,         // the equations beside it left the numbers
+    kIntegration,
+    kUnresolved,  // the equations beside it do not resolve what vibrates
+    kTruncation,
+    kModel,     // by the equations beside it
+    kPosition,  // of points in space, by the equations beside it
+    kUnseen,    // what nothing tells: the inside of matrices, rigid links, what small modes carried
+    kFastLoad,
+    kAttractor,
+    kRigid,
+    kUnknown,
+  };
+  Word word = Word::kGood;
+  Cause cause = Cause::kNone;
+  std::int64_t tick = 0;
+  // [m] sizes over all points, weighted with their masses
+  double error = 0.0;             // estimate of the elastic displacement's error
+  double unseen = 0.0;            // and what may come to it, by order of magnitude
+  double displacement_now = 0.0;  // of the moment
+  double scale = 0.0;     // what the error is judged against: the tolerance or the fading peak, if larger
+  double position = 0.0;  // [m] error of points in space by the equations beside it, rms; 0: none
+};
+
+/// "good", "watch", "outside".
+const char* name_of(Verdict::Word word);
+/// The cause in words, with the way out; empty when the word is good.
+std::string text_of(const Plan& plan, const Verdict& verdict);
+
+/// Judges one motion from its first tick on. Allocates nothing after construction.
+class Judgement {
+ public:
+  explicit Judgement(const Plan& plan);
+
+  /// The state at the start of an epoch, and after every tick.
+  void take(const State& state, Budget& budget) noexcept;
+  const Verdict& now() const noexcept { return now_; }
+  /// The worst since the epoch began: the first of the worst word.
+  const Verdict& worst() const noexcept { return worst_; }
+  double size() const noexcept { return size_; }  // [m] max |r|
+
+ private:
+  struct Beside {
+    double elastic = 0.0, position = 0.0;  // [m] of horizons that are over, and of the one that runs
+  };
+  void begin(const State& state) noexcept;
+  void read_beside(const State& state, Budget& budget) noexcept;
+  void fall(const State& state) noexcept;
+  void judge(const State& state) noexcept;
+
+  const Plan& plan_;
+  std::vector<ModalErrors> errors_;  // of the plan, of its wide one
+  bool is_wide_ = false;
+  std::int64_t epoch_ = -1, look_every_ = 1;
+  double size_ = 0.0;
+  double peak_ = 0.0;                      // [m] of the displacement, fading
+  double fade_ = 1.0, beside_fade_ = 1.0;  // over a round, over a horizon
+  Beside over_, running_;
+  BudgetReading reading_;
+  double fall_rate_ = 0.0,
+         fall_ = 0.0;             // [m/s], [m] place by what an attractor's field has beyond its gradient
+  double attractor_share_ = 0.0;  // [-] size over distance
+  Verdict now_, worst_;
+};
+
+}  // namespace freeflex

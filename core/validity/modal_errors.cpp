@@ -1,0 +1,215 @@
+#include "core/validity/modal_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/step/readout.hpp"
+#include "core/step/vector.hpp"
+#include "core/validity/validity.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr std::size_t kMostProducts = 4096;  // of a tick
+
+// Stiffness that spin and loads can add where nothing tells how links carry them, in units of w^2 and of the
+// acceleration over the size. A free beam has 3.05 and 3.0 in its lowest mode.
+constexpr double kUnseenSpin = 4.0, kUnseenLoad = 4.0;
+
+double square(double x) { return x * x; }
+
+}  // namespace
+
+ModalErrors::ModalErrors(const Plan& plan) : plan_(plan) {
+  const auto n = static_cast<std::size_t>(plan.num_elastic);
+  const auto num_judged = static_cast<std::size_t>(plan.neglect.num_judged);
+  modes_.resize(num_judged);
+  swing_.resize(num_judged);
+  flexibility_.resize(n);
+  still_.resize(n);
+  second_.resize(n);
+  num_chunks_ = static_cast<std::int64_t>(
+      std::clamp((plan.neglect.pairs.size() * n + kMostProducts - 1) / kMostProducts, std::size_t{1},
+                 std::max<std::size_t>(1, num_judged)));
+  round_ = static_cast<double>(num_chunks_) * plan.period;
+  for (std::size_t l = 0; l < n; ++l) {
+    if (plan.omega[l] == 0.0) continue;
+    flexibility_[l] = 1.0 / (plan.mass * square(plan.omega[l]));
+    if (omega_1_ == 0.0 || plan.omega[l] < omega_1_) omega_1_ = plan.omega[l];
+  }
+  for (const PlanPoint& point : plan.points) size_of_body_ = std::max(size_of_body_, norm(point.r));
+  const std::size_t num_pairs = plan.neglect.pairs.size();
+  for (std::size_t l = 0; l < num_judged; ++l) {
+    const auto mode = static_cast<std::size_t>(plan.neglect.pairs[l][0]);
+    const double omega = plan.omega[mode], decay = plan.decay[mode];
+    const double turn = std::sqrt(std::max(0.0, square(omega) - square(decay))) * round_;
+    modes_[l].turn = std::polar(std::exp(-decay * round_), -turn);
+    first_pair_.push_back(by_mode_.size());
+    for (std::size_t pair = num_judged; pair < num_pairs; ++pair)
+      if (plan.neglect.pairs[pair][0] == plan.neglect.pairs[l][0]) by_mode_.push_back(pair);
+  }
+  first_pair_.push_back(by_mode_.size());
+}
+
+void ModalErrors::clear() noexcept {
+  for (Mode& mode : modes_) mode.ring = 0.0, mode.most = mode.still = mode.spread = mode.unseen = 0.0;
+  std::fill(second_.begin(), second_.end(), 0.0);
+  std::fill(swing_.begin(), swing_.end(), std::complex<double>{});
+  rest_ = fastest_ = 0.0;
+  chunk_ = 0;
+  size_ = {};
+}
+
+void ModalErrors::join(const ModalErrors& other, const std::vector<std::int32_t>& modes) noexcept {
+  clear();
+  for (std::size_t k = 0; k < other.modes_.size(); ++k) {
+    const std::int32_t mode = modes[static_cast<std::size_t>(other.plan_.neglect.pairs[k][0])];
+    for (std::size_t l = 0; l < modes_.size(); ++l) {
+      if (plan_.neglect.pairs[l][0] != mode) continue;
+      const std::complex<double> turn = modes_[l].turn;
+      modes_[l] = other.modes_[k];
+      modes_[l].turn = turn;
+    }
+  }
+  rest_ = other.rest_;
+  size_ = other.size_;
+}
+
+void ModalErrors::take(const MotionState& state) noexcept {
+  const std::size_t n = flexibility_.size(), num_judged = modes_.size();
+  if (n == 0) return;
+  if (chunk_ == 0) {
+    w_ = angular_velocity(plan_, state);
+    products_ = {w_[0] * w_[0], w_[1] * w_[1], w_[2] * w_[2], w_[0] * w_[1], w_[0] * w_[2], w_[1] * w_[2]};
+    double loads = 0.0;
+    for (std::size_t l = 0; l < n; ++l) {
+      still_[l] = state.Q[l] * flexibility_[l];
+      loads += square(state.Q[l]);
+    }
+    const double acceleration = std::sqrt(loads / static_cast<double>(plan_.points.size())) / plan_.mass +
+                                norm(state.force_W) / plan_.mass;
+    const bool hides = plan_.neglect.has_unseen || plan_.neglect.lacks_modes;
+    unseen_share_ = hides ? kUnseenSpin * dot(w_, w_) + kUnseenLoad * acceleration / size_of_body_ : 0.0;
+  }
+  const std::size_t chunks = static_cast<std::size_t>(num_chunks_), chunk = static_cast<std::size_t>(chunk_);
+  for (std::size_t l = chunk * num_judged / chunks; l < (chunk + 1) * num_judged / chunks; ++l)
+    look_at(l, state);
+  chunk_ = (chunk_ + 1) % num_chunks_;
+  if (chunk_ == 0) finish_round(state);
+}
+
+/// E of X140 and X141.
+double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
+  const std::size_t n = flexibility_.size();
+  const double* const row = plan_.neglect.load_rows.data() + pair * n;
+  double sum = 0.0;
+  for (std::size_t u = 0; u < n; ++u) sum += row[u] * still_[u];
+  for (std::size_t k = 0; k < 6; ++k) sum += plan_.neglect.spin_rows[6 * pair + k] * products_[k];
+  return sum;
+}
+
+void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
+  const PlanNeglect& neglect = plan_.neglect;
+  Mode& mode = modes_[l];
+  const auto at = static_cast<std::size_t>(neglect.pairs[l][0]);
+  const double omega = plan_.omega[at], stiffness = stiffness_of(l);
+  // X143: what the mode's displacement does to the others at second order
+  const double* const row = neglect.load_rows.data() + l * flexibility_.size();
+  for (std::size_t u = 0; u < second_.size(); ++u) second_[u] += row[u] * square(state.q[at]);
+  if (omega == 0.0) return look_at_mechanism(l, stiffness, state);
+
+  const std::complex<double> i(0.0, 1.0);
+  swing_[l] = {state.q[at] - still_[at], state.q_dot[at] / omega};
+  const double share = stiffness * flexibility_[at];
+  std::complex<double> gain = -0.5 * i * omega * share * swing_[l];
+  for (std::size_t k = first_pair_[l]; k < first_pair_[l + 1]; ++k) {
+    const std::size_t pair = by_mode_[k];
+    for (std::size_t u = 0; u < modes_.size(); ++u) {
+      if (neglect.pairs[u][0] != neglect.pairs[pair][1]) continue;
+      const double coupling = 0.5 * stiffness_of(pair) / plan_.mass;
+      const double coriolis = neglect.coriolis_rows[3 * pair] * w_[0] +
+                              neglect.coriolis_rows[3 * pair + 1] * w_[1] +
+                              neglect.coriolis_rows[3 * pair + 2] * w_[2];
+      gain += (-i * coupling / omega - coriolis) * swing_[u];
+      modes_[u].ring +=
+          round_ * (-i * coupling / plan_.omega[static_cast<std::size_t>(neglect.pairs[u][0])] + coriolis) *
+          swing_[l];
+    }
+  }
+  double still = -share * still_[at];
+  for (std::size_t k = 0; k < 6 && !neglect.spin_loads.empty(); ++k)
+    still += neglect.spin_loads[6 * at + k] * products_[k] * flexibility_[at];
+  mode.ring = (mode.ring + round_ * gain) * mode.turn - (still - mode.still);
+  mode.still = still;
+  // no motion of the mode's amplitude can be off by more than twice that
+  mode.most =
+      std::max(std::abs(swing_[l]) + std::abs(still_[at]) + std::abs(still), mode.most * std::abs(mode.turn));
+  if (const double size = std::abs(mode.ring); size > 2.0 * mode.most) mode.ring *= 2.0 * mode.most / size;
+  // shapes change with the stiffness, and Coriolis forces make the others swing along
+  double reach = 0.0;
+  for (std::size_t k = 0; k < 6 && !neglect.coriolis_reach.empty(); ++k)
+    reach += neglect.coriolis_reach[6 * l + k] * products_[k];
+  mode.spread = std::abs(share) * (std::abs(swing_[l]) + std::abs(still_[at])) +
+                std::sqrt(2.0 * std::max(0.0, reach)) * std::abs(swing_[l]);
+  fastest_ = std::max(fastest_, 0.5 * omega * std::abs(share));
+  const double unseen = unseen_share_ / (omega_1_ * omega);
+  mode.unseen =
+      std::min(2.0 * mode.most,
+               (mode.unseen + 0.5 * omega * unseen * round_ * std::abs(swing_[l])) * std::abs(mode.turn));
+}
+
+/// A mode without stiffness has what prestress gives it alone: error and its rate stand in `ring`.
+void ModalErrors::look_at_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept {
+  Mode& mode = modes_[l];
+  const auto at = static_cast<std::size_t>(plan_.neglect.pairs[l][0]);
+  double force = -stiffness * state.q[at];
+  for (std::size_t k = 0; k < 6 && !plan_.neglect.spin_loads.empty(); ++k)
+    force += plan_.neglect.spin_loads[6 * at + k] * products_[k];
+  const double rate = mode.ring.imag() + force / plan_.mass * round_;
+  mode.most = std::max(mode.most, std::abs(state.q[at]));
+  mode.ring = {std::clamp(mode.ring.real() + rate * round_, -2.0 * size_of_body_, 2.0 * size_of_body_), rate};
+}
+
+void ModalErrors::finish_round(const MotionState& state) noexcept {
+  const std::size_t n = flexibility_.size();
+  double all = 0.0, judged_swing = 0.0, seen = 0.0, amplitude = 0.0, spin = 0.0, hidden = 0.0, swing = 0.0,
+         spread = 0.0, slowest = 0.0;
+  for (std::size_t u = 0; u < n; ++u) {
+    all += square(state.q[u]);
+    amplitude += square(0.5 * second_[u] * flexibility_[u]);
+    double still = 0.0;
+    for (std::size_t k = 0; k < 6 && !plan_.neglect.spin_loads.empty(); ++k)
+      still += plan_.neglect.spin_loads[6 * u + k] * products_[k] * flexibility_[u];
+    spin += square(still);
+    if (flexibility_[u] > 0.0)
+      swing += square(state.q[u] - still_[u]) + square(state.q_dot[u] / plan_.omega[u]);
+    if (slowest == 0.0 || plan_.decay[u] < slowest) slowest = plan_.decay[u];
+    second_[u] = 0.0;
+  }
+  double judged_spin = 0.0;
+  for (std::size_t l = 0; l < modes_.size(); ++l) {
+    const Mode& mode = modes_[l];
+    const auto at = static_cast<std::size_t>(plan_.neglect.pairs[l][0]);
+    const bool is_mechanism = plan_.omega[at] == 0.0;
+    seen += is_mechanism ? square(mode.ring.real()) : std::norm(mode.ring + mode.still);
+    judged_swing += std::norm(swing_[l]);
+    spread += square(mode.spread);
+    hidden += square(mode.unseen);
+    if (!is_mechanism) hidden += square(unseen_share_ / (omega_1_ * plan_.omega[at]) * still_[at]);
+    double still = 0.0;
+    for (std::size_t k = 0; k < 6 && !plan_.neglect.spin_loads.empty(); ++k)
+      still += plan_.neglect.spin_loads[6 * at + k] * products_[k] * flexibility_[at];
+    judged_spin += square(still);
+  }
+  const double other_swing = std::sqrt(std::max(0.0, swing - judged_swing));
+  rest_ =
+      std::min(2.0 * other_swing, (rest_ + fastest_ * round_ * other_swing) * std::exp(-slowest * round_));
+  fastest_ = 0.0;
+  size_.displacement = std::sqrt(all);
+  size_.amplitude = std::sqrt(amplitude);
+  size_.spin = std::sqrt(spin);
+  size_.seen = std::sqrt(seen + spread + amplitude + square(rest_) + std::max(0.0, spin - judged_spin));
+  size_.unseen = std::sqrt(hidden);
+}
+
+}  // namespace freeflex

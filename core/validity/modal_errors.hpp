@@ -1,0 +1,72 @@
+// The error of the elastic motion by what a plan's rung neglects, mode by mode.
+#pragma once
+
+#include <complex>
+#include <vector>
+
+#include "core/step/state.hpp"
+
+namespace freeflex {
+
+/// Sizes over all points, weighted with their masses: |V|^2 = sum m V.V / M = sum q_l^2 [m].
+struct ModalErrorSize {
+  double displacement = 0.0;  // [m] |V|
+  double seen = 0.0;          // [m] error by what is known of the links: estimate
+  double unseen = 0.0;     // [m] error that links, modes or loads could hide: a bound by order of magnitude
+  double amplitude = 0.0;  // [m] of `seen`, by second order of the displacements alone
+  double spin = 0.0;       // [m] of `seen`, the displacement by centrifugal forces that the rung leaves out
+};
+
+/// Ringing errors that grow while modes ring, static ones, those of second order   (THEORY X142, X143).
+/// Each mode is looked at every so many ticks, in turn: no tick costs more than some 5000 multiplications.
+/// Allocates nothing after construction.
+class ModalErrors {
+ public:
+  explicit ModalErrors(const Plan& plan);
+
+  /// The state after a tick of this plan, ticks in order.
+  void take(const MotionState& state) noexcept;
+  /// True after the tick at which every mode was looked at once more; then size() is new.
+  bool is_round_over() const noexcept { return chunk_ == 0; }
+  double round() const noexcept { return round_; }  // [s] between two looks at a mode
+  const ModalErrorSize& size() const noexcept { return size_; }
+
+  void clear() noexcept;
+  /// Goes on where another left off.  \param modes  of this plan, by those of the other
+  void join(const ModalErrors& other, const std::vector<std::int32_t>& modes) noexcept;
+
+ private:
+  struct Mode {
+    std::complex<double> ring;  // [m] error of the ringing: amplitude and phase, q + i q' / omega
+    double most = 0.0;          // [m] largest amplitude of the mode itself, fading with its decay
+    double still = 0.0;         // [m] error of the static part
+    double spread = 0.0;        // [m] bound on what of the ringing and the static part other modes take
+    double unseen = 0.0;        // [m] bound on the ringing's error by what is not known
+    std::complex<double> turn;  // of free motion over a round, with its decay
+  };
+  void look_at(std::size_t l, const MotionState& state) noexcept;
+  void look_at_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept;
+  double stiffness_of(std::size_t pair) const noexcept;
+  void finish_round(const MotionState& state) noexcept;
+
+  const Plan& plan_;
+  std::int64_t num_chunks_ = 1, chunk_ = 0;
+  double round_ = 0.0;    // [s]
+  double omega_1_ = 0.0;  // [rad/s] lowest that is not zero; 0: none
+  double size_of_body_ = 0.0;
+  std::vector<Mode> modes_;              // judged ones
+  std::vector<std::size_t> first_pair_;  // (judged + 1) pairs (l, u) of mode l, u > l, in by_mode_
+  std::vector<std::size_t> by_mode_;
+  std::vector<double> flexibility_;          // [m/N] 1 / (M omega^2), 0 of mechanisms
+  std::vector<double> still_;                // [m] static answer to the loads that the rung has
+  std::vector<double> second_;               // [N] generalized forces of second order
+  std::vector<std::complex<double>> swing_;  // [m] ringing of the judged modes, as `ring`
+  std::array<double, 6> products_{};         // [1/s^2] of the spin
+  Vec3 w_{};                                 // [rad/s]
+  double unseen_share_ = 0.0;                // [1/s^2] of omega_1 omega_l: stiffness that could be there
+  double fastest_ = 0.0;                     // [1/s] phase error of any judged mode
+  double rest_ = 0.0;                        // [m] ringing error of all other modes
+  ModalErrorSize size_;
+};
+
+}  // namespace freeflex
