@@ -13,8 +13,8 @@ namespace {
 
 // [periods] of the lowest elastic mode in which the peak falls to 1 / e
 constexpr double kFadingPeriods = 30.0;
-// [-] of the size: smaller displacements are judged as if they were so large
-constexpr double kNothing = 1e-9;
+// [-] of the size: displacements below that are rounding, and judged as if they were so large
+constexpr double kNothing = 1e-12;
 constexpr std::int64_t kLooksInHorizon = 8;
 // [-] size over distance of an attractor: the first term that is left out is as large beside the gradient
 constexpr double kNearAttractor = 0.02;
@@ -111,8 +111,8 @@ void Judgement::judge(const State& state) noexcept {
   now_ = {};
   now_.tick = state.tick;
   now_.displacement_now = own.displacement;
-  now_.scale = std::max(
-      {plan_.neglect.tolerance > 0.0 ? plan_.neglect.tolerance : peak_, own.displacement, kNothing * size_});
+  const double matters = plan_.neglect.tolerance > 0.0 ? plan_.neglect.tolerance : peak_;
+  now_.scale = std::max({matters, own.displacement, kNothing * size_});
   const double beside = over_.elastic + running_.elastic;
   now_.error = std::max(own.seen, beside);
   now_.unseen = own.unseen;

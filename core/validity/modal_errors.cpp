@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/step/history.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 #include "core/validity/validity.hpp"
@@ -37,6 +38,8 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan) {
     flexibility_[l] = 1.0 / (plan.mass * square(plan.omega[l]));
     if (omega_1_ == 0.0 || plan.omega[l] < omega_1_) omega_1_ = plan.omega[l];
   }
+  for (const PlanHistory& history : plan.histories)
+    if (!history.stiffening.modes.empty()) followers_.push_back({&history, 0.0});
   for (const PlanPoint& point : plan.points) size_of_body_ = std::max(size_of_body_, norm(point.r));
   const std::size_t num_pairs = plan.neglect.pairs.size();
   for (std::size_t l = 0; l < num_judged; ++l) {
@@ -88,6 +91,10 @@ void ModalErrors::take(const MotionState& state) noexcept {
     }
     const double acceleration = std::sqrt(loads / static_cast<double>(plan_.points.size())) / plan_.mass +
                                 norm(state.force_W) / plan_.mass;
+    // before the first step no load stands in Q
+    const std::int64_t age = state.tick - state.epoch_start_tick;
+    for (Follower& follower : followers_)
+      follower.amplitude = age == 0 ? 0.0 : amplitude_left(*follower.history, plan_.period, age);
     const bool hides = plan_.neglect.has_unseen || plan_.neglect.lacks_modes;
     unseen_share_ = hides ? kUnseenSpin * dot(w_, w_) + kUnseenLoad * acceleration / size_of_body_ : 0.0;
   }
@@ -101,10 +108,21 @@ void ModalErrors::take(const MotionState& state) noexcept {
 /// E of X140 and X141.
 double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   const std::size_t n = flexibility_.size();
-  const double* const row = plan_.neglect.load_rows.data() + pair * n;
+  const double* const load_row = plan_.neglect.load_rows.data() + pair * n;
   double sum = 0.0;
-  for (std::size_t u = 0; u < n; ++u) sum += row[u] * still_[u];
+  for (std::size_t u = 0; u < n; ++u) sum += load_row[u] * still_[u];
   for (std::size_t k = 0; k < 6; ++k) sum += plan_.neglect.spin_rows[6 * pair + k] * products_[k];
+  // what followers add stands in the plan
+  const auto [l, u] = plan_.neglect.pairs[pair];
+  for (const Follower& follower : followers_) {
+    const std::vector<std::int32_t>& modes = follower.history->stiffening.modes;
+    const auto at_l = std::lower_bound(modes.begin(), modes.end(), l),
+               at_u = std::lower_bound(modes.begin(), modes.end(), u);
+    if (at_l == modes.end() || *at_l != l || at_u == modes.end() || *at_u != u) continue;
+    const auto row = static_cast<std::size_t>(at_l - modes.begin()),
+               column = static_cast<std::size_t>(at_u - modes.begin());
+    sum -= follower.amplitude * follower.history->stiffening.rows[row * modes.size() + column];
+  }
   return sum;
 }
 

@@ -44,6 +44,10 @@ class ModalErrors {
     double unseen = 0.0;        // [m] bound on the ringing's error by what is not known
     std::complex<double> turn;  // of free motion over a round, with its decay
   };
+  struct Follower {
+    const PlanHistory* history;
+    double amplitude;  // of the round
+  };
   void look_at(std::size_t l, const MotionState& state) noexcept;
   void look_at_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept;
   double stiffness_of(std::size_t pair) const noexcept;
@@ -61,11 +65,12 @@ class ModalErrors {
   std::vector<double> still_;                // [m] static answer to the loads that the rung has
   std::vector<double> second_;               // [N] generalized forces of second order
   std::vector<std::complex<double>> swing_;  // [m] ringing of the judged modes, as `ring`
-  std::array<double, 6> products_{};         // [1/s^2] of the spin
-  Vec3 w_{};                                 // [rad/s]
-  double unseen_share_ = 0.0;                // [1/s^2] of omega_1 omega_l: stiffness that could be there
-  double fastest_ = 0.0;                     // [1/s] phase error of any judged mode
-  double rest_ = 0.0;                        // [m] ringing error of all other modes
+  std::vector<Follower> followers_;
+  std::array<double, 6> products_{};  // [1/s^2] of the spin
+  Vec3 w_{};                          // [rad/s]
+  double unseen_share_ = 0.0;         // [1/s^2] of omega_1 omega_l: stiffness that could be there
+  double fastest_ = 0.0;              // [1/s] phase error of any judged mode
+  double rest_ = 0.0;                 // [m] ringing error of all other modes
   ModalErrorSize size_;
 };
 
