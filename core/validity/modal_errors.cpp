@@ -17,6 +17,9 @@ constexpr std::size_t kMostProducts = 4096;  // of a tick
 // acceleration over the size. A free beam has 3.05 and 3.0 in its lowest mode.
 constexpr double kUnseenSpin = 4.0, kUnseenLoad = 4.0;
 
+// of the stiffness by followers that the plan is taken to have: the rest counts as neglected
+constexpr double kFollowerShare = 0.9;
+
 double square(double x) { return x * x; }
 
 }  // namespace
@@ -112,7 +115,7 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   double sum = 0.0;
   for (std::size_t u = 0; u < n; ++u) sum += load_row[u] * still_[u];
   for (std::size_t k = 0; k < 6; ++k) sum += plan_.neglect.spin_rows[6 * pair + k] * products_[k];
-  // what followers add stands in the plan
+  // what followers add stands in the plan, to first order and of the lowest modes
   const auto [l, u] = plan_.neglect.pairs[pair];
   for (const Follower& follower : followers_) {
     const std::vector<std::int32_t>& modes = follower.history->stiffening.modes;
@@ -121,7 +124,8 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
     if (at_l == modes.end() || *at_l != l || at_u == modes.end() || *at_u != u) continue;
     const auto row = static_cast<std::size_t>(at_l - modes.begin()),
                column = static_cast<std::size_t>(at_u - modes.begin());
-    sum -= follower.amplitude * follower.history->stiffening.rows[row * modes.size() + column];
+    sum -=
+        kFollowerShare * follower.amplitude * follower.history->stiffening.rows[row * modes.size() + column];
   }
   return sum;
 }
