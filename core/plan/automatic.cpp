@@ -9,6 +9,7 @@
 #include "core/plan/rates.hpp"
 #include "core/scene/faults.hpp"
 #include "core/step/budget.hpp"
+#include "core/validity/judgement.hpp"
 
 namespace freeflex {
 namespace {
@@ -23,7 +24,8 @@ bool is_within(double error, const std::optional<double>& tolerance) {
 // the plan of a rung with the best rung beside it; nullopt on an error
 std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, Fidelity rung,
                                 Faults& faults) {
-  const PlanSpec spec = unpublished_spec(scene, structure, rung, 1);
+  PlanSpec spec = unpublished_spec(scene, structure, rung, 1);
+  spec.is_judged = true;
   Faults own;  // warnings are said of the rung that is taken
   std::optional<Plan> plan = compile(scene, structure, spec, own);
   if (plan) check_motion(scene, structure, *plan, own);
@@ -39,7 +41,9 @@ std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, 
   return plan;
 }
 
-PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
+/// \param why_outside  what the word on it says where that is outside
+PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung, std::string& why_outside,
+                  Faults& faults) {
   PlanRung result;
   result.rung = rung;
   const std::optional<Plan> plan = plan_to_try(scene, structure, rung, faults);
@@ -47,11 +51,14 @@ PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung,
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
   Budget budget = make_budget(*plan);
+  Judgement judgement(*plan);
+  judgement.take(state, budget);
   StepReport report;
   const std::int64_t ticks = std::max<std::int64_t>(1, std::llround(scene.automatic->horizon / plan->period));
   for (std::int64_t k = 1, sample = 1; k <= ticks; ++k) {
     step(*plan, state, {}, workspace, budget, report);
     if (report.status != StepStatus::kOk || budget.is_lost) return result;
+    judgement.take(state, budget);
     if (k * kRungSamples < sample * ticks) continue;
     ++sample;
     const ErrorSize error = read_budget(*plan, state, budget).total;
@@ -61,18 +68,22 @@ PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung,
   }
   result.is_finite = std::isfinite(result.position) && std::isfinite(result.elastic);
   const AutomaticRung& asked = *scene.automatic;
-  result.meets = result.is_finite && is_within(result.position, asked.position) &&
+  const Verdict& worst = judgement.worst();
+  if (worst.word == Verdict::Word::kOutside) why_outside = text_of(*plan, worst);
+  result.meets = result.is_finite && why_outside.empty() && is_within(result.position, asked.position) &&
                  is_within(result.attitude, asked.attitude) && is_within(result.elastic, asked.elastic);
   return result;
 }
 
-std::string describe(const std::vector<PlanRung>& tried) {
+std::string describe(const std::vector<PlanRung>& tried, const std::vector<std::string>& whys_outside) {
   std::string text;
-  for (const PlanRung& each : tried) {
+  for (std::size_t k = 0; k < tried.size(); ++k) {
+    const PlanRung& each = tried[k];
     text += (text.empty() ? "" : ", ") + std::string(name_of(each.rung));
     text += each.is_finite
                 ? join_text(" ", each.position, " m, ", each.attitude, " rad, elastic ", each.elastic)
                 : std::string(" leaves the numbers");
+    if (!whys_outside[k].empty()) text += " (outside by " + whys_outside[k] + ")";
   }
   return text;
 }
@@ -100,16 +111,17 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
                         " s or less, or name a rung in place of auto"));
     return std::nullopt;
   }
+  std::vector<std::string> whys_outside;
   for (const RungTraits& each : kRungs) {
     if (!each.is_tried) continue;
-    tried.push_back(try_rung(scene, structure, each.rung, faults));
+    tried.push_back(try_rung(scene, structure, each.rung, whys_outside.emplace_back(), faults));
     if (has_error(faults)) return std::nullopt;
     if (tried.back().meets) return each.rung;
   }
   add_error(
       faults, scene.automatic->origin,
       join_text("fidelity: no rung meets the tolerance over ", scene.automatic->horizon,
-                " s: ", describe(tried),
+                " s: ", describe(tried, whys_outside),
                 "; allow more, take a shorter horizon, raise the rate, load less, or take fidelity: full"));
   return std::nullopt;
 }

@@ -47,7 +47,7 @@ forbid_symbols "$step" 'sin|cos|tan|exp|log|pow|cbrt|hypot|fma|sincos|asin|acos|
 
 # arrows go downwards only
 above='reference'
-for folder in validity paper plan structure scene; do
+for folder in paper plan validity structure scene; do
   forbid_includes core/$folder "core/($above)/|cvode/|arkode/|sundials/|nvector/"
   above+="|$folder"
 done

@@ -1,0 +1,220 @@
+// The word on a motion: never good where it is wrong, and not outside where nothing is.
+#include <gtest/gtest.h>
+
+#include <cmath>
+#include <cstdio>
+
+#include "core/plan/make_plan.hpp"
+#include "core/validity/judgement.hpp"
+#include "tests/motion/rung_cases.hpp"
+#include "tests/motion/watched.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Word = Verdict::Word;
+
+struct Judged {
+  Verdict now, worst;
+  std::string text;
+};
+Judged judged(const Scene& scene, double end) {
+  Watched watched(scene);
+  Judgement judgement(watched.plan);
+  judgement.take(watched.state, watched.budget);
+  for (std::int64_t k = 0; k < std::llround(end / watched.plan.period); ++k) {
+    watched.run(1);
+    judgement.take(watched.state, watched.budget);
+  }
+  return {judgement.now(), judgement.worst(), text_of(watched.plan, judgement.now())};
+}
+
+// 11 points of 1 kg and ten equal beams of 1 m along x: the lowest bending is at 8.785 rad/s, EI / L^2 is 22
+// N
+constexpr double kLowest = 8.785, kThrust = 22.0;
+Scene free_beam(Fidelity rung) {
+  Scene scene;
+  for (int k = 0; k <= 10; ++k)
+    scene.points.push_back({"p" + std::to_string(k), 1.0, {1.0 * k, 0.0, 0.0}, {}});
+  for (int k = 0; k < 10; ++k) {
+    Link link;
+    link.name = "b" + std::to_string(k);
+    link.points = {k, k + 1};
+    link.kind =
+        Beam{.EA = 1e7, .GJ = 2000.0, .EI_y = 2200.0, .EI_z = 2200.0, .y_axis = Eigen::Vector3d::UnitY()};
+    scene.links.push_back(link);
+  }
+  scene.fidelity = rung;
+  scene.rate = 500.0;
+  scene.initial.modes = {{1, 1e-3, 0.0}, {2, 1e-3, 0.0}};
+  return scene;
+}
+
+constexpr Fidelity kBending[] = {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled,
+                                 Fidelity::kExactBars, Fidelity::kFull};
+
+// Out of the plane of spin the frequency rises by 1.17 at 0.34 of omega_1: out of phase within a period or
+// two.
+TEST(Word, OnASpinningBeamIsNoneOfGoodOnAnyRung) {
+  for (const Fidelity rung : kBending)
+    for (const double spin : {0.06, 0.11, 0.34}) {
+      Scene scene = free_beam(rung);
+      scene.initial.angular_velocity = {0.0, 0.0, spin * kLowest};
+      EXPECT_NE(judged(scene, 4.0).now.word, Word::kGood) << name_of(rung) << " " << spin;
+    }
+}
+
+// At 0.02 the share is 3.05 * 0.02^2 = 1.2e-3: after a second 8.785 * 1.2e-3 / 2 = 0.5 % out of phase.
+TEST(Word, OnASlowlySpinningBeamIsGoodWhereTheErrorIsSmall) {
+  for (const Fidelity rung : kBending) {
+    Scene scene = free_beam(rung);
+    scene.initial.angular_velocity = {0.0, 0.0, 0.02 * kLowest};
+    const Judged motion = judged(scene, 1.0);
+    std::printf("%-11s %s, %.2f %% of the scale\n", name_of(rung), name_of(motion.now.word),
+                100.0 * motion.now.error / motion.now.scale);
+    if (rung == Fidelity::kSeparated)
+      continue;  // its centrifugal stretch and Coriolis forces are missing too
+    EXPECT_EQ(motion.now.word, Word::kGood) << name_of(rung) << " " << motion.text;
+    EXPECT_NEAR(motion.now.error / motion.now.scale, 0.005, 0.003) << name_of(rung);
+  }
+}
+
+TEST(Word, OnAThrustingBeamIsNoneOfGoodOnAnyRung) {
+  for (const Fidelity rung : kBending)
+    for (const Axes axes : {Axes::kBody, Axes::kLocal}) {
+      Scene scene = free_beam(rung);
+      Load thrust;
+      thrust.axes = axes;
+      thrust.forces = {{0, {20.0 * kThrust, 0.0, 0.0}}};
+      scene.loads = {thrust};
+      EXPECT_NE(judged(scene, 4.0).now.word, Word::kGood) << name_of(rung);
+    }
+}
+
+// Frequency of the first mode by the times between its zeros.
+double frequency(const Scene& scene, double end) {
+  Simulation simulation(scene);
+  double before = simulation.state.q[0], first = -1.0, last = 0.0;
+  int count = 0;
+  for (std::int64_t k = 1; k <= std::llround(end / simulation.plan.period); ++k) {
+    simulation.run(1);
+    const double now = simulation.state.q[0];
+    if (before * now < 0.0) {
+      last = (static_cast<double>(k) - now / (now - before)) * simulation.plan.period;
+      if (first < 0.0) first = last;
+      ++count;
+    }
+    before = now;
+  }
+  return M_PI * (count - 1) / (last - first);
+}
+
+// Ten elements with consistent geometric stiffness, point masses, thrust along the turned end: 7.4122 and
+// 4.6101 rad/s by the determinant of the condensed matrix (a program of its own, in Python); 8.7853 at rest.
+// Without the stiffness of its internal forces the frequency would rise.
+TEST(Followers, CarryTheStiffnessOfTheirInternalForces) {
+  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled, Fidelity::kFull})
+    for (const auto& [thrust, expected] : {std::pair{0.0, 8.7853}, {440.0, 7.4122}, {1320.0, 4.6101}}) {
+      Scene scene = free_beam(rung);
+      scene.initial.modes = {{1, 1e-5, 0.0}};
+      scene.rate = 2000.0;
+      Load load;
+      load.axes = Axes::kLocal;
+      load.forces = {{0, {thrust, 0.0, 0.0}}};
+      if (thrust > 0.0) scene.loads = {load};
+      const double omega = frequency(scene, 10.0);
+      std::printf("%-11s %6.0f N: %.4f rad/s, expected %.4f\n", name_of(rung), thrust, omega, expected);
+      // other modes ring along by 1e-3 of it
+      EXPECT_NEAR(omega, expected, 1.5e-3 * expected);
+    }
+}
+
+TEST(Word, OnAQuietBodyIsGoodAtASpinOfNothing) {
+  Scene scene = boxed_truss(1e-9, 0.0);
+  scene.loads.clear();
+  EXPECT_EQ(judged(scene, 0.2).worst.word, Word::kGood);
+}
+
+// Whatever is published: the same motion, the same word.
+TEST(Word, DoesNotDependOnWhatIsPublished) {
+  Scene all = boxed_truss(0.0, 10000.0), none = all;
+  none.publication.points.clear();
+  const Judged of_all = judged(all, 0.5), of_none = judged(none, 0.5);
+  EXPECT_EQ(of_all.now.word, Word::kOutside);
+  EXPECT_EQ(of_none.text, of_all.text);
+  EXPECT_EQ(of_none.worst.tick, of_all.worst.tick);
+}
+
+// Errors of horizons that are over count.
+TEST(Word, OfALongRunIsNotForgivenAtEachHorizon) {
+  Scene scene = watched_truss(Fidelity::kSeparated, 0.5, 0.2);
+  const Judged brief = judged(scene, 0.45), late = judged(scene, 4.05);
+  std::printf("error %.1e m within one horizon, %.1e m after eight\n", brief.now.error, late.now.error);
+  EXPECT_GT(late.now.error, 2.0 * brief.now.error);
+  EXPECT_NE(late.now.word, Word::kGood);
+}
+
+// A body that was deployed and came to rest is not excused: what comes after is judged by what is left.
+TEST(Word, OfACalmBodyIsGoodAndADeploymentDoesNotExcuseWhatFollows) {
+  Scene scene = free_beam(Fidelity::kSpinLoaded);
+  scene.damping.modal_ratio = 0.05;
+  EXPECT_EQ(judged(scene, 20.0).now.word, Word::kGood);
+  scene.initial.angular_velocity = {0.0, 0.0, 0.3 * kLowest};
+  const Judged spinning = judged(scene, 120.0);
+  EXPECT_NE(spinning.now.word, Word::kGood) << spinning.text;
+}
+
+TEST(Word, IsAtBestWatchWhereSomethingIsNotKnown) {
+  Scene rigid = free_beam(Fidelity::kRigid);
+  rigid.initial.modes.clear();
+  rigid.initial.angular_velocity = {0.0, 0.0, 0.1};
+  EXPECT_EQ(judged(rigid, 0.1).now.cause, Verdict::Cause::kRigid);
+
+  Scene fast = free_beam(Fidelity::kCoupled);
+  Load load;
+  load.forces = {{0, {0.0, 1e-6, 0.0}}};
+  load.history = SineHistory{fast.rate / 5.0, 0.0};
+  fast.loads = {load};
+  EXPECT_EQ(judged(fast, 0.1).now.cause, Verdict::Cause::kFastLoad);
+
+  Scene near = free_beam(Fidelity::kCoupled);
+  near.attractor.mu = 1.0;
+  near.attractor.position = {0.0, 0.0, -150.0};  // 30 sizes
+  EXPECT_EQ(judged(near, 0.1).now.cause, Verdict::Cause::kAttractor);
+
+  // the beam as a matrix: nobody knows what is inside
+  Scene matrix = free_beam(Fidelity::kCoupled);
+  const Simulation whole(matrix);
+  const Eigen::Index n = 3 * static_cast<Eigen::Index>(matrix.points.size());
+  Faults faults;
+  const auto structure = build_structure(matrix, faults);
+  Eigen::MatrixXd weighted = structure->shapes;
+  for (Eigen::Index i = 0; i < n; ++i) weighted.row(i) *= matrix.points[static_cast<std::size_t>(i / 3)].mass;
+  const Eigen::MatrixXd K = weighted * structure->omega.cwiseAbs2().asDiagonal() * weighted.transpose() /
+                            structure->mass_properties.mass;
+  matrix.links.clear();
+  Link link;
+  link.name = "K";
+  for (int k = 0; k <= 10; ++k) link.points.push_back(k);
+  link.kind = MatrixLink{K.sparseView(), false};
+  matrix.links.push_back(link);
+  EXPECT_EQ(judged(matrix, 4.0).now.word, Word::kGood) << "at rest, and small";
+  matrix.initial.angular_velocity = {0.0, 0.0, 0.34 * kLowest};
+  const Judged spinning = judged(matrix, 4.0);
+  EXPECT_EQ(spinning.now.word, Word::kWatch) << spinning.text;
+  EXPECT_EQ(spinning.now.cause, Verdict::Cause::kUnseen);
+}
+
+TEST(Automatic, TakesNoRungThatItsOwnWordCallsOutside) {
+  Scene scene = free_beam(Fidelity::kSeparated);
+  scene.initial.angular_velocity = {0.0, 0.0, 0.34 * kLowest};
+  scene.automatic = AutomaticRung{{}, {}, 0.1, 2.0, {}};
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  EXPECT_FALSE(make_plan(scene, *structure, faults));
+  ASSERT_TRUE(has_error(faults));
+  EXPECT_NE(faults.back().message.find("outside by model"), std::string::npos) << faults.back().message;
+}
+
+}  // namespace
+}  // namespace freeflex::testing
