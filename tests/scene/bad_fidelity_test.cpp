@@ -26,10 +26,14 @@ INSTANTIATE_TEST_SUITE_P(
             "AutoWithoutTolerance", "fidelity: auto",
             {"scene.yaml:5:11: error: scene: fidelity is auto without a tolerance; add tolerance: {position: "
              "[m], attitude: [rad], elastic: share, horizon: [s]}, with at least one of the first three"}),
-        bad_line("ToleranceWithoutAuto", "tolerance: {position: 1, horizon: 2}",
-                 {"scene.yaml:5:12: error: scene: tolerance has no effect but with fidelity: auto; add that "
-                  "or leave "
-                  "it out"}),
+        bad_line(
+            "ToleranceWithoutAuto", "tolerance: {position: 1, horizon: 2}",
+            {"scene.yaml:5:23: error: tolerance: position has no effect but with fidelity: auto; add that "
+             "or leave it out",
+             "scene.yaml:5:35: error: tolerance: horizon has no effect but with fidelity: auto; add that or "
+             "leave it out"}),
+        bad_line("ToleranceOfDisplacementOutOfRange", "tolerance: {displacement: 0}",
+                 {"scene.yaml:5:27: error: tolerance: displacement 0 m, must be > 0"}),
         bad_line("ToleranceOutOfRange", "fidelity: auto\ntolerance: {position: -1, horizon: 0}",
                  {"scene.yaml:6:23: error: tolerance: position -1 m, must be > 0",
                   "scene.yaml:6:36: error: tolerance: horizon 0 s, must be > 0"}),
