@@ -69,8 +69,9 @@ TEST(LocalRotations, OfARigidTurnAreThatTurn) {
   }
 }
 
-// The elastic equations are linear, M q'' + c q = b (f + theta(q) x f): their exponential is exact. The step
-// meets it with second order.
+// The elastic equations are linear, M q'' + (c + E) q = b (f + theta(q) x f): their exponential is exact. The
+// step meets it with second order. E, the stiffness by the force's own internal forces, is judged in
+// word_test.
 TEST(Followers, MoveTheElasticCoordinatesWithSecondOrder) {
   Scene scene = rocket(4.0, true);
   Faults faults;
@@ -89,6 +90,13 @@ TEST(Followers, MoveTheElasticCoordinatesWithSecondOrder) {
   A.block(n, 0, n, n) = -b.transpose() * cross.cast<long double>() * theta / M;
   for (Eigen::Index l = 0; l < n; ++l)
     A(n + l, l) -= static_cast<long double>(structure->omega[l]) * structure->omega[l];
+  const FollowerStiffness& stiffness = structure->follower_stiffness.at(0);
+  for (std::size_t l = 0; l < stiffness.modes.size(); ++l)
+    for (std::size_t u = 0; u < stiffness.modes.size(); ++u)
+      A(n + stiffness.modes[l], stiffness.modes[u]) -=
+          static_cast<long double>(
+              stiffness.rows(static_cast<Eigen::Index>(l), static_cast<Eigen::Index>(u))) /
+          M;
   A.block(n, 2 * n, n, 1) = b.transpose() * f.cast<long double>() / M;
 
   std::vector<double> errors;

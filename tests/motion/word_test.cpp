@@ -156,7 +156,7 @@ TEST(Word, OfALongRunIsNotForgivenAtEachHorizon) {
 
 // A body that was deployed and came to rest is not excused: what comes after is judged by what is left.
 TEST(Word, OfACalmBodyIsGoodAndADeploymentDoesNotExcuseWhatFollows) {
-  Scene scene = free_beam(Fidelity::kSpinLoaded);
+  Scene scene = free_beam(Fidelity::kSeparated);
   scene.damping.modal_ratio = 0.05;
   EXPECT_EQ(judged(scene, 20.0).now.word, Word::kGood);
   scene.initial.angular_velocity = {0.0, 0.0, 0.3 * kLowest};
