@@ -171,7 +171,16 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
     append(s, neglect.coriolis_rows);
   }
   if (rung.takes_spin_load || rung.couples) return;
-  for (const int mode : spec.modes) append(of_spin(field_of(scene, whole, mode)), neglect.spin_loads);
+  Eigen::Matrix<double, 6, 6> left_out = Eigen::Matrix<double, 6, 6>::Zero();
+  for (int mode = 0; mode < static_cast<int>(whole.omega.size()); ++mode) {
+    const Products load = of_spin(field_of(scene, whole, mode));
+    const double stiffness = whole.mass_properties.mass * whole.omega[mode] * whole.omega[mode];
+    if (place[static_cast<std::size_t>(mode)] >= 0)
+      append(load, neglect.spin_loads);
+    else if (stiffness > 0.0)
+      left_out += load.transpose() * load / (stiffness * stiffness);
+  }
+  for (Eigen::Index row = 0; row < 6; ++row) append(left_out.row(row), neglect.spin_left_out);
 }
 
 }  // namespace freeflex

@@ -134,11 +134,12 @@ void PlanCheck::check_neglect() {
               neglect.coriolis_rows.size() == num_pairs * 3 &&
               (neglect.coriolis_reach.empty() ||
                neglect.coriolis_reach.size() == static_cast<std::size_t>(neglect.num_judged) * 6) &&
-              (neglect.spin_loads.empty() || neglect.spin_loads.size() == n * 6),
+              (neglect.spin_loads.empty() || neglect.spin_loads.size() == n * 6) &&
+              (neglect.spin_left_out.empty() || neglect.spin_left_out.size() == 36),
           "what the rung neglects does not have the size of its modes");
   require(are_finite(neglect.load_rows) && are_finite(neglect.spin_rows) &&
               are_finite(neglect.coriolis_rows) && are_finite(neglect.coriolis_reach) &&
-              are_finite(neglect.spin_loads),
+              are_finite(neglect.spin_loads) && are_finite(neglect.spin_left_out),
           "what the rung neglects is not finite");
 }
 

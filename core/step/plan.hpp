@@ -255,7 +255,9 @@ struct PlanNeglect {
   // [s^2] (judged x 6) square of the share of a ringing mode that Coriolis forces put into others, per
   // product of the spin; empty on rungs that have them
   Array coriolis_reach;
-  Array spin_loads;  // [kg m] (num_elastic x 6) centrifugal load; empty on rungs that have it
+  // centrifugal load; both empty on rungs that have it
+  Array spin_loads;     // [kg m] (num_elastic x 6)
+  Array spin_left_out;  // [m^2 s^4] (6 x 6) square of the static answer of modes left out, per two products
 };
 
 struct Plan {

@@ -11,7 +11,7 @@
 namespace freeflex {
 namespace {
 
-constexpr std::size_t kMostProducts = 4096;  // of a tick
+constexpr std::size_t kMostProducts = 512;  // of a tick
 
 // Stiffness that spin and loads can add where nothing tells how links carry them, in units of w^2 and of the
 // acceleration over the size. A free beam has 3.05 and 3.0 in its lowest mode.
@@ -83,7 +83,7 @@ void ModalErrors::join(const ModalErrors& other, const std::vector<std::int32_t>
 
 void ModalErrors::take(const MotionState& state) noexcept {
   const std::size_t n = flexibility_.size(), num_judged = modes_.size();
-  if (n == 0) return;
+  if (n == 0 && plan_.neglect.spin_left_out.empty()) return;
   if (chunk_ == 0) {
     w_ = angular_velocity(plan_, state);
     products_ = {w_[0] * w_[0], w_[1] * w_[1], w_[2] * w_[2], w_[0] * w_[1], w_[0] * w_[2], w_[1] * w_[2]};
@@ -208,6 +208,10 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
     if (slowest == 0.0 || plan_.decay[u] < slowest) slowest = plan_.decay[u];
     second_[u] = 0.0;
   }
+  for (std::size_t a = 0; a < 6 && !plan_.neglect.spin_left_out.empty(); ++a)
+    for (std::size_t b = 0; b < 6; ++b)
+      spin += plan_.neglect.spin_left_out[6 * a + b] * products_[a] * products_[b];
+  spin = std::max(0.0, spin);
   double judged_spin = 0.0;
   for (std::size_t l = 0; l < modes_.size(); ++l) {
     const Mode& mode = modes_[l];

@@ -18,8 +18,8 @@ struct ModalErrorSize {
 };
 
 /// Ringing errors that grow while modes ring, static ones, those of second order   (THEORY X142, X143).
-/// Each mode is looked at every so many ticks, in turn: no tick costs more than some 5000 multiplications.
-/// Allocates nothing after construction.
+/// Each mode is looked at every so many ticks, in turn: no tick costs more than some 600 multiplications but
+/// at the end of a round. Allocates nothing after construction.
 class ModalErrors {
  public:
   explicit ModalErrors(const Plan& plan);
