@@ -98,6 +98,10 @@ void accelerations(const CartesianSystem& system, double t, double piece_time, s
   Map<Matrix3Xd> force(e_ddot.data(), 3, n);
   force.setZero();
   add_link_forces(system, e, e_dot, e_ddot);
+  if (system.true_geometry) {
+    system.true_geometry->add_forces(E, force);
+    system.true_geometry->add_damping(E, E_dot, force);
+  }
   if (!system.loads.empty()) {
     const Matrix3d R_CW = carrier_rotation(system, t).transpose();
     const Matrix3d R_CB = system.needs_body_axes
@@ -106,7 +110,11 @@ void accelerations(const CartesianSystem& system, double t, double piece_time, s
                               : Matrix3d::Identity();
     for (const CartesianLoad& load : system.loads) {
       const double scale = amplitude(load.history, t, piece_time);
-      if (scale != 0.0) add_load(load, scale, R_CW, R_CB, force);
+      if (scale == 0.0) continue;
+      if (load.axes == Axes::kLocal)
+        system.true_geometry->add_followers(load.forces, scale, E, force);
+      else
+        add_load(load, scale, R_CW, R_CB, force);
     }
   }
   for (Eigen::Index i = 0; i < n; ++i) force.col(i) /= system.mass[i];
@@ -118,12 +126,12 @@ void accelerations(const CartesianSystem& system, double t, double piece_time, s
       force.col(i) += R_WC.transpose() *
                       (attraction(system, p_WC + R_WC * (system.r.col(i) + E.col(i))) - system.gravity_W);
   }
-  if (system.spin.isZero(0.0)) return;
   // X34: Coriolis and centrifugal acceleration in the turning carrier
-  for (Eigen::Index i = 0; i < n; ++i) {
+  for (Eigen::Index i = 0; i < n && !system.spin.isZero(0.0); ++i) {
     const Vector3d x = system.r.col(i) + E.col(i);
     force.col(i) -= system.spin.cross(2.0 * Vector3d(E_dot.col(i)) + system.spin.cross(x));
   }
+  if (system.true_geometry) system.true_geometry->constrain(E, E_dot, force);
 }
 
 std::vector<double> discontinuities(const CartesianSystem& system, double end) {
@@ -165,6 +173,10 @@ double strain_energy(const CartesianSystem& system, std::span<const double> e) {
     const double elongation =
         (2.0 * link.rest.dot(d) + d.squaredNorm()) / ((link.rest + d).norm() + link.length);
     energy += 0.5 * link.stiffness * elongation * elongation;
+  }
+  if (system.true_geometry) {
+    Matrix3Xd unused = Matrix3Xd::Zero(3, E.cols());
+    energy += system.true_geometry->add_forces(E, unused);
   }
   return energy;
 }

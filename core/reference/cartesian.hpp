@@ -9,6 +9,7 @@
 #include <string>
 #include <vector>
 
+#include "core/reference/true_geometry.hpp"
 #include "core/scene/scene.hpp"
 
 namespace freeflex {
@@ -33,6 +34,7 @@ struct CartesianLoad {
 
 /// An axial link; rest vector from its first to its second point.
 struct CartesianLink {
+  int link = 0;  // index into Scene::links
   int first = 0, second = 0;
   Eigen::Vector3d rest = Eigen::Vector3d::Zero();  // [m] body axes
   double length = 0.0;                             // [m]
@@ -48,6 +50,8 @@ struct CartesianSystem {
   Eigen::VectorXd mass;  // [kg] (N)
   Eigen::Matrix3Xd r;    // [m] (3 x N) rest positions from the centre of mass
   std::vector<CartesianLink> links;
+  // the links that are not axial; remembers the rotations found last, so one system belongs to one thread
+  std::optional<TrueGeometry> true_geometry;
   std::vector<CartesianLoad> loads;
   Eigen::Vector3d gravity_W = Eigen::Vector3d::Zero();    // [m/s^2] uniform, or an attractor's at the start
   double attractor_mu = 0.0;                              // [m^3/s^2] 0: none   (THEORY X39)
@@ -63,6 +67,13 @@ struct CartesianSystem {
 /// A scene as a Cartesian system; nullopt and `error` for what it cannot state: beams, matrix links, damping
 /// other than stiffness-proportional, initial modes, body-axis loads on a collinear shape.
 std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::string& error);
+
+/// A scene with links of every kind at true geometry, and damping of every kind (THEORY X150-X157); nullopt
+/// and `error` for feedback and initial modes. A shape on a line has the body axes of the smallest turn.
+std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error);
+
+/// Masses, springs, bars, dashpots, loads and the initial state of a scene, whatever else it holds.
+CartesianSystem lay_out(const Scene& scene);
 
 /// Accelerations e'' [m/s^2] (3N) at time t [s] (THEORY X31-X34). Pulses are on or off as at
 /// `piece_time`, a time strictly inside the smooth piece that holds t, so both ends of the piece have

@@ -2,6 +2,7 @@
 #include <cmath>
 
 #include "core/reference/cartesian.hpp"
+#include "core/reference/rotations.hpp"
 #include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
 #include "core/structure/decompositions.hpp"
@@ -12,12 +13,6 @@ namespace {
 using Eigen::Matrix3d;
 using Eigen::Matrix3Xd;
 using Eigen::Vector3d;
-
-Matrix3d cross_matrix(const Vector3d& v) {
-  Matrix3d m;
-  m << 0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0;
-  return m;
-}
 
 /// Inertia of points about their centre of mass, and its pseudo-inverse with the rank that survives.
 struct Inertia {
@@ -147,9 +142,7 @@ void set_initial(const Scene& scene, const Vector3d& p_SB, const Matrix3d& inver
 
 }  // namespace
 
-std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::string& error) {
-  error = find_refusal(scene);
-  if (!error.empty()) return std::nullopt;
+CartesianSystem lay_out(const Scene& scene) {
   const auto n = static_cast<Eigen::Index>(scene.points.size());
   CartesianSystem system;
   system.mass.resize(n);
@@ -160,8 +153,11 @@ std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::st
   }
   const Vector3d p_SB = system.r * system.mass / system.mass.sum();
   system.r.colwise() -= p_SB;
-  for (const Link& given : scene.links) {
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    const Link& given = scene.links[k];
+    if (!traits_of(given).is_axial) continue;
     CartesianLink link;
+    link.link = static_cast<int>(k);
     link.first = given.points[0];
     link.second = given.points[1];
     // from the scene's own coordinates: the shift to the centre of mass would round it
@@ -176,19 +172,25 @@ std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::st
   }
   system.gravity_W = scene.gravity;
   add_loads(scene, system);
-  const Inertia inertia = inverse_inertia(system.mass, system.r);
-  if (system.needs_body_axes && inertia.rank < 3) {
-    error =
-        "body-axis loads and torques on a collinear shape need its turn about its own line, which the "
-        "Cartesian points do not define";
-    return std::nullopt;
-  }
-  set_initial(scene, p_SB, inertia.inverse, system);
+  set_initial(scene, p_SB, inverse_inertia(system.mass, system.r).inverse, system);
   system.attractor_mu = scene.attractor.mu;
   system.attractor_W = scene.attractor.position;
   if (system.attractor_mu > 0.0) {
     const Vector3d rho = system.p_W - system.attractor_W;
     system.gravity_W = -system.attractor_mu / std::pow(rho.norm(), 3) * rho;
+  }
+  return system;
+}
+
+std::optional<CartesianSystem> make_cartesian_system(const Scene& scene, std::string& error) {
+  error = find_refusal(scene);
+  if (!error.empty()) return std::nullopt;
+  CartesianSystem system = lay_out(scene);
+  if (system.needs_body_axes && inverse_inertia(system.mass, system.r).rank < 3) {
+    error =
+        "body-axis loads and torques on a collinear shape need its turn about its own line, which the "
+        "Cartesian points do not define";
+    return std::nullopt;
   }
   return system;
 }

@@ -28,6 +28,11 @@ ElasticScale guess_scale(const CartesianSystem& system) {
     stiffest = std::max(stiffest, link.stiffness);
     softest = softest == 0.0 ? link.stiffness : std::min(softest, link.stiffness);
   }
+  if (system.true_geometry)
+    for (const double stiffness : system.true_geometry->stiffnesses()) {
+      stiffest = std::max(stiffest, stiffness);
+      softest = softest == 0.0 ? stiffness : std::min(softest, stiffness);
+    }
   const Eigen::Index n = 3 * system.mass.size();
   ElasticScale scale;
   scale.displacement =

@@ -1,0 +1,130 @@
+// The corotational beam (Crisfield 1990; Felippa and Haugen 2005) with the bow of its axis   (THEORY X152).
+#include <Eigen/LU>
+#include <cmath>
+
+#include "core/reference/rotations.hpp"
+#include "core/reference/turning_links.hpp"
+
+namespace freeflex {
+namespace {
+
+using Eigen::Matrix3d;
+using Eigen::Vector3d;
+
+Matrix3d local_axes(const Vector3d& span, const Vector3d& given) {
+  const Vector3d x = span.normalized();
+  Vector3d y = given;
+  if (y.isZero(0.0)) {
+    Eigen::Index least = 0;
+    x.cwiseAbs().minCoeff(&least);
+    y = Vector3d::Unit(least);
+  }
+  const Vector3d z = x.cross(y).normalized();
+  Matrix3d axes;
+  axes << x, z.cross(x), z;
+  return axes;
+}
+
+/// An end beside the chord: the swing that takes its x axis to the chord, and its axes after it.
+struct Swung {
+  Swung(const Matrix3d& end, const Vector3d& u) {
+    const Vector3d w = end.col(0).cross(u);
+    const double cosine = end.col(0).dot(u);
+    swing = smallest_rotation(end.col(0), u);
+    axes = swing * end;
+    turn = -angle_over_sine(w.norm(), cosine) * w;
+  }
+  Matrix3d swing, axes;
+  Vector3d turn;  // [rad] of the end against the chord, across it
+};
+
+}  // namespace
+
+TrueBeam::TrueBeam(const Beam& beam, const Vector3d& given_span)
+    : rest(local_axes(given_span, beam.y_axis)),
+      span(given_span),
+      length(given_span.norm()),
+      EA(beam.EA),
+      torsion(beam.GJ / length) {
+  // about y it deflects along z, and the other way round
+  const std::array<double, 2> EI{beam.EI_y, beam.EI_z}, GA{beam.GA_z, beam.GA_y};
+  for (std::size_t plane = 0; plane < 2; ++plane) {
+    const double phi = GA[plane] > 0.0 ? 12.0 * EI[plane] / (GA[plane] * length * length) : 0.0;
+    symmetric[plane] = EI[plane] / length;
+    antisymmetric[plane] = 3.0 * EI[plane] / (length * (1.0 + phi));
+  }
+}
+
+void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, bool with_stiffness,
+                        TurnResult& result) const {
+  const Vector3d chord = span + d;
+  const double l = chord.norm();
+  const Vector3d u = chord / l;
+  const std::array<Swung, 2> swung{Swung(ends[0], u), Swung(ends[1], u)};
+
+  // axes of the chord: half way between the rolls of its ends
+  const Vector3d y = (swung[0].axes.col(1) + swung[1].axes.col(1)).normalized(), z = u.cross(y);
+  const double twist = std::atan2(swung[0].axes.col(2).dot(swung[1].axes.col(1)),
+                                  swung[0].axes.col(1).dot(swung[1].axes.col(1)));
+  const std::array<Vector3d, 2> across{y, z};
+
+  // energy and its derivatives by end rotations t_1, t_2 about y and about z
+  std::array<std::array<double, 2>, 2> t{}, bow{}, M{};  // [end][plane]
+  double bow_length = 0.0;                               // [m] what the chord is shorter than the axis
+  for (std::size_t p = 0; p < 2; ++p) {
+    const double t1 = across[p].dot(swung[0].turn), t2 = across[p].dot(swung[1].turn);
+    t[0][p] = t1;
+    t[1][p] = t2;
+    bow_length += length * (2.0 * t1 * t1 - t1 * t2 + 2.0 * t2 * t2) / 30.0;
+    bow[0][p] = length * (4.0 * t1 - t2) / 30.0;
+    bow[1][p] = length * (4.0 * t2 - t1) / 30.0;
+  }
+  const double stretch = (2.0 * span.dot(d) + d.squaredNorm()) / (l + length) + bow_length;
+  const double N = EA / length * stretch;
+  result.energy = 0.5 * N * stretch + 0.5 * torsion * twist * twist;
+  for (std::size_t p = 0; p < 2; ++p) {
+    const double bent = t[1][p] - t[0][p], skew = t[0][p] + t[1][p];
+    result.energy += 0.5 * symmetric[p] * bent * bent + 0.5 * antisymmetric[p] * skew * skew;
+    M[0][p] = -symmetric[p] * bent + antisymmetric[p] * skew + N * bow[0][p];
+    M[1][p] = symmetric[p] * bent + antisymmetric[p] * skew + N * bow[1][p];
+  }
+
+  // an end's spin beside the chord's is made of the rates of its turn, along y and z, and of its roll
+  const std::array<Vector3d, 2> M_across{M[0][0] * y + M[0][1] * z, M[1][0] * y + M[1][1] * z};
+  const double shift = 0.5 * u.dot(swung[0].turn.cross(M_across[0]) - swung[1].turn.cross(M_across[1]));
+  std::array<Matrix3d, 2> rates;  // of turn about y, about z and of roll, per spin
+  Vector3d on_chord = Vector3d::Zero();
+  for (std::size_t k = 0; k < 2; ++k) {
+    const Matrix3d T = spin_per_rate(swung[k].turn);
+    Matrix3d spins;
+    spins << T * y, T * z, ends[k].col(0);
+    rates[k] = spins.inverse();
+    const double roll = (k == 0 ? -1.0 : 1.0) * (torsion * twist - shift);
+    result.moment[k] = rates[k].transpose() * Vector3d(M[k][0], M[k][1], roll);
+    on_chord += swung[k].swing * result.moment[k];
+  }
+  result.place[1] = N * u - on_chord.cross(u) / l;
+  result.place[0] = -result.place[1];
+  if (!with_stiffness) return;
+
+  Eigen::Matrix<double, 6, 6> natural = Eigen::Matrix<double, 6, 6>::Zero();  // over (t_y, t_z, roll) twice
+  for (Eigen::Index p = 0; p < 2; ++p) {
+    const auto plane = static_cast<std::size_t>(p);
+    const double own = symmetric[plane] + antisymmetric[plane] + 4.0 * N * length / 30.0;
+    const double other = antisymmetric[plane] - symmetric[plane] - N * length / 30.0;
+    natural(p, p) = natural(3 + p, 3 + p) = own;
+    natural(p, 3 + p) = natural(3 + p, p) = other;
+  }
+  natural(2, 2) = natural(5, 5) = torsion;
+  natural(2, 5) = natural(5, 2) = -torsion;
+  Eigen::Matrix<double, 6, 1> bows;
+  bows << bow[0][0], bow[0][1], 0.0, bow[1][0], bow[1][1], 0.0;
+  natural += EA / length * bows * bows.transpose();
+  for (Eigen::Index i = 0; i < 2; ++i)
+    for (Eigen::Index j = 0; j < 2; ++j)
+      result.stiffness.block<3, 3>(3 * i, 3 * j) = rates[static_cast<std::size_t>(i)].transpose() *
+                                                   natural.block<3, 3>(3 * i, 3 * j) *
+                                                   rates[static_cast<std::size_t>(j)];
+}
+
+}  // namespace freeflex

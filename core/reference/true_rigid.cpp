@@ -1,0 +1,93 @@
+// Rigid links and bodies as constraints on accelerations   (THEORY X156).
+#include <Eigen/QR>
+
+#include "core/reference/rotations.hpp"
+#include "core/reference/true_geometry.hpp"
+
+namespace freeflex {
+namespace {
+
+using Eigen::Map;
+using Eigen::Matrix3Xd;
+using Eigen::MatrixXd;
+using Eigen::Vector3d;
+using Eigen::VectorXd;
+using Solver = Eigen::CompleteOrthogonalDecomposition<MatrixXd>;
+
+// [-] constraints that others imply to this are redundant
+constexpr double kRedundant = 1e-9;
+
+VectorXd stacked(const Matrix3Xd& columns) { return Map<const VectorXd>(columns.data(), columns.size()); }
+
+MatrixXd body_rows(const TrueBody& body, const FittedFrame::Fit& fit, const VectorXd& mass) {
+  MatrixXd rows = MatrixXd::Zero(body.forbidden.cols(), 3 * mass.size());
+  const auto& points = body.frame.points();
+  for (std::size_t k = 0; k < points.size(); ++k)
+    rows.middleCols<3>(3 * points[k]) =
+        body.forbidden.middleRows<3>(3 * static_cast<Eigen::Index>(k)).transpose() * fit.A.transpose() /
+        std::sqrt(mass[points[k]]);
+  return rows;
+}
+
+Solver decompose(const MatrixXd& rows) {
+  Solver solver;
+  solver.setThreshold(kRedundant);
+  solver.compute(rows);
+  return solver;
+}
+
+}  // namespace
+
+MatrixXd TrueGeometry::forbidden(const Places& e) const {
+  Eigen::Index count = 0;
+  for (const TrueBody& body : bodies_) count += body.forbidden.cols();
+  MatrixXd rows(count, 3 * mass_.size());
+  Eigen::Index row = 0;
+  for (const TrueBody& body : bodies_) {
+    rows.middleRows(row, body.forbidden.cols()) = body_rows(body, body.frame.fit(r_ + e), mass_);
+    row += body.forbidden.cols();
+  }
+  return rows;
+}
+
+void TrueGeometry::constrain(const Places& e, const Places& e_dot, Forces acceleration) const {
+  if (bodies_.empty()) return;
+  const MatrixXd rows = forbidden(e);
+  VectorXd wanted(rows.rows());
+  Eigen::Index row = 0;
+  for (const TrueBody& body : bodies_) {
+    const FittedFrame::Fit fit = body.frame.fit(r_ + e);
+    const Vector3d spin = body.frame.spin(fit, e_dot);
+    // a rigid body's points accelerate by spin x (spin x r) beside what a rigid motion gives
+    Matrix3Xd target = cross_matrix(spin) * cross_matrix(spin) * body.frame.rest();
+    target -= 2.0 * correction_ * body.frame.rates(fit, e_dot) + correction_ * correction_ * fit.V;
+    wanted.segment(row, body.forbidden.cols()) = body.forbidden.transpose() * stacked(target);
+    row += body.forbidden.cols();
+  }
+  const Matrix3Xd root = mass_.cwiseSqrt().transpose().replicate<3, 1>();
+  const VectorXd now = stacked(acceleration.cwiseProduct(root));
+  const VectorXd change = decompose(rows).solve(wanted - rows * now);
+  acceleration += Map<const Matrix3Xd>(change.data(), 3, mass_.size()).cwiseQuotient(root);
+}
+
+void TrueGeometry::project(Forces e, Forces e_dot) const {
+  if (bodies_.empty()) return;
+  constexpr int kSteps = 8;
+  const Matrix3Xd root = mass_.cwiseSqrt().transpose().replicate<3, 1>();
+  for (int k = 0; k <= kSteps; ++k) {
+    const bool is_last = k == kSteps;
+    const MatrixXd rows = forbidden(e);
+    VectorXd off(rows.rows());
+    Eigen::Index row = 0;
+    for (const TrueBody& body : bodies_) {
+      const FittedFrame::Fit fit = body.frame.fit(r_ + e);
+      off.segment(row, body.forbidden.cols()) =
+          body.forbidden.transpose() * stacked(is_last ? body.frame.rates(fit, e_dot) : fit.V);
+      row += body.forbidden.cols();
+    }
+    const VectorXd change = decompose(rows).solve(off);
+    (is_last ? e_dot : e) -= Map<const Matrix3Xd>(change.data(), 3, mass_.size()).cwiseQuotient(root);
+  }
+}
+
+}  // namespace freeflex

@@ -1,0 +1,63 @@
+// Scenes and frequencies that the tests of the true-geometry reference share.
+#pragma once
+
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <stdexcept>
+#include <string>
+#include <vector>
+
+#include "core/reference/steady_motion.hpp"
+#include "tests/setup/make_scene.hpp"
+
+namespace freeflex::testing {
+
+inline CartesianSystem true_geometry_of(const Scene& scene) {
+  std::string error;
+  auto system = make_true_geometry(scene, error);
+  EXPECT_TRUE(system.has_value()) << error;
+  return *system;
+}
+
+inline SteadyMotion steady_motion_of(const Scene& scene) {
+  const SteadyMotion motion = steady_motion(true_geometry_of(scene));
+  if (!motion.error.empty()) throw std::runtime_error(motion.error);
+  return motion;
+}
+
+/// Frequencies above `least` [rad/s], ascending, of motions whose share of square displacement along an axis
+/// is at least 0.9.
+inline std::vector<double> frequencies_along(const SteadyMotion& motion, int axis, double least) {
+  std::vector<double> found;
+  for (Eigen::Index k = 0; k < motion.rates.size(); ++k) {
+    const Eigen::VectorXcd shape = motion.shapes.col(k);
+    double along = 0.0;
+    for (Eigen::Index i = axis; i < shape.size(); i += 3) along += std::norm(shape[i]);
+    if (motion.rates[k].imag() > least && along > 0.9 * shape.squaredNorm())
+      found.push_back(motion.rates[k].imag());
+  }
+  std::sort(found.begin(), found.end());
+  return found;
+}
+
+/// lumped_beam of that many elements, its axial stiffness in units of EI / L^2.
+inline Scene beam_of(int elements, double EA) {
+  Scene scene = lumped_beam(elements + 1);
+  for (Link& link : scene.links) {
+    std::get<Beam>(link.kind).EA = EA;
+    std::get<Beam>(link.kind).GJ = 1.0;
+  }
+  return scene;
+}
+
+inline void push(Scene& scene, int point, Axes axes, const Eigen::Vector3d& force) {
+  Load load;
+  load.name = "push " + std::to_string(scene.loads.size());
+  load.axes = axes;
+  load.forces.push_back({point, force});
+  scene.loads.push_back(load);
+}
+
+}  // namespace freeflex::testing

@@ -1,0 +1,20 @@
+// Random structures with links of every kind, as Scene values.
+#pragma once
+
+#include <cstdint>
+
+#include "core/scene/scene.hpp"
+
+namespace freeflex::testing {
+
+/// Kinds of link that a random structure may hold beside springs, bars and beams.
+struct Mixture {
+  bool plates = true, angles = true, matrices = true, rigid = true, releases = true;
+};
+
+/// Random points in a box of some 3 m, no two closer than 0.5 m, 0.3 to 3 kg; a tree of beams through all of
+/// them, and links of every kind that the mixture allows. Highest over lowest frequency some 100. The same
+/// seed gives the same scene.  \pre 6 <= num_points <= 20
+Scene random_mixture(std::uint64_t seed, int num_points, const Mixture& mixture = {});
+
+}  // namespace freeflex::testing
