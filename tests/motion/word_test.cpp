@@ -8,6 +8,7 @@
 #include "core/validity/judgement.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/motion/watched.hpp"
+#include "tests/motion/word_truth.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -203,6 +204,12 @@ TEST(Word, IsAtBestWatchWhereSomethingIsNotKnown) {
   const Judged spinning = judged(matrix, 4.0);
   EXPECT_EQ(spinning.now.word, Word::kWatch) << spinning.text;
   EXPECT_EQ(spinning.now.cause, Verdict::Cause::kUnseen);
+}
+
+TEST(Word, IsTrueOfRandomStructuresOfEveryKind) {
+  WordCounts counts;
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) judge_scene(seed, true, counts);
+  expect_true_words(counts);
 }
 
 TEST(Automatic, TakesNoRungThatItsOwnWordCallsOutside) {
