@@ -14,18 +14,18 @@ namespace freeflex::testing {
 
 class RandomScene {
  public:
-  explicit RandomScene(std::uint64_t seed) : engine_(seed) {}
+  RandomScene(std::uint64_t seed, bool has_plates) : engine_(seed), has_plates_(has_plates) {}
 
   /// At rest but for spin, a load and what rings; its lowest frequency is some 10 rad/s.
   Scene make() {
     scene_ = {};
-    const int kind = whole(0, 4);
+    const int kind = whole(0, has_plates_ ? 4 : 3);
     if (kind == 0) make_chain(false);
     if (kind == 1) make_chain(true);
     if (kind == 2) make_ladder();
-    if (kind == 3) make_plates();
-    if (kind == 4) make_cloud();
-    name_ = std::array{"chain", "angles", "ladder", "plates", "cloud"}[static_cast<std::size_t>(kind)];
+    if (kind == 3) make_cloud();
+    if (kind == 4) make_plates();
+    name_ = std::array{"chain", "angles", "ladder", "cloud", "plates"}[static_cast<std::size_t>(kind)];
     for (std::size_t i = 0; i < scene_.points.size(); ++i)
       scene_.publication.points.push_back(static_cast<int>(i));
     Faults faults;
@@ -138,6 +138,7 @@ class RandomScene {
   }
 
   std::mt19937_64 engine_;
+  bool has_plates_;
   Scene scene_;
   double end_ = 0.0;
   const char* name_ = "";
@@ -149,8 +150,8 @@ struct WordCounts {
   double worst_good = 0.0;  // [-] of the larger scale, largest error that was good
 };
 
-inline void judge_scene(std::uint64_t seed, bool prints, WordCounts& counts) {
-  RandomScene random(seed);
+inline void judge_scene(std::uint64_t seed, bool has_plates, WordCounts& counts) {
+  RandomScene random(seed, has_plates);
   const Scene scene = random.make();
   std::string error;
   const auto system = make_true_geometry(scene, error);
@@ -191,10 +192,9 @@ inline void judge_scene(std::uint64_t seed, bool prints, WordCounts& counts) {
     counts.harmless += share < 0.01;
     counts.silly += is_outside && share < 0.01;
     if (is_good) counts.worst_good = std::max(counts.worst_good, share);
-    if (prints || (is_good && share > 0.05) || (is_outside && share < 0.01))
-      std::printf("%llu %-6s %-11s error %.1e of the scale, estimate %.1e, %s\n",
-                  static_cast<unsigned long long>(seed), random.name(), name_of(rung), share,
-                  verdict.error / verdict.scale, name_of(verdict.word));
+    std::printf("%llu %-6s %-11s error %.1e of the scale, estimate %.1e, %s\n",
+                static_cast<unsigned long long>(seed), random.name(), name_of(rung), share,
+                verdict.error / verdict.scale, name_of(verdict.word));
     if (is_good && share > 0.05)
       std::printf("    loads %zu, axes %d, spin %.2e, unseen %.1e\n", scene.loads.size(),
                   scene.loads.empty() ? -1 : static_cast<int>(scene.loads[0].axes),
