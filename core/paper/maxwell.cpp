@@ -72,21 +72,38 @@ std::string stretched_links(const Scene& scene, const LinkFactor& factor, const 
   return names;
 }
 
+Eigen::VectorXd root_stiffnesses(const LinkFactor& factor) {
+  Eigen::VectorXd roots(static_cast<Eigen::Index>(factor.natural.size()));
+  for (std::size_t k = 0; k < factor.natural.size(); ++k)
+    roots[static_cast<Eigen::Index>(k)] = factor.natural[k].root_stiffness;
+  return roots;
+}
+
 }  // namespace
 
 Eigen::MatrixXd unit_forces(const std::vector<PointMass>& points, const Eigen::MatrixXd& shapes) {
   double total = 0.0;
   for (const PointMass& point : points) total += point.mass;
-  Eigen::MatrixXd forces = shapes;
-  for (Eigen::Index i = 0; i < forces.rows(); ++i)
-    forces.row(i) *= points[static_cast<std::size_t>(i / 3)].mass / total;
-  return forces;
+  Eigen::VectorXd share(shapes.rows());
+  for (Eigen::Index i = 0; i < share.size(); ++i)
+    share[i] = points[static_cast<std::size_t>(i / 3)].mass / total;
+  return share.asDiagonal() * shapes;
 }
 
 LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen::MatrixXd& loads) {
   const Eigen::Index num_displacements = factor.constraints.cols();
   const Eigen::Index num_constraints = factor.constraints.rows();
   const auto num_natural = static_cast<Eigen::Index>(factor.natural.size());
+  // the number of independent links is known: condensation left one row fewer for each rotation that they
+  // hold
+  const Eigen::Index num_held = num_natural - factor.rows.rows();
+  const Eigen::Index rank =
+      std::min(num_displacements - rigid_freedoms - num_constraints + num_held, num_natural);
+  LinkStates states;
+  states.num_redundant = static_cast<int>(num_natural - rank);
+  states.multipliers.resize(num_constraints, loads.cols());
+  states.natural.resize(num_natural, loads.cols());
+  if (loads.cols() == 0) return states;
   // equilibrium B^T s + N_c^T lambda = p: the columns of N_c^T are turned to the front   (X88)
   Eigen::MatrixXd balance = weighted_rows(factor).transpose();
   Eigen::MatrixXd right = Eigen::MatrixXd::Zero(factor.num_freedoms, loads.cols());
@@ -95,26 +112,16 @@ LinkStates link_states(const LinkFactor& factor, int rigid_freedoms, const Eigen
   rigid.topRows(num_displacements) = factor.constraints.transpose();
   const Eigen::HouseholderQR<Eigen::MatrixXd> front(rigid);
   if (num_constraints > 0) {
-    balance.applyOnTheLeft(front.householderQ().adjoint());
+    if (num_natural > 0) balance.applyOnTheLeft(front.householderQ().adjoint());
     right.applyOnTheLeft(front.householderQ().adjoint());
   }
-  // the number of independent links is known: condensation left one row fewer for each rotation that they
-  // hold
-  const Eigen::Index num_held = num_natural - factor.rows.rows();
-  const Eigen::Index rank =
-      std::min(num_displacements - rigid_freedoms - num_constraints + num_held, num_natural);
   const Eigen::Index num_left = factor.num_freedoms - num_constraints;
   const Eigen::MatrixXd t = least_energy(balance.bottomRows(num_left), right.bottomRows(num_left), rank);
-  LinkStates states;
-  states.num_redundant = static_cast<int>(num_natural - rank);
-  states.multipliers.resize(num_constraints, loads.cols());
   if (states.multipliers.size() > 0) {
     const Eigen::MatrixXd left = right.topRows(num_constraints) - balance.topRows(num_constraints) * t;
     states.multipliers = front.matrixQR().topRows(num_constraints).triangularView<Eigen::Upper>().solve(left);
   }
-  states.natural = t;
-  for (Eigen::Index k = 0; k < num_natural; ++k)
-    states.natural.row(k) *= factor.natural[static_cast<std::size_t>(k)].root_stiffness;
+  states.natural = root_stiffnesses(factor).asDiagonal() * t;
   return states;
 }
 
@@ -132,8 +139,7 @@ Maxwell find_maxwell(const Scene& scene, const Structure& structure, const LinkF
   } else {
     LinkStates states =
         link_states(factor, structure.mass_properties.rigid_freedoms, unit_forces(scene.points, shapes));
-    for (std::size_t k = 0; k < factor.natural.size(); ++k)
-      states.natural.row(static_cast<Eigen::Index>(k)) /= factor.natural[k].root_stiffness;
+    states.natural.array().colwise() /= root_stiffnesses(factor).array();
     maxwell.delta = states.natural.transpose() * states.natural;
     maxwell.num_redundant = states.num_redundant;
   }

@@ -36,6 +36,11 @@ void append_row(const Plan& plan, const Eigen::RowVectorXd& values, Array& rows)
   rows.insert(rows.end(), row.begin(), row.end());
 }
 
+// a row of a matrix that may have no columns, of which Eigen's own begins at an offset from null
+Eigen::RowVectorXd row_of(const Eigen::MatrixXd& matrix, Eigen::Index row) {
+  return matrix.cols() == 0 ? Eigen::RowVectorXd(0) : Eigen::RowVectorXd(matrix.row(row));
+}
+
 // unit elastic displacements and constraint shapes side by side
 Eigen::MatrixXd all_shapes(const Structure& structure) {
   Eigen::MatrixXd shapes(structure.shapes.rows(),
@@ -96,7 +101,7 @@ void compile_modes(const Scene& scene, const Structure& structure, const Eigen::
       residual.block<3, 1>(3, mode) += mass * r.col(i).cross(b);
     }
   }
-  for (int row = 0; row < 6; ++row) append_row(plan, residual.row(row), plan.eckart_rows);
+  for (int row = 0; row < 6; ++row) append_row(plan, row_of(residual, row), plan.eckart_rows);
 }
 
 // X70, X72: Y_l,ab = sum m_i r_i,a b_il,b, symmetric by (2.6)
@@ -110,7 +115,7 @@ void compile_field(const Scene& scene, const Structure& structure, const Eigen::
     Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(shapes.cols());
     for (Eigen::Index i = 0; i < r.cols(); ++i) {
       const double mass = scene.points[static_cast<std::size_t>(i)].mass;
-      row += 0.5 * mass * (r(a, i) * shapes.row(3 * i + b) + r(b, i) * shapes.row(3 * i + a));
+      row += 0.5 * mass * (r(a, i) * row_of(shapes, 3 * i + b) + r(b, i) * row_of(shapes, 3 * i + a));
     }
     append_row(plan, row, plan.field_rows);
   }
@@ -146,7 +151,7 @@ void compile_points(const Scene& scene, const Structure& structure, const Eigen:
     point.pushable = is_pushable[i];
     if (used[i]) {
       point.row = num_blocks++;
-      for (int axis = 0; axis < 3; ++axis) append_row(plan, shapes.row(3 * column + axis), plan.rows);
+      for (int axis = 0; axis < 3; ++axis) append_row(plan, row_of(shapes, 3 * column + axis), plan.rows);
     }
     plan.points.push_back(std::move(point));
   }

@@ -72,7 +72,8 @@ Eigen::MatrixXd EckartComplement::to_displacements(Eigen::MatrixXd y) const {
 
 Eigen::MatrixXd EckartComplement::shapes(const Eigen::MatrixXd& coordinates) const {
   Eigen::MatrixXd y = Eigen::MatrixXd::Zero(root_mass_.size(), coordinates.cols());
-  y.bottomRows(dimension()) = coordinates;
+  // Eigen's part of a matrix without columns begins at an offset from null
+  if (coordinates.cols() > 0) y.bottomRows(dimension()) = coordinates;
   return to_displacements(std::move(y));
 }
 

@@ -145,6 +145,7 @@ const RecordedSession* choose_session(const Recording& recording, std::optional<
   });
   if (chosen != sessions.end()) return &*chosen;
   std::vector<std::string> known;
+  known.reserve(sessions.size());
   for (const RecordedSession& candidate : sessions) known.push_back(std::to_string(candidate.session));
   error = session ? "the log holds no session " + std::to_string(*session) + "; it holds "
                   : "the log holds several sessions, choose one with --session: ";

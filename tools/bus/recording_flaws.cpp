@@ -92,8 +92,7 @@ std::string find_gap(const std::string& name, std::int64_t tick, std::int64_t se
 
 std::string find_flaw(const RecordedSession& session) {
   if (!session.contradiction.empty()) return session.contradiction;
-  const std::string flaw = find_applied_flaw(session);
-  if (!flaw.empty()) return flaw;
+  if (std::string flaw = find_applied_flaw(session); !flaw.empty()) return flaw;
   const Epochs epochs(session);
   const auto num_applied = static_cast<std::int64_t>(session.applied.size());
   for (const StateRecord& state : session.states) {
@@ -107,8 +106,7 @@ std::string find_flaw(const RecordedSession& session) {
     if (state.epoch != epochs.epoch(state))
       return name_of(state) + ", says epoch " + std::to_string(state.epoch) + " and contains " +
              counted(epochs.epoch(state), "reset") + ": epoch or applied_count is damaged";
-    const std::string order = find_order_flaw(session, state);
-    if (!order.empty()) return order;
+    if (std::string order = find_order_flaw(session, state); !order.empty()) return order;
   }
   return {};
 }
