@@ -69,7 +69,9 @@ class Simulation {
   void push_applied(std::int32_t kind, const ForceCommand* command, const Expiry* expiry) noexcept;
   void note_load() noexcept;
   void enter_fault(std::span<const ForceCommand> due) noexcept;
-  void offer(Box<Snapshot>& box) noexcept;
+  void fill(Snapshot& draft) const noexcept;
+  void offer_motion(std::size_t channel) noexcept;
+  void offer_status() noexcept;
   void offer_all() noexcept;
   void offer_due() noexcept;
 

@@ -1,5 +1,6 @@
-// What the simulation thread hands to the publish side: rings for what must not be lost, boxes for what is
-// only wanted fresh, histograms and counters for status. Preallocated; lives on the heap (about 19 MB).
+// What the simulation thread hands to the publish side: rings and queues for what is to arrive, a box for
+// what is only wanted fresh, histograms and counters for status. Preallocated; lives on the heap (about 19
+// MB, and at most kMotionBytes for each channel of the motion that is published).
 #pragma once
 
 #include <array>
@@ -10,6 +11,7 @@
 #include "service/box.hpp"
 #include "service/histogram.hpp"
 #include "service/io/wire/outbound.hpp"
+#include "service/queue.hpp"
 #include "service/shared.hpp"
 
 namespace freeflex::service {
@@ -67,15 +69,22 @@ struct Output {
   static constexpr int kNumAcks = 2048;
   static constexpr int kNumApplied = 1024;
   static constexpr int kNumShapes = 64;
+  /// Snapshots of one channel that wait for a publisher that is late: a quarter of a second at 1 kHz, less
+  /// where kMotionBytes hold fewer, and never fewer than the least.
+  static constexpr std::size_t kMostWaiting = 256, kLeastWaiting = 4;
+  static constexpr std::size_t kMotionBytes = 16'000'000;
 
-  explicit Output(const Plan& plan);
+  /// \param most_waiting  > 0, snapshots of a channel
+  explicit Output(const Plan& plan, std::size_t most_waiting = kMostWaiting);
 
   // every one arrives
   Ring<AckEntry, kNumAcks> acks;
   Ring<AppliedEntry, kNumApplied> applied;
   Ring<ShapeRequest, kNumShapes> shapes;
-  // the latest is enough; filled at the tick multiples of each channel's rate, as io::kMotionChannels
-  std::array<Box<Snapshot>, io::kNumMotionChannels> motion;
+  // each arrives while there is room; filled at the tick multiples of each channel's rate, as
+  // io::kMotionChannels
+  std::array<Queue<Snapshot>, io::kNumMotionChannels> motion;
+  std::array<std::atomic<std::int64_t>, io::kNumMotionChannels> num_dropped{};  // for want of room
   // filled when asked for
   std::atomic<bool> is_status_wanted{false};
   Box<Snapshot> status;

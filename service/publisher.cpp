@@ -95,15 +95,12 @@ void Publisher::run() {
     if (is_paced || !has_more) std::this_thread::sleep_for(is_paced ? kIdle : kIdleUnpaced);
   }
   log_.end();
-  if (status_->mode == Mode::kStarting) return;
-  send(channels::kStatus, reporter_.report(*status_, wall_us()));
+  if (status_->mode != Mode::kStarting) send_report();
 }
 
 /// One look at every ring and box; true when there may be more to send.
 bool Publisher::send_all() {
   const std::int64_t now_ns = MonotonicClock{}.now_ns();
-  for (std::size_t i = 0; i < motion_.size(); ++i)
-    if (motion_[i] == nullptr) motion_[i] = output_.motion[i].take();
   if (const Snapshot* const fresh = output_.status.take()) {
     status_ = fresh;
     has_fresh_ = true;
@@ -121,17 +118,19 @@ bool Publisher::send_all() {
   return has_more;
 }
 
-/// Sends what was taken, once every APPLIED that it contains is out; true when there was something.
+/// Sends what waits, each snapshot once every APPLIED that it contains is out; true when there was something.
 bool Publisher::send_motion() {
   bool has_any = false;
-  for (std::size_t i = 0; i < motion_.size(); ++i) {
-    if (motion_[i] == nullptr) continue;
-    has_any = true;
-    if (motion_[i]->applied_count > num_applied_) continue;
+  for (std::size_t i = 0; i < output_.motion.size(); ++i) {
     const io::MotionChannel& channel = io::kMotionChannels[i];
-    for (const auto& message : channel.encode(plan_, motion_[i]->motion, stamp(*motion_[i])))
-      bus_.send(channel.suffix, message);
-    motion_[i] = nullptr;
+    const Snapshot* snapshot = output_.motion[i].front();
+    has_any |= snapshot != nullptr;
+    for (int n = 0; n < kBurst && snapshot != nullptr && snapshot->applied_count <= num_applied_; ++n) {
+      for (const auto& message : channel.encode(plan_, snapshot->motion, stamp(*snapshot)))
+        bus_.send(channel.suffix, message);
+      output_.motion[i].drop();
+      snapshot = output_.motion[i].front();
+    }
   }
   return has_any;
 }
@@ -201,10 +200,12 @@ void Publisher::send_status(std::int64_t now_ns) {
   }
   const bool waits = status_->mode != Mode::kStarting && now_ns < status_due_ns_ + kStatusPatience;
   if (!has_fresh_ && waits) return;
-  send(channels::kStatus, reporter_.report(*status_, wall_us()));
+  send_report();
   has_asked_ = false;
   status_due_ns_ = std::max(status_due_ns_ + status_every_ns_, now_ns);
 }
+
+void Publisher::send_report() { send(channels::kStatus, reporter_.report(*status_, wall_us())); }
 
 void Publisher::send_each_second(std::int64_t now_ns) {
   if (now_ns < second_due_ns_ || status_->mode == Mode::kStarting) return;

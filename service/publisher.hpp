@@ -43,6 +43,7 @@ class Publisher {
   bool send_motion();
   void send_shapes();
   void send_status(std::int64_t now_ns);
+  void send_report();
   void send_each_second(std::int64_t now_ns);
   void note_mode(std::int64_t now_ns);
   void note_replan(std::int64_t now_ns);
@@ -58,10 +59,9 @@ class Publisher {
   StatusReporter reporter_;
   LimitedLog log_;
   const std::int64_t status_every_ns_;
-  Snapshot starting_;                                             // what status says before the loop runs
-  const Snapshot* status_;                                        // latest taken
-  std::array<const Snapshot*, io::kNumMotionChannels> motion_{};  // taken, to be sent after their APPLIED
-  std::int64_t num_applied_ = 0;                                  // sent
+  Snapshot starting_;             // what status says before the loop runs
+  const Snapshot* status_;        // latest taken
+  std::int64_t num_applied_ = 0;  // sent
   std::int64_t status_due_ns_ = 0;
   std::int64_t second_due_ns_ = 0;
   bool has_asked_ = false;  // for the status that is due

@@ -304,6 +304,25 @@ TEST(Loop, LeavesCommandsInTheRingWhileTheirAnswersHaveNoRoom) {
   EXPECT_EQ(num_forces, rig.acks.size()) << "nothing was taken that was not answered";
 }
 
+TEST(Loop, AStateThatFindsNoRoomIsCountedAndTheOthersArriveInOrder) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.timing = kRealtime, .until_tick = 400}, 5);
+  std::vector<std::int64_t> arrived;
+  // nobody looks until tick 200; then one at a time is taken
+  rig.clock.on_sleep = [&] {
+    if (rig.tick() < 200) return;
+    if (const auto* snapshot = rig.take_motion()) arrived.push_back(snapshot->motion.tick);
+  };
+  rig.run();
+  while (const auto* snapshot = rig.take_motion()) arrived.push_back(snapshot->motion.tick);
+  // every 20 ticks one is due, and one more at the end: those of 0 to 80 wait, those of 100 to 200 find no
+  // room
+  const std::vector<std::int64_t> wanted{0,   20,  40,  60,  80,  220, 240, 260,
+                                         280, 300, 320, 340, 360, 380, 400, 400};
+  EXPECT_EQ(arrived, wanted);
+  EXPECT_EQ(rig.output->num_dropped[io::kStateChannel].load(), 6);
+}
+
 TEST(Loop, TrustsNothingInTheRing) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 10});
