@@ -81,8 +81,8 @@ class Simulation {
   void handle_control(const io::ControlCommand& control) noexcept;
   io::Reason obey(const io::ControlCommand& control) noexcept;
   io::Reason reset() noexcept;
-  void answer(const std::array<char, kSenderSize>& sender, std::int64_t sequence, io::Reason reason,
-              std::int64_t tick, std::int64_t found) noexcept;
+  std::int64_t most_count(std::int32_t command) const noexcept;
+  void answer(AckEntry entry) noexcept;
 
   const Plan& plan_;
   const LoopSettings settings_;

@@ -26,7 +26,9 @@ struct AckEntry {
   io::Reason reason = io::Reason::kAccepted;
   Mode mode = Mode::kRunning;  // at the answer
   std::int64_t tick = 0;       // accepted: takes effect; rejected: at the rejection
-  std::int64_t found = 0;      // start_tick of a force, the control command, or the elastic mode asked for
+  std::int32_t command = 0;    // control_t constant; 0: a force
+  std::int64_t found = 0;      // start_tick of a force, count of a control command
+  std::int64_t most = 0;       // that count may be, of SHAPES and SCENE
 };
 
 /// What changed the motion (applied_t).
@@ -46,9 +48,10 @@ struct FaultNote {
   std::int64_t sequence = 0;
 };
 
-/// A mode shape asked for: elastic mode from 1, of the plan or the wide one.
-struct ShapeRequest {
-  std::int32_t mode = 0;
+/// What SHAPES and SCENE ask for, of the plan or the wide one.
+struct PageRequest {
+  std::int32_t command = 0;  // control_t constant
+  std::int32_t number = 0;   // elastic mode from 1; page from 1, 0: all
   bool is_wide = false;
 };
 
@@ -68,7 +71,7 @@ Snapshot make_snapshot(const Plan& plan);
 struct Output {
   static constexpr int kNumAcks = 2048;
   static constexpr int kNumApplied = 1024;
-  static constexpr int kNumShapes = 64;
+  static constexpr int kNumRequests = 64;
   /// Snapshots of one channel that wait for a publisher that is late: a quarter of a second at 1 kHz, less
   /// where kMotionBytes hold fewer, and never fewer than the least.
   static constexpr std::size_t kMostWaiting = 256, kLeastWaiting = 4;
@@ -80,11 +83,13 @@ struct Output {
   // every one arrives
   Ring<AckEntry, kNumAcks> acks;
   Ring<AppliedEntry, kNumApplied> applied;
-  Ring<ShapeRequest, kNumShapes> shapes;
+  Ring<PageRequest, kNumRequests> requests;
   // each arrives while there is room; filled at the tick multiples of each channel's rate, as
   // io::kMotionChannels
   std::array<Queue<Snapshot>, io::kNumMotionChannels> motion;
   std::array<std::atomic<std::int64_t>, io::kNumMotionChannels> num_dropped{};  // for want of room
+  // of SCENE with the plan and with the wide one; set before the simulation runs
+  std::array<std::int32_t, 2> num_scene_pages{1, 1};
   // filled when asked for
   std::atomic<bool> is_status_wanted{false};
   Box<Snapshot> status;

@@ -21,13 +21,26 @@ struct Identity {
   Timing timing{};
 };
 
+/// The worst word on an epoch so far, and the first tick that had it.
+class WorstWord {
+ public:
+  void take(std::int64_t epoch, std::int64_t tick, const Verdict& verdict);
+  const Verdict& verdict() const { return verdict_; }
+  std::int64_t tick() const { return tick_; }  // -1: every word was good
+
+ private:
+  std::int64_t epoch_ = 0;
+  std::int64_t tick_ = -1;
+  Verdict verdict_;
+};
+
 class StatusReporter {
  public:
   /// \param restarts  times the ingress was started again
   StatusReporter(const Plan& plan, const Identity& identity, const Output& output, const SharedBlock& shared,
                  const std::atomic<std::int64_t>& restarts);
 
-  /// Status of a snapshot at wall time utime [us].
+  /// Status of a snapshot at wall time utime [us]; sends_failed is the publisher's to fill.
   freeflex_msgs::status_t report(const Snapshot& snapshot, std::int64_t utime);
   /// Once a second: moves the window of the percentiles on.
   void turn();
@@ -44,9 +57,8 @@ class StatusReporter {
   void fill_timing(freeflex_msgs::status_t& status) const;
   void fill_physics(const Snapshot& snapshot, freeflex_msgs::status_t& status);
   void fill_drift(const Snapshot& snapshot, const Invariants& invariants, freeflex_msgs::status_t& status);
-  void fill_validity(const Snapshot& snapshot, const Invariants& invariants,
-                     freeflex_msgs::status_t& status) const;
-  void fill_budget(const Snapshot& snapshot, freeflex_msgs::status_t& status) const;
+  void fill_validity(const Snapshot& snapshot, const Invariants& invariants, freeflex_msgs::status_t& status);
+  Verdict fill_budget(const Snapshot& snapshot, freeflex_msgs::status_t& status) const;
 
   const Plan& plan_;
   const Identity& identity_;
@@ -56,6 +68,8 @@ class StatusReporter {
   Validity validity_;
   SlidingPercentiles lateness_, compute_, command_latency_;
   Baseline baseline_;
+  WorstWord worst_;
+  std::int32_t num_modes_ = 0;  // elastic modes of the scene, left out or not
   bool is_damped_ = false;
 };
 

@@ -73,6 +73,42 @@ TEST(Status, SpinWithoutDisplacementIsPublishedAsAFiniteNumber) {
   EXPECT_EQ(report.now().spin_ratio, 1e9);
 }
 
+TEST(Status, TheWorstWordOfAnEpochStaysWithItsTickAndCause) {
+  // 2 mm on 0.5 m is beyond kMaxDisplacementRatio; by damping it is soon within
+  Scene scene = stretched_pair();
+  scene.damping.modal_ratio = 0.5;
+  Report report(scene);
+  const status_t first = report.now();
+  EXPECT_EQ(first.validity, status_t::OUTSIDE);
+  EXPECT_EQ(first.worst_validity_tick, 0);
+  report.motion.run(5000);
+  const status_t calm = report.now();
+  EXPECT_EQ(calm.validity, status_t::GOOD);
+  EXPECT_EQ(calm.worst_validity, status_t::OUTSIDE);
+  EXPECT_EQ(calm.worst_validity_tick, 0);
+  EXPECT_EQ(calm.worst_validity_cause, first.validity_cause);
+  EXPECT_NE(calm.worst_validity_cause, "");
+  // an epoch that begins with the calm state has a word of its own
+  ++report.motion.state.epoch;
+  const status_t other = report.now();
+  EXPECT_EQ(other.worst_validity, status_t::GOOD);
+  EXPECT_EQ(other.worst_validity_tick, -1);
+  EXPECT_EQ(other.worst_validity_cause, "");
+}
+
+TEST(Status, ModesLeftOutHaveNoBoundYet) {
+  EXPECT_EQ(Report(stretched_pair()).now().truncation_bound, 0.0);
+  Report report(stretched_pair());
+  PlanPart left_out;
+  left_out.part = Part::kSmallModes;
+  left_out.is_left_out = true;
+  left_out.count = 1;
+  report.motion.plan.parts.push_back(left_out);
+  StatusReporter lean{report.motion.plan, report.identity, *report.output, *report.shared, report.restarts};
+  report.snapshot.motion = report.motion.state;
+  EXPECT_EQ(lean.report(report.snapshot, 1).truncation_bound, -1.0);
+}
+
 TEST(Status, DriftCountsFromTheFirstReportAfterTheLastLoad) {
   Scene scene = octahedron();
   publish_everything(scene);
@@ -125,7 +161,15 @@ TEST(Status, RejectionsOfIngressAndLoopAreAddedByReason) {
   report.output->num_rejected[10] = 1;
   report.output->num_accepted = 6;
   report.restarts = 4;
+  report.output->num_dropped[0] = 7;
+  report.output->num_dropped[1] = 8;
+  report.output->num_dropped[2] = 9;
+  report.shared->dropped_answers = 5;
   const status_t status = report.now();
+  EXPECT_EQ(status.states_dropped, 7);
+  EXPECT_EQ(status.points_dropped, 8);
+  EXPECT_EQ(status.loads_dropped, 9);
+  EXPECT_EQ(status.answers_dropped, 5);
   EXPECT_EQ(status.commands_received, 12);
   EXPECT_EQ(status.commands_accepted, 6);
   EXPECT_EQ(status.ingress_restarts, 4);
