@@ -59,7 +59,7 @@ void Judgement::begin(const State& state) noexcept {
   over_ = running_ = {};
   reading_ = {};
   now_ = worst_ = {};
-  worst_.tick = state.tick;
+  worst_.tick = -1;
 }
 
 void Judgement::take(const State& state, Budget& budget) noexcept {

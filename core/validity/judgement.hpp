@@ -56,7 +56,7 @@ class Judgement {
   /// The state at the start of an epoch, and after every tick.
   void take(const State& state, Budget& budget) noexcept;
   const Verdict& now() const noexcept { return now_; }
-  /// The worst since the epoch began: the first of the worst word.
+  /// The worst since the epoch began: the first of the worst word; tick -1: every word was good.
   const Verdict& worst() const noexcept { return worst_; }
   double size() const noexcept { return size_; }  // [m] max |r|
 
