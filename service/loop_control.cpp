@@ -11,29 +11,52 @@ using io::Reason;
 /// Takes commands in the order they came. A command is only taken while its answer, and the answers that a
 /// reset would owe to the pending ones, have room; otherwise it waits where it is.
 void Simulation::drain() noexcept {
+  // the operator's first: whatever is on the bus, they are decided. Answers to the others that a reset owes
+  // have their room in any case, for those below leave it
+  while (output_.operator_acks.num_free() >= desk_.num_pending() + 2 &&
+         output_.operator_commands.try_pop(*inbound_entry_)) {
+    if (inbound_entry_->kind == InboundKind::kForce)
+      handle_force(inbound_entry_->force, inbound_entry_->received_ns);
+    else
+      handle_control(inbound_entry_->control, inbound_entry_->received_ns);
+  }
   for (int i = 0; i < kMaxDrained; ++i) {
     if (output_.acks.num_free() < desk_.num_pending() + 2) return;
     if (!inbound_.try_pop(*inbound_entry_)) return;
     // the memory is the ingress's: nothing in it is trusted, and an entry of another kind is dropped
     switch (inbound_entry_->kind) {
       case InboundKind::kForce:
-        if (io::is_sane(inbound_entry_->force, *names_))
+        if (io::is_sane(inbound_entry_->force, *names_) && !is_operator(inbound_entry_->force.sender))
           handle_force(inbound_entry_->force, inbound_entry_->received_ns);
         break;
       case InboundKind::kControl:
-        if (io::is_sane(inbound_entry_->control)) handle_control(inbound_entry_->control);
+        if (io::is_sane(inbound_entry_->control) && !is_operator(inbound_entry_->control.sender))
+          handle_control(inbound_entry_->control, inbound_entry_->received_ns);
         break;
     }
   }
 }
 
-void Simulation::handle_force(const ForceCommand& command, std::int64_t received_ns) noexcept {
-  CommandDesk::Decision decision{Reason::kWrongMode, state_.tick};
-  if (!has_faulted_) decision = desk_.submit(command, received_ns, state_.tick, output_.applied.num_free());
-  answer(command.sender, command.sequence, decision.reason, decision.tick, command.start_tick);
+/// True when the command waited too long for its decision, which it then has: whoever sent it may have
+/// thought better of it.  \param received_ns  [ns] boot time, not trusted: one that is to come is now
+template <class Command>
+bool Simulation::refuse_old(const Command& command, std::int64_t received_ns) noexcept {
+  const std::int64_t now_ns = clock_.boot_ns();
+  const std::int64_t age_ns = received_ns < 0 || received_ns > now_ns ? 0 : now_ns - received_ns;
+  if (static_cast<double>(age_ns) <= settings_.limits.max_age * 1e9) return false;
+  answer(command.sender, command.sequence, Reason::kTooOld, state_.tick, age_ns / 1'000'000);
+  return true;
 }
 
-void Simulation::handle_control(const io::ControlCommand& control) noexcept {
+void Simulation::handle_force(const ForceCommand& command, std::int64_t received_ns) noexcept {
+  if (refuse_old(command, received_ns)) return;
+  CommandDesk::Decision decision{Reason::kWrongMode, state_.tick, command.start_tick};
+  if (!has_faulted_) decision = desk_.submit(command, received_ns, state_.tick, output_.applied.num_free());
+  answer(command.sender, command.sequence, decision.reason, decision.tick, decision.found);
+}
+
+void Simulation::handle_control(const io::ControlCommand& control, std::int64_t received_ns) noexcept {
+  if (refuse_old(control, received_ns)) return;
   const std::int64_t found = control.command == control_t::SHAPES ? control.count : control.command;
   const Reason reason = obey(control);
   answer(control.sender, control.sequence, reason, state_.tick, found);
@@ -101,7 +124,11 @@ Reason Simulation::reset() noexcept {
 /// The drain made sure that the ring takes it.
 void Simulation::answer(const std::array<char, kSenderSize>& sender, std::int64_t sequence, Reason reason,
                         std::int64_t tick, std::int64_t found) noexcept {
-  output_.acks.try_push({sender, sequence, reason, mode(), tick, found});
+  const AckEntry entry{sender, sequence, reason, mode(), tick, found};
+  if (is_operator(sender))
+    output_.operator_acks.try_push(entry);
+  else
+    output_.acks.try_push(entry);
   std::atomic<std::int64_t>& count = reason == Reason::kAccepted
                                          ? output_.num_accepted
                                          : output_.num_rejected[static_cast<std::size_t>(reason)];

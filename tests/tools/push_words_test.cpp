@@ -19,7 +19,7 @@ using io::Reason;
 std::string loop_text(const service::AckEntry& entry) {
   Plan plan;
   plan.num_elastic = 6;
-  return tools::in_push_words(service::make_ack(entry, plan, 1, 0).text, {}, {});
+  return tools::in_push_words(service::make_ack(entry, plan, service::Identity{}).text, {}, {});
 }
 
 /// Point 19 is the second of a command, group 2 its first; names as a scene may have them.

@@ -36,6 +36,7 @@ constexpr std::array<NamedReason, kNumReasons> kNames = {{
     {Reason::kTooManySenders, "too_many_senders"},
     {Reason::kEpochEnded, "epoch_ended"},
     {Reason::kLeftOut, "left_out"},
+    {Reason::kTooOld, "too_old"},
 }};
 
 constexpr bool is_in_order() {

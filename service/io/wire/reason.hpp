@@ -32,8 +32,9 @@ enum class Reason : std::int32_t {
   kTooManySenders = 23,  // more senders than the daemon keeps sequences for
   kEpochEnded = 24,      // a reset came before the command's start_tick
   kLeftOut = 25,         // the command needs a part that the plan leaves out
+  kTooOld = 26,          // waited longer for its decision than the scene allows
 };
-inline constexpr int kNumReasons = static_cast<int>(Reason::kLeftOut) + 1;
+inline constexpr int kNumReasons = static_cast<int>(Reason::kTooOld) + 1;
 
 inline constexpr std::int64_t kMaxAheadTicks = 100'000'000;
 /// Longest duration or lease: 31,000 years at 1 kHz, and no sum of ticks overflows.
