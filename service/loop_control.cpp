@@ -11,38 +11,41 @@ using io::Reason;
 /// Takes commands in the order they came. A command is only taken while its answer, and the answers that a
 /// reset would owe to the pending ones, have room; otherwise it waits where it is.
 void Simulation::drain() noexcept {
+  InboundEntry& entry = *inbound_entry_;
   // the operator's first: whatever is on the bus, they are decided. Answers to the others that a reset owes
   // have their room in any case, for those below leave it
   while (output_.operator_acks.num_free() >= desk_.num_pending() + 2 &&
-         output_.operator_commands.try_pop(*inbound_entry_)) {
-    if (inbound_entry_->kind == InboundKind::kForce)
-      handle_force(inbound_entry_->force, inbound_entry_->received_ns);
+         output_.operator_commands.try_pop(entry)) {
+    if (entry.kind == InboundKind::kForce)
+      handle_force(entry.force, entry.received_ns);
     else
-      handle_control(inbound_entry_->control, inbound_entry_->received_ns);
+      handle_control(entry.control, entry.received_ns);
   }
   for (int i = 0; i < kMaxDrained; ++i) {
     if (output_.acks.num_free() < desk_.num_pending() + 2) return;
-    if (!inbound_.try_pop(*inbound_entry_)) return;
-    // the memory is the ingress's: nothing in it is trusted, and an entry of another kind is dropped
-    switch (inbound_entry_->kind) {
+    if (!inbound_.try_pop(entry)) return;
+    // the memory is the ingress's: nothing in it is trusted. A reception that is to come is now, an entry of
+    // another kind is dropped
+    const std::int64_t now_ns = clock_.boot_ns();
+    if (entry.received_ns < 0 || entry.received_ns > now_ns) entry.received_ns = now_ns;
+    switch (entry.kind) {
       case InboundKind::kForce:
-        if (io::is_sane(inbound_entry_->force, *names_) && !is_operator(inbound_entry_->force.sender))
-          handle_force(inbound_entry_->force, inbound_entry_->received_ns);
+        if (io::is_sane(entry.force, *names_) && !is_operator(entry.force.sender))
+          handle_force(entry.force, entry.received_ns);
         break;
       case InboundKind::kControl:
-        if (io::is_sane(inbound_entry_->control) && !is_operator(inbound_entry_->control.sender))
-          handle_control(inbound_entry_->control, inbound_entry_->received_ns);
+        if (io::is_sane(entry.control) && !is_operator(entry.control.sender))
+          handle_control(entry.control, entry.received_ns);
         break;
     }
   }
 }
 
 /// True when the command waited too long for its decision, which it then has: whoever sent it may have
-/// thought better of it.  \param received_ns  [ns] boot time, not trusted: one that is to come is now
+/// thought better of it.
 template <class Command>
 bool Simulation::refuse_old(const Command& command, std::int64_t received_ns) noexcept {
-  const std::int64_t now_ns = clock_.boot_ns();
-  const std::int64_t age_ns = received_ns < 0 || received_ns > now_ns ? 0 : now_ns - received_ns;
+  const std::int64_t age_ns = clock_.boot_ns() - received_ns;
   if (static_cast<double>(age_ns) <= settings_.limits.max_age * 1e9) return false;
   answer(command.sender, command.sequence, Reason::kTooOld, state_.tick, age_ns / 1'000'000);
   return true;
