@@ -164,7 +164,8 @@ TEST(Loop, HoldsStepsAndRunsAgainInRealTime) {
 
 TEST(Loop, ResetGoesBackToTheStartInANewEpochAndAnswersWhatWaited) {
   const Plan plan = octahedron_plan();
-  Rig rig(plan, {.timing = kAsap, .until_tick = 300});
+  // nobody reads the states, for which the loop waits a second each
+  Rig rig(plan, {.timing = kAsap, .until_tick = 300, .limits = {.max_age = 1e3}});
   rig.push(make_push(1, 0, -1));
   rig.push(make_push(2, 1, 290));
   bool has_reset = false;
