@@ -174,7 +174,9 @@ TEST_F(Ingress, WhatArrivesWhileNoneReceivesIsTakenOnceInOrderByTheNext) {
     const std::int64_t first = sequence + 1;
     // nobody looks after them meanwhile
     ASSERT_TRUE(send_signal(ingress_.pid(), SIGKILL));
-    if (round % 2 == 1) ASSERT_TRUE(send_signal(ingress_.standby_pid(), SIGKILL));
+    if (round % 2 == 1) {
+      ASSERT_TRUE(send_signal(ingress_.standby_pid(), SIGKILL));
+    }
     siginfo_t ended{};
     ASSERT_EQ(waitid(P_PID, static_cast<id_t>(ingress_.pid()), &ended, WEXITED | WNOWAIT), 0);
     for (int i = 0; i < 100; ++i) send(++sequence);
@@ -193,6 +195,8 @@ TEST_F(Ingress, OneThatIsStoppedIsReplacedAndNothingIsLost) {
   ASSERT_TRUE(is_complete());
   const pid_t stopped = ingress_.pid();
   ASSERT_TRUE(send_signal(stopped, SIGSTOP));
+  // until it has stopped it may yet take one in hand, which goes with it
+  ASSERT_TRUE(eventually([stopped] { return service::read_process(stopped).state == 'T'; }));
   for (std::int64_t i = 1; i <= 20; ++i) send(i);
   ASSERT_TRUE(restarts());
   EXPECT_EQ(ingress_.num_hangs(), 1);

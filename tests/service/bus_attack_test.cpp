@@ -86,7 +86,9 @@ TEST_F(FREEFLEX_ATTACK_NAME, InputIsBackAfterEachKillAndEveryTickIsExecuted) {
     const bool kills_both = i % 3 == 2 && children.size() > 1;
     const auto killed = steady_clock::now();
     ASSERT_TRUE(send_signal(children[0], SIGKILL));
-    if (kills_both) ASSERT_TRUE(send_signal(children[1], SIGKILL));
+    if (kills_both) {
+      ASSERT_TRUE(send_signal(children[1], SIGKILL));
+    }
     (kills_both ? both_us : one_us).push_back(wait_for_input(client, killed));
     if (i % 10 == 9) {
       const auto end = steady_clock::now() + milliseconds(50);
