@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "service/loop.hpp"
@@ -16,6 +17,7 @@ struct DaemonOptions {
   double rate = 0.0;    // [Hz] 0: the scene's
   double until = 0.0;   // [s] simulated; 0: until told to stop
   bool starts_holding = false;
+  std::optional<std::string> keys;  // file or folder: commands are taken under these keys only
   Timing timing{};
 };
 

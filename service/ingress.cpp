@@ -137,14 +137,14 @@ IngressEnd run_ingress(SharedBlock& block) {
   return receive(lcm, block);
 }
 
-std::optional<int> run_if_ingress(int argc, char** argv) {
+std::optional<int> run_if_ingress(int argc, char** argv, IngressEnd (*body)(SharedBlock&)) {
   if (argc != 3 || std::strcmp(argv[1], "--ingress-block") != 0) return std::nullopt;
   void* memory = shmat(std::atoi(argv[2]), nullptr, 0);
   // what hostile bytes can overwrite here must not be what they are checked against
   if (memory == kNotAttached || mprotect(memory, SharedBlock::kSettingsSize, PROT_READ) != 0) {
     return static_cast<int>(IngressEnd::kBadBlock);
   }
-  return static_cast<int>(run_ingress(*static_cast<SharedBlock*>(memory)));
+  return static_cast<int>(body(*static_cast<SharedBlock*>(memory)));
 }
 
 }  // namespace freeflex::service

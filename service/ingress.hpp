@@ -16,11 +16,6 @@ namespace freeflex::service {
 /// What shmat returns when it fails.
 inline void* const kNotAttached = reinterpret_cast<void*>(-1);
 
-/// When argv is `PROGRAM --ingress-block ID` this process is an ingress: receives until its daemon is gone
-/// and returns the exit status. Else empty. To be called first in main of every program that uses
-/// IngressProcess.
-std::optional<int> run_if_ingress(int argc, char** argv);
-
 /// Why an ingress ended by itself (its exit status).
 enum class IngressEnd : int {
   kDaemonGone = 0,
@@ -32,6 +27,11 @@ enum class IngressEnd : int {
 
 /// Receives into the block until the daemon is gone or liblcm fails. Blocks.
 IngressEnd run_ingress(SharedBlock& block);
+
+/// When argv is `PROGRAM --ingress-block ID` this process is an ingress: receives until its daemon is gone
+/// and returns the exit status. Else empty. To be called first in main of every program that uses
+/// IngressProcess.  \param body  what it does with the block; tests have one that is hostile
+std::optional<int> run_if_ingress(int argc, char** argv, IngressEnd (*body)(SharedBlock&) = run_ingress);
 
 /// Empty when prefix can be the first part of channel names, else what is allowed.
 std::string check_prefix(const std::string& prefix);
@@ -49,6 +49,7 @@ class IngressProcess {
     std::int64_t session = 0;
     std::string lcm_url;                       // "": LCM's default
     std::string channel_prefix;                // 1 to 32 of A-Z a-z 0-9 _ -
+    bool are_keys_required = false;            // commands are handed over as bytes
     std::chrono::milliseconds timeout{15000};  // liblcm tests itself for up to 10 s
   };
   /// Starts the ingress and waits until it is subscribed. Returns an empty string, or why it is not (for a

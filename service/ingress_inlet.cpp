@@ -25,6 +25,7 @@ bool uses_a_sequence(Reason reason) {
 }  // namespace
 
 void Inlet::on_force(std::span<const std::byte> bytes) noexcept {
+  if (block_.settings.are_keys_required) return forward(InboundKind::kRawForce, bytes);
   entry_.received_ns = monotonic_ns();
   entry_.kind = InboundKind::kForce;
   io::Admission admission =
@@ -33,6 +34,7 @@ void Inlet::on_force(std::span<const std::byte> bytes) noexcept {
 }
 
 void Inlet::on_control(std::span<const std::byte> bytes) noexcept {
+  if (block_.settings.are_keys_required) return forward(InboundKind::kRawControl, bytes);
   entry_.received_ns = monotonic_ns();
   entry_.kind = InboundKind::kControl;
   io::Admission admission = io::decode_control(bytes, block_.settings.session, entry_.control);
@@ -42,6 +44,17 @@ void Inlet::on_control(std::span<const std::byte> bytes) noexcept {
 void Inlet::on_status(std::span<const std::byte> bytes) noexcept {
   const std::optional<std::int64_t> session = io::read_status_session(bytes);
   if (session && *session != block_.settings.session) block_.other_session.store(*session);
+}
+
+/// Whose it is and what it says is the verifier's to find out.
+void Inlet::forward(InboundKind kind, std::span<const std::byte> bytes) noexcept {
+  entry_.received_ns = monotonic_ns();
+  entry_.kind = kind;
+  entry_.num_raw_bytes = static_cast<std::int32_t>(std::min<std::size_t>(bytes.size(), kMaxRawBytes + 1));
+  if (entry_.num_raw_bytes <= kMaxRawBytes) std::copy(bytes.begin(), bytes.end(), entry_.raw.begin());
+  block_.received.fetch_add(1, std::memory_order_relaxed);
+  if (block_.inbound.try_push(entry_)) return;
+  block_.rejections[static_cast<std::size_t>(Reason::kQueueFull)].fetch_add(1, std::memory_order_relaxed);
 }
 
 void Inlet::finish(io::Admission& admission) noexcept {

@@ -112,6 +112,7 @@ std::string IngressProcess::make_block(const Options& options, const io::NameTab
   std::copy(options.channel_prefix.begin(), options.channel_prefix.end(), settings.channel_prefix.begin());
   settings.session = options.session;
   settings.daemon_pid = getpid();
+  settings.are_keys_required = options.are_keys_required;
   settings.names = names;
   return {};
 }

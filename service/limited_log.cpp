@@ -22,6 +22,7 @@ spdlog::level::level_enum level_of(LineKind kind) {
     case LineKind::kIngressEnded:
     case LineKind::kNotSent:
     case LineKind::kSlip:
+    case LineKind::kRefused:
       break;
   }
   return spdlog::level::warn;

@@ -18,8 +18,9 @@ enum class LineKind : std::size_t {
   kReplan,    // a part that was left out is back
   kNotSent,   // messages
   kSlip,
+  kRefused,  // a command without a right key
 };
-inline constexpr std::size_t kNumLineKinds = 7;
+inline constexpr std::size_t kNumLineKinds = 8;
 
 /// Writes to spdlog's default logger, at the level of the kind.
 void write_line(LineKind kind, const std::string& text);

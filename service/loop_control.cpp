@@ -23,6 +23,9 @@ void Simulation::drain() noexcept {
       case InboundKind::kControl:
         if (io::is_sane(inbound_entry_->control)) handle_control(inbound_entry_->control);
         break;
+      case InboundKind::kRawForce:
+      case InboundKind::kRawControl:
+        break;
     }
   }
 }

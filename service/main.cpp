@@ -61,6 +61,11 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->type_name("S")
       ->check(freeflex::service::must_be("a number > 0 [s]", [](double time) { return time > 0.0; }));
   app.add_flag("--hold", options.starts_holding, "start holding: wait for RUN or STEP");
+  std::string keys;
+  CLI::Option* const has_keys = app.add_option(
+      "--keys", keys,
+      "take commands under these keys only: a key file, or a folder of NAME.key; see freeflex keygen");
+  has_keys->type_name("FILE|FOLDER");
   app.add_option("--log-level", level, "least level that is logged: debug, info, warning, error or off")
       ->type_name("LEVEL")
       ->default_str(level)
@@ -72,6 +77,8 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       throw CLI::ValidationError(
           "--time", "found '" + timing + "', must be realtime, scaled=K with K > 0, lockstep or asap");
     options.timing = *parsed;
+    // an empty name, of a variable that is not set, is one that cannot be read, and not no keys
+    if (has_keys->count() > 0) options.keys = keys;
   } catch (const CLI::ParseError& error) {
     // --help and --version come this way too
     if (error.get_exit_code() == 0) return app.exit(error), freeflex::service::kClean;

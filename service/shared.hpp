@@ -59,16 +59,23 @@ class Ring {
   alignas(64) std::array<Entry, Capacity> entries_{};
 };
 
-/// Which of an InboundEntry's commands counts. In shared memory it may hold any other number.
-enum class InboundKind : std::int32_t { kForce = 1, kControl = 2 };
-/// Ingress -> simulation.
+/// [B] of the largest command under a key: a force_t of 8112 in an envelope_t with the longest key id.
+inline constexpr int kMaxRawBytes = 8216;
+/// What of an InboundEntry counts: a command, or where keys are required the bytes of a message on FORCE or
+/// CONTROL. In shared memory it may hold any other number.
+enum class InboundKind : std::int32_t { kForce = 1, kControl = 2, kRawForce = 3, kRawControl = 4 };
+/// Ingress -> simulation, or ingress -> verifier -> simulation.
 struct InboundEntry {
   std::int64_t received_ns;  // CLOCK_MONOTONIC
   InboundKind kind;
-  std::int32_t padding;
-  ForceCommand force;
+  std::int32_t num_raw_bytes;  // of the message; one above kMaxRawBytes was not copied
+  union {
+    ForceCommand force;
+    std::array<std::byte, kMaxRawBytes> raw;
+  };
   io::ControlCommand control;
 };
+static_assert(sizeof(ForceCommand) >= kMaxRawBytes, "raw bytes take no room of their own");
 /// Ingress -> publisher: a rejection to answer.
 struct RejectionEntry {
   io::Admission admission;
@@ -78,6 +85,7 @@ struct RejectionEntry {
 struct IngressSettings {
   std::int64_t session = 0;
   std::int32_t daemon_pid = 0;  // the ingress ends when this is no longer its parent
+  bool are_keys_required = false;
   std::array<char, 256> lcm_url{};
   std::array<char, 64> channel_prefix{};
   io::NameTable names;
@@ -95,7 +103,8 @@ struct SenderTable {
   std::array<Record, kMaxSenders> records{};
 };
 
-/// The daemon makes it, the ingress fills it. Past settings all of it is untrusted by the daemon.
+/// The daemon makes it, the ingress fills it. Past settings all of it is untrusted by the daemon. Where keys
+/// are required the verifier fills another one, in the daemon's own memory, for simulation and publisher.
 struct SharedBlock {
   static constexpr std::size_t kPageSize = 4096;  // [B]
   static constexpr std::size_t kSettingsSize =

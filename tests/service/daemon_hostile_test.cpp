@@ -249,12 +249,13 @@ void run_with_rules_broken(const std::string& scene, bool breaks, std::map<std::
   ASSERT_TRUE(advance_to(400));
   states = client.states;
   if (!breaks) return;
-  // all but left_out, which takes a plan that leaves out what commands need (replan_test), and at first
-  // epoch_ended, which takes a reset
-  EXPECT_TRUE(client.until([&] { return rejections(client).size() >= io::kNumReasons - 3; }));
+  // all but left_out, which takes a plan that leaves out what commands need (replan_test), those of keys
+  // (verifier_test), and at first epoch_ended, which takes a reset
+  constexpr int kFirstOfKeys = static_cast<int>(Reason::kKeyRequired);
+  EXPECT_TRUE(client.until([&] { return rejections(client).size() >= kFirstOfKeys - 3; }));
   client.send_control(control_t::RESET);
-  EXPECT_TRUE(client.until([&] { return rejections(client).size() == io::kNumReasons - 2; }));
-  for (int number = 1; number < io::kNumReasons; ++number) {
+  EXPECT_TRUE(client.until([&] { return rejections(client).size() == kFirstOfKeys - 2; }));
+  for (int number = 1; number < kFirstOfKeys; ++number) {
     const auto reason = static_cast<Reason>(number);
     EXPECT_EQ(rejections(client)[reason] > 0, reason != Reason::kLeftOut) << io::reason_name(reason);
   }

@@ -6,6 +6,7 @@
 #include "messages/channels.hpp"
 #include "service/io/wire/decode.hpp"
 #include "service/io/wire/reason.hpp"
+#include "service/io/wire/wire_walk.hpp"
 #include "tools/bus/bus.hpp"
 
 namespace freeflex::tools {
@@ -93,6 +94,16 @@ Json fields_of(const control_t& m) {
           {"sequence", m.sequence},
           {"command", control_name(m.command)},
           {"count", m.count}};
+}
+
+Json fields_of(const envelope_t& m) {
+  std::string tag;
+  for (const std::uint8_t byte : m.tag) tag += format_text("%02x", byte);
+  return {{"key_id", m.key_id},
+          {"session", m.session},
+          {"sequence", m.sequence},
+          {"valid_until", m.valid_until},
+          {"tag", tag}};
 }
 
 Json fields_of(const ack_t& m) {
@@ -296,6 +307,8 @@ std::string summary_of(const status_t& m) {
          (m.validity_cause.empty() ? "" : ": " + m.validity_cause);
 }
 
+std::string summary_of(const envelope_t& m) { return m.key_id + ", sealed"; }
+
 /// What numbers the messages of a type; those without are not numbered.
 template <class Message>
 void number_message(const Message&, DecodedMessage&) {}
@@ -331,6 +344,19 @@ DecodedMessage decode_as(std::span<const std::byte> bytes) {
   return out;
 }
 
+/// A command as it is, or under a key: then its own fields stand in `command`.
+template <class Command>
+DecodedMessage decode_command(std::span<const std::byte> bytes) {
+  if (io::integer_at<std::int64_t>(bytes, 0) != envelope_t::getHash()) return decode_as<Command>(bytes);
+  DecodedMessage out = decode_as<envelope_t>(bytes);
+  if (envelope_t envelope; io::decode_message(bytes, envelope)) {
+    const DecodedMessage inside = decode_as<Command>(std::as_bytes(std::span(envelope.body)));
+    out.fields["command"] = inside.fields;
+    out.summary += ": " + inside.summary;
+  }
+  return out;
+}
+
 }  // namespace
 
 DecodedMessage decode_by_suffix(std::string_view suffix, std::span<const std::byte> bytes) {
@@ -340,8 +366,8 @@ DecodedMessage decode_by_suffix(std::string_view suffix, std::span<const std::by
   if (suffix == channels::kLoads) return decode_as<loads_t>(bytes);
   if (suffix == channels::kScene) return decode_as<scene_t>(bytes);
   if (suffix == channels::kShapes) return decode_as<shapes_t>(bytes);
-  if (suffix == channels::kForce) return decode_as<force_t>(bytes);
-  if (suffix == channels::kControl) return decode_as<control_t>(bytes);
+  if (suffix == channels::kForce) return decode_command<force_t>(bytes);
+  if (suffix == channels::kControl) return decode_command<control_t>(bytes);
   if (suffix == channels::kAck) return decode_as<ack_t>(bytes);
   if (suffix == channels::kApplied) return decode_as<applied_t>(bytes);
   return {};

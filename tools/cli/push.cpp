@@ -13,6 +13,7 @@
 #include "service/io/wire/codec.hpp"
 #include "service/io/wire/decode.hpp"
 #include "service/io/wire/reason.hpp"
+#include "service/keys.hpp"
 #include "tools/bus/bus.hpp"
 #include "tools/bus/push_command.hpp"
 #include "tools/bus/push_words.hpp"
@@ -33,6 +34,7 @@ constexpr const char* kPushFooter = R"(Examples:
   freeflex push --point tip=0,0,1 --point hub=0,0,-1      (both in one command)
   freeflex push --group hub --torque 0,0,5 --axes body --lease 2 --slot 3
   freeflex push --control step=100
+  freeflex push --control stop --key operator.key         (to a daemon that was started with --keys)
 JSON fields:
   accepted     true or false;  tick: from which it acts, or at which it was rejected
   reason       accepted, or a name of messages/README.md, section 6;  text: the same in words
@@ -46,14 +48,29 @@ struct Daemon {
   SceneCatalogue scene;
 };
 
+/// As it goes out: sealed where there is a key.
 template <class Message>
-std::vector<std::byte> address(Message& message, const PushOptions& options, std::int64_t session) {
+std::vector<std::byte> address(Message& message, const PushOptions& options,
+                               const std::optional<SealingKey>& key, const std::string& channel,
+                               std::int64_t session) {
+  constexpr std::int64_t kValidity =
+      10'000'000;  // [us] the way to the daemon, and a clock that is a little off
   message.utime = wall_clock_us();
   message.session = session;
   message.sender = options.sender;
   // grows from one call of this program to the next
   message.sequence = message.utime;
-  return io::encode(message);
+  return key ? seal(message, channel, *key, message.utime + kValidity) : io::encode(message);
+}
+
+/// The key of --key, whose id becomes the sender; explains what is wrong with it.
+bool read_key(PushOptions& options, std::optional<SealingKey>& key) {
+  if (options.key.empty()) return true;
+  const service::KeysResult result = service::load_key(options.key);
+  if (!result.faults.empty()) return std::fprintf(stderr, "%s\n", result.faults.c_str()), false;
+  key = result.keys.front().sealing;
+  options.sender = key->id;
+  return true;
 }
 
 int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack) {
@@ -77,16 +94,21 @@ int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack) {
   return is_accepted ? kExitOk : kExitDiffers;
 }
 
-int explain_silence(const Bus& bus, const std::string& what) {
+int explain_silence(const Bus& bus, const std::string& what, bool has_key = false) {
   if (is_interrupted()) return kExitInterrupted;
   print_error(what + " (" + bus.describe() +
-              ")\nIs freeflexd running there? Same LCM_DEFAULT_URL, same network namespace, same --prefix?");
+              ")\nIs freeflexd running there? Same LCM_DEFAULT_URL, same network namespace, same --prefix?" +
+              (has_key
+                   ? "\nDoes it have this key in its --keys, with this secret? Its log says which it refused."
+                   : ""));
   return kExitDiffers;
 }
 
-int push(const CLI::App& command, const PushOptions& options) {
+int push(const CLI::App& command, PushOptions options) {
   const std::string fault = find_push_fault(command, options);
   if (!fault.empty()) return print_error(fault), kExitUsage;
+  std::optional<SealingKey> key;
+  if (!read_key(options, key)) return kExitUsage;
   Bus bus(options.bus);
   if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;
 
@@ -122,20 +144,22 @@ int push(const CLI::App& command, const PushOptions& options) {
   if (needs_scene) {
     std::optional<force_t> force = make_force(options, daemon.scene);
     if (!force) return kExitUsage;
-    const std::vector<std::byte> bytes = address(*force, options, daemon.status->session);
+    const std::string channel = options.bus.prefix + channels::kForce;
+    const std::vector<std::byte> bytes = address(*force, options, key, channel, daemon.status->session);
     sequence = force->sequence;
-    is_sent = bus.publish(options.bus.prefix + channels::kForce, bytes);
+    is_sent = bus.publish(channel, bytes);
   } else {
     control_t control = make_control(options);
-    const std::vector<std::byte> bytes = address(control, options, daemon.status->session);
+    const std::string channel = options.bus.prefix + channels::kControl;
+    const std::vector<std::byte> bytes = address(control, options, key, channel, daemon.status->session);
     sequence = control.sequence;
-    is_sent = bus.publish(options.bus.prefix + channels::kControl, bytes);
+    is_sent = bus.publish(channel, bytes);
   }
   if (!is_sent) return print_error("the command could not be sent (" + bus.describe() + ")"), kExitDiffers;
   // sent once: an answer that is lost leaves it open whether the command was taken, and a second would act
   // twice
   if (!bus.wait(timeout, [&] { return answer.has_value(); }))
-    return explain_silence(bus, "sent, but no answer came");
+    return explain_silence(bus, "sent, but no answer came", key.has_value());
   return print_answer(options, *answer);
 }
 
@@ -183,6 +207,9 @@ void add_exchange_options(CLI::App& command, PushOptions& options) {
       })
       ->type_name("NAME")
       ->capture_default_str();
+  command.add_option("--key", options.key, "key file to seal the command with; its id is the sender")
+      ->check(file_name())
+      ->type_name("FILE");
   command.add_option("--timeout", options.timeout, "how long to wait for the daemon and for its answer [s]")
       ->check(positive_time())
       ->type_name("S")

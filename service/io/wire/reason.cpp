@@ -36,6 +36,15 @@ constexpr std::array<NamedReason, kNumReasons> kNames = {{
     {Reason::kTooManySenders, "too_many_senders"},
     {Reason::kEpochEnded, "epoch_ended"},
     {Reason::kLeftOut, "left_out"},
+    {Reason::kKeyRequired, "key_required"},
+    {Reason::kUnknownKey, "unknown_key"},
+    {Reason::kBadTag, "bad_tag"},
+    {Reason::kExpired, "expired"},
+    {Reason::kValidTooLong, "valid_too_long"},
+    {Reason::kKeyMismatch, "key_mismatch"},
+    {Reason::kNotGranted, "not_granted"},
+    {Reason::kOverKeyLimit, "over_key_limit"},
+    {Reason::kTooFast, "too_fast"},
 }};
 
 constexpr bool is_in_order() {

@@ -32,8 +32,22 @@ enum class Reason : std::int32_t {
   kTooManySenders = 23,  // more senders than the daemon keeps sequences for
   kEpochEnded = 24,      // a reset came before the command's start_tick
   kLeftOut = 25,         // the command needs a part that the plan leaves out
+  // where keys are required
+  kKeyRequired = 26,   // a command without an envelope
+  kUnknownKey = 27,    // key id of none of the daemon's keys
+  kBadTag = 28,        // the envelope was not sealed with this key for this channel
+  kExpired = 29,       // valid_until has passed
+  kValidTooLong = 30,  // valid_until further ahead than kMaxValidity
+  kKeyMismatch = 31,   // sender or sequence of the command are not those of its envelope
+  kNotGranted = 32,    // the key may not use this channel, control, point, group or slot
+  kOverKeyLimit = 33,  // |force| or |torque| above the key's limit
+  kTooFast = 34,       // more commands a second than the key may send
 };
-inline constexpr int kNumReasons = static_cast<int>(Reason::kLeftOut) + 1;
+inline constexpr int kNumReasons = static_cast<int>(Reason::kTooFast) + 1;
+
+/// [us] Furthest that valid_until may be ahead of the daemon's wall clock: as long as a command that is held
+/// back on its way can still take effect.
+inline constexpr std::int64_t kMaxValidity = 60'000'000;
 
 inline constexpr std::int64_t kMaxAheadTicks = 100'000'000;
 /// Longest duration or lease: 31,000 years at 1 kHz, and no sum of ticks overflows.
