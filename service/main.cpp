@@ -62,9 +62,8 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->check(freeflex::service::must_be("a number > 0 [s]", [](double time) { return time > 0.0; }));
   app.add_flag("--hold", options.starts_holding, "start holding: wait for RUN or STEP");
   std::string keys;
-  CLI::Option* const has_keys = app.add_option(
-      "--keys", keys,
-      "take commands under these keys only: a key file, or a folder of NAME.key; see freeflex keygen");
+  CLI::Option* const has_keys =
+      app.add_option("--keys", keys, "take commands under these keys only: a key file, or a folder of *.key");
   has_keys->type_name("FILE|FOLDER");
   app.add_option("--log-level", level, "least level that is logged: debug, info, warning, error or off")
       ->type_name("LEVEL")
