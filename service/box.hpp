@@ -21,12 +21,10 @@ class Box {
     writing_ =
         latest_.exchange(static_cast<std::uint8_t>(writing_ | kUnread), std::memory_order_acq_rel) & kIndex;
   }
-  /// Either thread. True when the latest value has not been taken.
-  bool has_unread() const noexcept { return (latest_.load(std::memory_order_acquire) & kUnread) != 0; }
   /// Reader only. The latest value, or null when there is none since the last take. Stays as it is until the
   /// next take.
   const Value* take() noexcept {
-    if (!has_unread()) return nullptr;
+    if ((latest_.load(std::memory_order_acquire) & kUnread) == 0) return nullptr;
     reading_ = latest_.exchange(reading_, std::memory_order_acq_rel) & kIndex;
     return &copies_[reading_];
   }

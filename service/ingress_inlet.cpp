@@ -19,7 +19,7 @@ std::int64_t monotonic_ns() {
 /// The command was ours and its sender known, so its sequence counts whether or not its contents are good.
 bool uses_a_sequence(Reason reason) {
   return reason != Reason::kMalformed && reason != Reason::kWrongType && reason != Reason::kWrongSession &&
-         reason != Reason::kBadSender;
+         reason != Reason::kBadSender && reason != Reason::kNoKeys;
 }
 
 }  // namespace

@@ -11,10 +11,10 @@ namespace freeflex::service {
 
 namespace {
 
-constexpr std::int64_t kIdleLockstep = 100'000;     // [ns] between looks at the ring while told to wait
-constexpr std::int64_t kIdleHolding = 1'000'000;    // [ns]
-constexpr std::int64_t kLongestSleep = 50'000'000;  // [ns] between looks at the ring while running
-constexpr std::int64_t kReaderWait = 20'000;        // [ns] between looks at a box that must be read first
+constexpr std::int64_t kIdleLockstep = 100'000;          // [ns] between looks at the ring while told to wait
+constexpr std::int64_t kIdleHolding = 1'000'000;         // [ns]
+constexpr std::int64_t kLongestSleep = 50'000'000;       // [ns] between looks at the ring while running
+constexpr std::int64_t kReaderWait = 20'000;             // [ns] between looks at a queue that is full
 constexpr std::int64_t kReaderPatience = 1'000'000'000;  // [ns]
 constexpr std::int64_t kReofferEvery = 1'000'000'000;    // [ns] state of a standing loop, for late joiners
 
@@ -78,10 +78,10 @@ void Simulation::run() noexcept {
     const std::optional<std::int64_t> woken_ns = is_advancing() ? wait_for_tick() : wait_idle();
     drain();
     if (woken_ns && is_advancing() && !is_stopping()) advance(*woken_ns);
-    if (output_.is_status_wanted.exchange(false, std::memory_order_acquire)) offer(output_.status);
+    if (output_.is_status_wanted.exchange(false, std::memory_order_acquire)) offer_status();
   }
   offer_all();
-  offer(output_.status);
+  offer_status();
   output_.is_finished.store(true, std::memory_order_release);
 }
 
@@ -188,16 +188,7 @@ void Simulation::enter_fault(std::span<const ForceCommand> due) noexcept {
   offer_all();
 }
 
-void Simulation::offer(Box<Snapshot>& box) noexcept {
-  // without a pace every due state is published: the reader is waited for, but not for ever
-  if (!settings_.timing.is_paced() && box.has_unread()) {
-    const std::int64_t give_up_ns = clock_.now_ns() + kReaderPatience;
-    for (std::int64_t now_ns = clock_.now_ns(); box.has_unread() && now_ns < give_up_ns;
-         now_ns = clock_.now_ns()) {
-      clock_.sleep_until(now_ns + kReaderWait);
-    }
-  }
-  Snapshot& draft = box.draft();
+void Simulation::fill(Snapshot& draft) const noexcept {
   draft.motion = state_;  // its part of the state; the draft has room
   draft.applied_count = applied_count_;
   draft.last_load_tick = last_load_tick_;
@@ -206,14 +197,40 @@ void Simulation::offer(Box<Snapshot>& box) noexcept {
   draft.fault = fault_;
   draft.verdict = judgement_.now();
   draft.worst = judgement_.worst();
-  if (&box == &output_.status) draft.budget = read_budget(plan_, state_, budget_);
-  box.offer();
+}
+
+/// What finds no room is dropped and counted. Without a pace the reader is waited for, but not for ever.
+void Simulation::offer_motion(std::size_t channel) noexcept {
+  Queue<Snapshot>& queue = output_.motion[channel];
+  Snapshot* draft = queue.draft();
+  if (draft == nullptr && !settings_.timing.is_paced()) {
+    const std::int64_t give_up_ns = clock_.now_ns() + kReaderPatience;
+    for (std::int64_t now_ns = clock_.now_ns(); draft == nullptr && now_ns < give_up_ns;
+         now_ns = clock_.now_ns()) {
+      clock_.sleep_until(now_ns + kReaderWait);
+      draft = queue.draft();
+    }
+  }
+  if (draft == nullptr) {
+    std::atomic<std::int64_t>& count = output_.num_dropped[channel];
+    count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
+    return;
+  }
+  fill(*draft);
+  queue.offer();
+}
+
+void Simulation::offer_status() noexcept {
+  Snapshot& draft = output_.status.draft();
+  fill(draft);
+  draft.budget = read_budget(plan_, state_, budget_);
+  output_.status.offer();
 }
 
 /// At the start, the end, a reset, a fault, the end of a STEP, and now and then while standing.
 void Simulation::offer_all() noexcept {
   for (std::size_t i = 0; i < every_.size(); ++i)
-    if (every_[i] > 0) offer(output_.motion[i]);
+    if (every_[i] > 0) offer_motion(i);
   next_reoffer_ns_ = clock_.now_ns() + kReofferEvery;
 }
 
@@ -221,7 +238,7 @@ void Simulation::offer_all() noexcept {
 void Simulation::offer_due() noexcept {
   if (!is_advancing()) return offer_all();
   for (std::size_t i = 0; i < every_.size(); ++i)
-    if (every_[i] > 0 && state_.tick % every_[i] == 0) offer(output_.motion[i]);
+    if (every_[i] > 0 && state_.tick % every_[i] == 0) offer_motion(i);
 }
 
 }  // namespace freeflex::service

@@ -69,7 +69,9 @@ class Simulation {
   void push_applied(std::int32_t kind, const ForceCommand* command, const Expiry* expiry) noexcept;
   void note_load() noexcept;
   void enter_fault(std::span<const ForceCommand> due) noexcept;
-  void offer(Box<Snapshot>& box) noexcept;
+  void fill(Snapshot& draft) const noexcept;
+  void offer_motion(std::size_t channel) noexcept;
+  void offer_status() noexcept;
   void offer_all() noexcept;
   void offer_due() noexcept;
 
@@ -79,8 +81,8 @@ class Simulation {
   void handle_control(const io::ControlCommand& control) noexcept;
   io::Reason obey(const io::ControlCommand& control) noexcept;
   io::Reason reset() noexcept;
-  void answer(const std::array<char, kSenderSize>& sender, std::int64_t sequence, io::Reason reason,
-              std::int64_t tick, std::int64_t found) noexcept;
+  std::int64_t most_count(std::int32_t command) const noexcept;
+  void answer(AckEntry entry) noexcept;
 
   const Plan& plan_;
   const LoopSettings settings_;

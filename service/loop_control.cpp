@@ -30,13 +30,28 @@ void Simulation::drain() noexcept {
 void Simulation::handle_force(const ForceCommand& command, std::int64_t received_ns) noexcept {
   CommandDesk::Decision decision{Reason::kWrongMode, state_.tick};
   if (!has_faulted_) decision = desk_.submit(command, received_ns, state_.tick, output_.applied.num_free());
-  answer(command.sender, command.sequence, decision.reason, decision.tick, command.start_tick);
+  answer({.sender = command.sender,
+          .sequence = command.sequence,
+          .reason = decision.reason,
+          .tick = decision.tick,
+          .found = command.start_tick});
 }
 
 void Simulation::handle_control(const io::ControlCommand& control) noexcept {
-  const std::int64_t found = control.command == control_t::SHAPES ? control.count : control.command;
   const Reason reason = obey(control);
-  answer(control.sender, control.sequence, reason, state_.tick, found);
+  answer({.sender = control.sender,
+          .sequence = control.sequence,
+          .reason = reason,
+          .tick = state_.tick,
+          .command = control.command,
+          .found = control.count,
+          .most = most_count(control.command)});
+}
+
+/// Elastic modes for SHAPES, pages for SCENE, else 0.
+std::int64_t Simulation::most_count(std::int32_t command) const noexcept {
+  if (command == control_t::SHAPES) return active_plan(plan_, state_).num_elastic;
+  return command == control_t::SCENE ? output_.num_scene_pages[state_.is_wide ? 1 : 0] : 0;
 }
 
 Reason Simulation::obey(const io::ControlCommand& control) noexcept {
@@ -68,8 +83,10 @@ Reason Simulation::obey(const io::ControlCommand& control) noexcept {
       set_steps(steps_left_ + control.count);
       return Reason::kAccepted;
     case control_t::SHAPES:
-      if (control.count > active_plan(plan_, state_).num_elastic) return Reason::kBadControl;
-      return output_.shapes.try_push({static_cast<std::int32_t>(control.count), state_.is_wide})
+    case control_t::SCENE:
+      if (control.count > most_count(control.command)) return Reason::kBadControl;
+      return output_.requests.try_push(
+                 {control.command, static_cast<std::int32_t>(control.count), state_.is_wide})
                  ? Reason::kAccepted
                  : Reason::kQueueFull;
     default:
@@ -82,7 +99,11 @@ Reason Simulation::reset() noexcept {
   if (output_.applied.num_free() < 1) return Reason::kQueueFull;
   for (int i = 0; i < desk_.num_pending(); ++i) {
     const ForceCommand& command = desk_.pending(i);
-    answer(command.sender, command.sequence, Reason::kEpochEnded, state_.tick, command.start_tick);
+    answer({.sender = command.sender,
+            .sequence = command.sequence,
+            .reason = Reason::kEpochEnded,
+            .tick = state_.tick,
+            .found = command.start_tick});
   }
   desk_.clear();
   reset_state(plan_, state_);
@@ -99,12 +120,12 @@ Reason Simulation::reset() noexcept {
 }
 
 /// The drain made sure that the ring takes it.
-void Simulation::answer(const std::array<char, kSenderSize>& sender, std::int64_t sequence, Reason reason,
-                        std::int64_t tick, std::int64_t found) noexcept {
-  output_.acks.try_push({sender, sequence, reason, mode(), tick, found});
-  std::atomic<std::int64_t>& count = reason == Reason::kAccepted
+void Simulation::answer(AckEntry entry) noexcept {
+  entry.mode = mode();
+  output_.acks.try_push(entry);
+  std::atomic<std::int64_t>& count = entry.reason == Reason::kAccepted
                                          ? output_.num_accepted
-                                         : output_.num_rejected[static_cast<std::size_t>(reason)];
+                                         : output_.num_rejected[static_cast<std::size_t>(entry.reason)];
   count.store(count.load(std::memory_order_relaxed) + 1, std::memory_order_relaxed);
 }
 

@@ -17,15 +17,29 @@ Snapshot make_snapshot(const Plan& plan) {
 
 namespace {
 
+/// [bytes] of a snapshot with its arrays.
+std::size_t bytes_of(Snapshot& snapshot) {
+  std::size_t numbers = 0;
+  for (const Array* array : modal_arrays(snapshot.motion)) numbers += array->size();
+  const CoupledState& coupled = snapshot.motion.coupled;
+  numbers += coupled.momentum.size() + coupled.rate_q.size() + coupled.rate_p.size();
+  return sizeof(Snapshot) + numbers * sizeof(double);
+}
+
+/// One for each channel of the motion; where a channel is off it has one place.
 template <std::size_t... I>
-std::array<Box<Snapshot>, sizeof...(I)> make_boxes(const Snapshot& prototype, std::index_sequence<I...>) {
-  return {(static_cast<void>(I), Box<Snapshot>(prototype))...};
+std::array<Queue<Snapshot>, sizeof...(I)> make_queues(const Plan& plan, Snapshot prototype,
+                                                      std::size_t most_waiting, std::index_sequence<I...>) {
+  const std::size_t num_places =
+      std::min(most_waiting, std::max(Output::kLeastWaiting, Output::kMotionBytes / bytes_of(prototype)));
+  return {Queue<Snapshot>(prototype, plan.*io::kMotionChannels[I].rate > 0.0 ? num_places : 1)...};
 }
 
 }  // namespace
 
-Output::Output(const Plan& plan)
-    : motion(make_boxes(make_snapshot(plan), std::make_index_sequence<io::kNumMotionChannels>{})),
+Output::Output(const Plan& plan, std::size_t most_waiting)
+    : motion(make_queues(plan, make_snapshot(plan), most_waiting,
+                         std::make_index_sequence<io::kNumMotionChannels>{})),
       status(make_snapshot(plan)) {}
 
 }  // namespace freeflex::service

@@ -1,5 +1,6 @@
-// What the simulation thread hands to the publish side: rings for what must not be lost, boxes for what is
-// only wanted fresh, histograms and counters for status. Preallocated; lives on the heap (about 19 MB).
+// What the simulation thread hands to the publish side: rings and queues for what is to arrive, a box for
+// what is only wanted fresh, histograms and counters for status. Preallocated; lives on the heap (about 19
+// MB, and at most kMotionBytes for each channel of the motion that is published).
 #pragma once
 
 #include <array>
@@ -11,6 +12,7 @@
 #include "service/box.hpp"
 #include "service/histogram.hpp"
 #include "service/io/wire/outbound.hpp"
+#include "service/queue.hpp"
 #include "service/shared.hpp"
 
 namespace freeflex::service {
@@ -25,7 +27,9 @@ struct AckEntry {
   io::Reason reason = io::Reason::kAccepted;
   Mode mode = Mode::kRunning;  // at the answer
   std::int64_t tick = 0;       // accepted: takes effect; rejected: at the rejection
-  std::int64_t found = 0;      // start_tick of a force, the control command, or the elastic mode asked for
+  std::int32_t command = 0;    // control_t constant; 0: a force
+  std::int64_t found = 0;      // start_tick of a force, count of a control command
+  std::int64_t most = 0;       // that count may be, of SHAPES and SCENE
 };
 
 /// What changed the motion (applied_t).
@@ -45,9 +49,10 @@ struct FaultNote {
   std::int64_t sequence = 0;
 };
 
-/// A mode shape asked for: elastic mode from 1, of the plan or the wide one.
-struct ShapeRequest {
-  std::int32_t mode = 0;
+/// What SHAPES and SCENE ask for, of the plan or the wide one.
+struct PageRequest {
+  std::int32_t command = 0;  // control_t constant
+  std::int32_t number = 0;   // elastic mode from 1; page from 1, 0: all
   bool is_wide = false;
 };
 
@@ -68,16 +73,25 @@ Snapshot make_snapshot(const Plan& plan);
 struct Output {
   static constexpr int kNumAcks = 2048;
   static constexpr int kNumApplied = 1024;
-  static constexpr int kNumShapes = 64;
+  static constexpr int kNumRequests = 64;
+  /// Snapshots of one channel that wait for a publisher that is late: a quarter of a second at 1 kHz, less
+  /// where kMotionBytes hold fewer, and never fewer than the least.
+  static constexpr std::size_t kMostWaiting = 256, kLeastWaiting = 4;
+  static constexpr std::size_t kMotionBytes = 16'000'000;
 
-  explicit Output(const Plan& plan);
+  /// \param most_waiting  > 0, snapshots of a channel
+  explicit Output(const Plan& plan, std::size_t most_waiting = kMostWaiting);
 
   // every one arrives
   Ring<AckEntry, kNumAcks> acks;
   Ring<AppliedEntry, kNumApplied> applied;
-  Ring<ShapeRequest, kNumShapes> shapes;
-  // the latest is enough; filled at the tick multiples of each channel's rate, as io::kMotionChannels
-  std::array<Box<Snapshot>, io::kNumMotionChannels> motion;
+  Ring<PageRequest, kNumRequests> requests;
+  // each arrives while there is room; filled at the tick multiples of each channel's rate, as
+  // io::kMotionChannels
+  std::array<Queue<Snapshot>, io::kNumMotionChannels> motion;
+  std::array<std::atomic<std::int64_t>, io::kNumMotionChannels> num_dropped{};  // for want of room
+  // of SCENE with the plan and with the wide one; set before the simulation runs
+  std::array<std::int32_t, 2> num_scene_pages{1, 1};
   // filled when asked for
   std::atomic<bool> is_status_wanted{false};
   Box<Snapshot> status;

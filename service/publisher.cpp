@@ -29,7 +29,7 @@ std::int64_t wall_us() {
       .count();
 }
 
-std::string reason_text(const AckEntry& entry, const Plan& plan) {
+std::string reason_text(const AckEntry& entry) {
   switch (entry.reason) {
     case Reason::kLate:
       return fmt::format("start_tick {} has passed, next is {}: name a later one, -1, or late_policy 1",
@@ -45,13 +45,14 @@ std::string reason_text(const AckEntry& entry, const Plan& plan) {
     case Reason::kEpochEnded:
       return fmt::format("a reset came before start_tick {}: send again in the new epoch", entry.found);
     case Reason::kBadControl:
-      return fmt::format(
-          "found {}: SHAPES takes an elastic mode from 1 to {}, STEP a count from 1 to 1000000000",
-          entry.found, plan.num_elastic);
+      if (entry.command == freeflex_msgs::control_t::SCENE)
+        return fmt::format("found {}: SCENE takes a page from 1 to {}, or 0 for all", entry.found,
+                           entry.most);
+      return fmt::format("found {}: SHAPES takes an elastic mode from 1 to {}", entry.found, entry.most);
     case Reason::kWrongMode:
       if (entry.mode == Mode::kFault) return "the simulation is faulted: only RESET and STOP are taken";
-      return entry.found == freeflex_msgs::control_t::RUN ? "RUN does not apply in lockstep: send STEP"
-                                                          : "STEP applies while holding: send HOLD first";
+      return entry.command == freeflex_msgs::control_t::RUN ? "RUN does not apply in lockstep: send STEP"
+                                                            : "STEP applies while holding: send HOLD first";
     default:
       return {};
   }
@@ -59,8 +60,7 @@ std::string reason_text(const AckEntry& entry, const Plan& plan) {
 
 }  // namespace
 
-freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Plan& plan, std::int64_t session,
-                              std::int64_t utime) {
+freeflex_msgs::ack_t make_ack(const AckEntry& entry, std::int64_t session, std::int64_t utime) {
   freeflex_msgs::ack_t ack{};
   ack.utime = utime;
   ack.session = session;
@@ -68,7 +68,7 @@ freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Plan& plan, std::int6
   ack.sequence = entry.sequence;
   ack.reason = static_cast<std::int32_t>(entry.reason);
   ack.tick = entry.tick;
-  ack.text = reason_text(entry, plan);
+  ack.text = reason_text(entry);
   return ack;
 }
 
@@ -82,7 +82,11 @@ Publisher::Publisher(const Plan& plan, const Identity& identity, Bus& bus, Outpu
       reporter_(plan, identity, output, shared, restarts),
       status_every_ns_(static_cast<std::int64_t>(kSecond / std::max(plan.status_rate, kMinStatusRate))),
       starting_(make_snapshot(plan)),
-      status_(&starting_) {}
+      status_(&starting_) {
+  for (std::size_t i = 0; i <= plan.wide.size(); ++i)
+    output_.num_scene_pages[i] =
+        static_cast<std::int32_t>(scene_pages(i == 0 ? plan : plan.wide.front()).size());
+}
 
 void Publisher::run() {
   const bool is_paced = identity_.timing.is_paced();
@@ -95,15 +99,12 @@ void Publisher::run() {
     if (is_paced || !has_more) std::this_thread::sleep_for(is_paced ? kIdle : kIdleUnpaced);
   }
   log_.end();
-  if (status_->mode == Mode::kStarting) return;
-  send(channels::kStatus, reporter_.report(*status_, wall_us()));
+  if (status_->mode != Mode::kStarting) send_report();
 }
 
 /// One look at every ring and box; true when there may be more to send.
 bool Publisher::send_all() {
   const std::int64_t now_ns = MonotonicClock{}.now_ns();
-  for (std::size_t i = 0; i < motion_.size(); ++i)
-    if (motion_[i] == nullptr) motion_[i] = output_.motion[i].take();
   if (const Snapshot* const fresh = output_.status.take()) {
     status_ = fresh;
     has_fresh_ = true;
@@ -115,23 +116,25 @@ bool Publisher::send_all() {
   has_more |= send_answers();
   has_more |= send_rejections();
   has_more |= send_motion();
-  send_shapes();
+  has_more |= send_pages();
   send_status(now_ns);
   send_each_second(now_ns);
   return has_more;
 }
 
-/// Sends what was taken, once every APPLIED that it contains is out; true when there was something.
+/// Sends what waits, each snapshot once every APPLIED that it contains is out; true when there was something.
 bool Publisher::send_motion() {
   bool has_any = false;
-  for (std::size_t i = 0; i < motion_.size(); ++i) {
-    if (motion_[i] == nullptr) continue;
-    has_any = true;
-    if (motion_[i]->applied_count > num_applied_) continue;
+  for (std::size_t i = 0; i < output_.motion.size(); ++i) {
     const io::MotionChannel& channel = io::kMotionChannels[i];
-    for (const auto& message : channel.encode(plan_, motion_[i]->motion, stamp(*motion_[i])))
-      bus_.send(channel.suffix, message);
-    motion_[i] = nullptr;
+    const Snapshot* snapshot = output_.motion[i].front();
+    has_any |= snapshot != nullptr;
+    for (int n = 0; n < kBurst && snapshot != nullptr && snapshot->applied_count <= num_applied_; ++n) {
+      for (const auto& message : channel.encode(plan_, snapshot->motion, stamp(*snapshot)))
+        bus_.send(channel.suffix, message);
+      output_.motion[i].drop();
+      snapshot = output_.motion[i].front();
+    }
   }
   return has_any;
 }
@@ -140,7 +143,7 @@ bool Publisher::send_answers() {
   AckEntry entry;
   int num_sent = 0;
   for (; num_sent < kBurst && output_.acks.try_pop(entry); ++num_sent) {
-    send(channels::kAck, make_ack(entry, plan_, identity_.session, wall_us()));
+    send(channels::kAck, make_ack(entry, identity_.session, wall_us()));
   }
   return num_sent == kBurst;
 }
@@ -182,13 +185,24 @@ bool Publisher::send_applied() {
   return num_sent == kBurst;
 }
 
-void Publisher::send_shapes() {
-  ShapeRequest request;
-  for (int i = 0; i < Output::kNumShapes && output_.shapes.try_pop(request); ++i) {
+bool Publisher::send_pages() {
+  PageRequest request;
+  int num_sent = 0;
+  for (; num_sent < kBurst && output_.requests.try_pop(request); ++num_sent) {
     const Plan& plan = request.is_wide ? plan_.wide.front() : plan_;
-    for (const auto& page : io::make_shapes_messages(plan, request.mode, stamp(*status_)))
-      send(channels::kShapes, page);
+    if (request.command == freeflex_msgs::control_t::SHAPES) {
+      for (const auto& page : io::make_shapes_messages(plan, request.number, stamp(*status_)))
+        send(channels::kShapes, page);
+      continue;
+    }
+    for (const auto& page : scene_pages(plan))
+      if (request.number == 0 || request.number == page.page + 1) send(channels::kScene, page);
   }
+  return num_sent == kBurst;
+}
+
+std::vector<freeflex_msgs::scene_t> Publisher::scene_pages(const Plan& plan) const {
+  return io::make_scene_messages(plan, identity_.plan_file, stamp(*status_));
 }
 
 /// Asks the loop for a snapshot when status is due and sends it when it comes; an old one if it does not.
@@ -201,19 +215,22 @@ void Publisher::send_status(std::int64_t now_ns) {
   }
   const bool waits = status_->mode != Mode::kStarting && now_ns < status_due_ns_ + kStatusPatience;
   if (!has_fresh_ && waits) return;
-  send(channels::kStatus, reporter_.report(*status_, wall_us()));
+  send_report();
   has_asked_ = false;
   status_due_ns_ = std::max(status_due_ns_ + status_every_ns_, now_ns);
+}
+
+void Publisher::send_report() {
+  freeflex_msgs::status_t status = reporter_.report(*status_, wall_us());
+  status.sends_failed = bus_.num_failed();
+  send(channels::kStatus, status);
 }
 
 void Publisher::send_each_second(std::int64_t now_ns) {
   if (now_ns < second_due_ns_ || status_->mode == Mode::kStarting) return;
   second_due_ns_ = now_ns + kSecond;
   reporter_.turn();
-  for (const auto& page :
-       io::make_scene_messages(active_plan(plan_, status_->motion), identity_.plan_file, stamp(*status_))) {
-    send(channels::kScene, page);
-  }
+  for (const auto& page : scene_pages(active_plan(plan_, status_->motion))) send(channels::kScene, page);
   if (bus_.num_failed() > noted_failures_) {
     log_.say(LineKind::kNotSent, now_ns,
              fmt::format("{} messages could not be sent: is the network up?",

@@ -5,6 +5,7 @@
 #include <atomic>
 #include <cstdint>
 #include <string>
+#include <vector>
 
 #include "freeflex_msgs/ack_t.hpp"
 #include "service/bus.hpp"
@@ -17,12 +18,11 @@
 namespace freeflex::service {
 
 /// An answer in words.
-freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Plan& plan, std::int64_t session,
-                              std::int64_t utime);
+freeflex_msgs::ack_t make_ack(const AckEntry& entry, std::int64_t session, std::int64_t utime);
 
 /// Channels of the motion leave as the simulation offers them; ACK and APPLIED in order, before any state
 /// that contains them; STATUS by the wall clock at the scene's rate and at least kMinStatusRate, also while
-/// the loop starts or stands, so that a second daemon hears this one; SCENE once a second.
+/// the loop starts or stands, so that a second daemon hears this one; SCENE once a second and when asked for.
 class Publisher {
  public:
   static constexpr double kMinStatusRate = 10.0;  // [Hz]
@@ -41,11 +41,13 @@ class Publisher {
   bool send_rejections();
   bool send_applied();
   bool send_motion();
-  void send_shapes();
+  bool send_pages();
   void send_status(std::int64_t now_ns);
+  void send_report();
   void send_each_second(std::int64_t now_ns);
   void note_mode(std::int64_t now_ns);
   void note_replan(std::int64_t now_ns);
+  std::vector<freeflex_msgs::scene_t> scene_pages(const Plan& plan) const;
   io::Stamp stamp(const Snapshot& snapshot) const;
   template <class Message>
   void send(const char* suffix, const Message& message);
@@ -58,10 +60,9 @@ class Publisher {
   StatusReporter reporter_;
   LimitedLog log_;
   const std::int64_t status_every_ns_;
-  Snapshot starting_;                                             // what status says before the loop runs
-  const Snapshot* status_;                                        // latest taken
-  std::array<const Snapshot*, io::kNumMotionChannels> motion_{};  // taken, to be sent after their APPLIED
-  std::int64_t num_applied_ = 0;                                  // sent
+  Snapshot starting_;             // what status says before the loop runs
+  const Snapshot* status_;        // latest taken
+  std::int64_t num_applied_ = 0;  // sent
   std::int64_t status_due_ns_ = 0;
   std::int64_t second_due_ns_ = 0;
   bool has_asked_ = false;  // for the status that is due

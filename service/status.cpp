@@ -9,6 +9,20 @@
 #include "core/step/vector.hpp"
 
 namespace freeflex::service {
+namespace {
+
+/// Elastic modes of the plan and those that it leaves out.
+std::int32_t count_modes(const Plan& plan) {
+  std::int32_t num_modes = plan.num_elastic;
+  for (const PlanPart& part : plan.parts) {
+    const bool is_of_modes = part.part == Part::kOutOfPlane || part.part == Part::kUnreachedModes ||
+                             part.part == Part::kSmallModes;
+    if (is_of_modes && part.is_left_out) num_modes += part.count;
+  }
+  return num_modes;
+}
+
+}  // namespace
 
 StatusReporter::StatusReporter(const Plan& plan, const Identity& identity, const Output& output,
                                const SharedBlock& shared, const std::atomic<std::int64_t>& restarts)
@@ -20,7 +34,8 @@ StatusReporter::StatusReporter(const Plan& plan, const Identity& identity, const
       validity_(plan),
       lateness_(output.lateness),
       compute_(output.compute),
-      command_latency_(output.command_latency) {
+      command_latency_(output.command_latency),
+      num_modes_(count_modes(plan)) {
   const auto damps = [](const Plan& of) {
     return std::ranges::any_of(of.decay, [](double decay) { return decay > 0.0; });
   };
@@ -70,6 +85,12 @@ void StatusReporter::fill_counts(freeflex_msgs::status_t& status) const {
     status.rejections.push_back(item);
   }
   status.num_rejections = static_cast<std::int32_t>(status.rejections.size());
+  status.answers_dropped = shared_.dropped_answers.load(std::memory_order_relaxed);
+  // in the order of io::kMotionChannels
+  std::int64_t* const dropped[] = {&status.states_dropped, &status.points_dropped, &status.loads_dropped};
+  static_assert(std::size(dropped) == io::kNumMotionChannels);
+  for (std::size_t i = 0; i < io::kNumMotionChannels; ++i)
+    *dropped[i] = output_.num_dropped[i].load(std::memory_order_relaxed);
 }
 
 void StatusReporter::fill_timing(freeflex_msgs::status_t& status) const {
@@ -107,12 +128,22 @@ void StatusReporter::fill_drift(const Snapshot& snapshot, const Invariants& inva
 }
 
 void StatusReporter::fill_validity(const Snapshot& snapshot, const Invariants& invariants,
-                                   freeflex_msgs::status_t& status) const {
+                                   freeflex_msgs::status_t& status) {
   const double V = validity_.max_displacement(snapshot.motion);
   status.max_displacement = V;
   status.displacement_ratio = validity_.displacement_ratio(V);
   status.spin_ratio = validity_.spin_ratio(norm(angular_velocity(plan_, snapshot.motion)), V);
   fill_budget(snapshot, status);
+  const Verdict &now = snapshot.verdict, &worst = snapshot.worst;
+  status.validity = static_cast<std::int32_t>(now.word);
+  status.validity_cause = text_of(plan_, now);
+  status.model_error = now.error;
+  status.displacement_now = now.displacement_now;
+  status.error_scale = now.scale;
+  status.worst_validity = static_cast<std::int32_t>(worst.word);
+  status.worst_validity_tick = worst.tick;
+  status.worst_validity_cause = text_of(plan_, worst);
+  if (active_plan(plan_, snapshot.motion).num_elastic < num_modes_) status.truncation_bound = -1.0;
   if (V > 0.0) {
     const double translation = norm(invariants.eckart_translation) / (plan_.mass * V);
     const double rotation = norm(invariants.eckart_rotation) / (plan_.mass * validity_.size() * V);
@@ -122,19 +153,16 @@ void StatusReporter::fill_validity(const Snapshot& snapshot, const Invariants& i
 
 void StatusReporter::fill_budget(const Snapshot& snapshot, freeflex_msgs::status_t& status) const {
   const BudgetReading& reading = snapshot.budget;
-  if (!plan_.budget.shadows.empty()) {
-    status.budget_horizon = plan_.budget.horizon;
-    status.budget_age = reading.age;
-    const ErrorSize* const parts[] = {&reading.total, &reading.integration, &reading.truncation,
-                                      &reading.model};
-    for (std::size_t k = 0; k < std::size(parts); ++k) {
-      status.error_position[k] = parts[k]->position;
-      status.error_attitude[k] = parts[k]->attitude;
-      status.error_elastic[k] = parts[k]->elastic;
-    }
+  if (plan_.budget.shadows.empty()) return;
+  status.budget_horizon = plan_.budget.horizon;
+  status.budget_age = reading.age;
+  const ErrorSize* const parts[] = {&reading.total, &reading.integration, &reading.truncation,
+                                    &reading.model};
+  for (std::size_t k = 0; k < std::size(parts); ++k) {
+    status.error_position[k] = parts[k]->position;
+    status.error_attitude[k] = parts[k]->attitude;
+    status.error_elastic[k] = parts[k]->elastic;
   }
-  status.validity = static_cast<std::int32_t>(snapshot.verdict.word);
-  status.validity_cause = text_of(plan_, snapshot.verdict);
 }
 
 std::string replan_name(const MotionState& motion) {

@@ -27,7 +27,7 @@ class StatusReporter {
   StatusReporter(const Plan& plan, const Identity& identity, const Output& output, const SharedBlock& shared,
                  const std::atomic<std::int64_t>& restarts);
 
-  /// Status of a snapshot at wall time utime [us].
+  /// Status of a snapshot at wall time utime [us]; sends_failed is the publisher's to fill.
   freeflex_msgs::status_t report(const Snapshot& snapshot, std::int64_t utime);
   /// Once a second: moves the window of the percentiles on.
   void turn();
@@ -44,8 +44,7 @@ class StatusReporter {
   void fill_timing(freeflex_msgs::status_t& status) const;
   void fill_physics(const Snapshot& snapshot, freeflex_msgs::status_t& status);
   void fill_drift(const Snapshot& snapshot, const Invariants& invariants, freeflex_msgs::status_t& status);
-  void fill_validity(const Snapshot& snapshot, const Invariants& invariants,
-                     freeflex_msgs::status_t& status) const;
+  void fill_validity(const Snapshot& snapshot, const Invariants& invariants, freeflex_msgs::status_t& status);
   void fill_budget(const Snapshot& snapshot, freeflex_msgs::status_t& status) const;
 
   const Plan& plan_;
@@ -56,6 +55,7 @@ class StatusReporter {
   Validity validity_;
   SlidingPercentiles lateness_, compute_, command_latency_;
   Baseline baseline_;
+  std::int32_t num_modes_ = 0;  // elastic modes of the scene, left out or not
   bool is_damped_ = false;
 };
 

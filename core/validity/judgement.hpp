@@ -56,7 +56,7 @@ class Judgement {
   /// The state at the start of an epoch, and after every tick.
   void take(const State& state, Budget& budget) noexcept;
   const Verdict& now() const noexcept { return now_; }
-  /// The worst since the epoch began: the first of the worst word.
+  /// The worst since the epoch began: the first of the worst word; tick -1: every word was good.
   const Verdict& worst() const noexcept { return worst_; }
   double size() const noexcept { return size_; }  // [m] max |r|
 
@@ -74,7 +74,6 @@ class Judgement {
   bool is_wide_ = false;
   std::int64_t epoch_ = -1, look_every_ = 1;
   double size_ = 0.0;
-  double room_ = 1.0;                      // for displacements beside the size
   double peak_ = 0.0;                      // [m] of the displacement, fading
   double fade_ = 1.0, beside_fade_ = 1.0;  // over a round, over a horizon
   Beside over_, running_;

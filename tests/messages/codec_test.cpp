@@ -1,9 +1,13 @@
 // Commands and messages are the same thing to the bit.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <cstring>
+#include <string>
 
+#include "freeflex_msgs/envelope_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
+#include "service/io/wire/versions.hpp"
 #include "tests/messages/commands.hpp"
 
 namespace freeflex::testing {
@@ -67,6 +71,73 @@ TEST(Codec, TheSessionOfAStatusIsReadOnlyFromAStatus) {
   for (std::size_t size = 0; size < 24; ++size) {
     EXPECT_EQ(io::read_status_session(std::span(bytes).first(size)), std::nullopt) << size;
   }
+}
+
+/// An envelope around a command, its tag of ones.
+freeflex_msgs::envelope_t seal(const std::vector<std::byte>& command) {
+  freeflex_msgs::envelope_t envelope{};
+  envelope.key_id = "pilot-1";
+  envelope.session = kSession;
+  envelope.sequence = 7;
+  envelope.num_bytes = static_cast<std::int32_t>(command.size());
+  for (const std::byte byte : command) envelope.body.push_back(std::to_integer<std::uint8_t>(byte));
+  std::fill(std::begin(envelope.tag), std::end(envelope.tag), std::uint8_t{1});
+  return envelope;
+}
+
+TEST(Envelope, IsRefusedWithAnAnswerToTheSenderInside) {
+  const std::vector<std::byte> force = io::encode(seal(io::encode(make_force())));
+  const std::vector<std::byte> control = io::encode(seal(io::encode(make_control())));
+  ForceCommand command;
+  io::ControlCommand other;
+  const io::Admission of_force = io::decode_force(force, kSession, make_names(), command);
+  EXPECT_EQ(of_force.reason, Reason::kNoKeys);
+  EXPECT_STREQ(of_force.text.data(), "this daemon takes no keys: send the command without an envelope");
+  EXPECT_STREQ(of_force.sender.data(), "pusher-1.a_B");
+  EXPECT_EQ(of_force.sequence, 42);
+  const io::Admission of_control = io::decode_control(control, kSession, other);
+  EXPECT_EQ(of_control.reason, Reason::kNoKeys);
+  EXPECT_STREQ(of_control.sender.data(), "desk");
+  // without a command inside there is nobody to name, and no part of an envelope is one
+  const io::Admission empty = io::decode_force(io::encode(seal({})), kSession, make_names(), command);
+  EXPECT_EQ(empty.reason, Reason::kNoKeys);
+  EXPECT_STREQ(empty.sender.data(), "");
+  for (std::size_t size = 0; size < force.size(); ++size) {
+    const std::vector<std::byte> part(force.begin(), force.begin() + static_cast<std::ptrdiff_t>(size));
+    EXPECT_EQ(io::decode_force(part, kSession, make_names(), command).reason, Reason::kMalformed) << size;
+  }
+}
+
+TEST(Versions, ACommandOf03IsRefusedByNameWithAnAnswerToItsSender) {
+  // as freeflex push of 0.3 sent it: 3 N along y and 1 N along z on point 2
+  const char* const hex =
+      "5eb2bea23d54be04000660d06f52a97018ea2e32b5103e66000000057075736800000660d06f52a97000000000"
+      "00000000ffffffffffffffff0000000000000000000000960000000000000000000000010000000000000002"
+      "000000000000000040080000000000003ff0000000000000";
+  std::vector<std::byte> bytes;
+  for (const char* at = hex; *at != '\0'; at += 2)
+    bytes.push_back(static_cast<std::byte>(std::stoi(std::string(at, 2), nullptr, 16)));
+  ASSERT_EQ(bytes.size(), 113u);
+  ForceCommand command;
+  const io::Admission admission = io::decode_force(bytes, kSession, make_names(), command);
+  EXPECT_EQ(admission.reason, Reason::kWrongType);
+  EXPECT_STREQ(admission.text.data(),
+               "sent by version 0.3 of the messages, must be of 0.4: generate from the daemon's .lcm files");
+  EXPECT_STREQ(admission.sender.data(), "push");
+  EXPECT_EQ(admission.sequence, 0x000660d06f52a970);
+  EXPECT_TRUE(io::is_sane(admission));
+  EXPECT_EQ(io::explain_unread(bytes), "sent by version 0.3 of the messages, this is 0.4");
+  bytes[0] ^= std::byte{1};
+  EXPECT_EQ(io::explain_unread(bytes), "damaged, or of a version that is not known here");
+}
+
+TEST(Versions, TheStatusOfADaemonOf03IsHeard) {
+  freeflex_msgs::status_t status{};
+  status.session = kSession;
+  std::vector<std::byte> bytes = io::encode(status);
+  const std::uint64_t fingerprint = 0xa207cd30e391dc9c;
+  for (std::size_t i = 0; i < 8; ++i) bytes[i] = static_cast<std::byte>(fingerprint >> (56 - 8 * i) & 0xFFu);
+  EXPECT_EQ(io::read_status_session(bytes), kSession) << "its front is the same";
 }
 
 TEST(NameTable, SaysWhatCommandsMayName) {

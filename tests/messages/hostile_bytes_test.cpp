@@ -56,7 +56,8 @@ TEST(HostileBytes, RejectsTrailingBytes) {
     ForceCommand command;
     const io::Admission admission = decode_exact(bytes, command);
     EXPECT_EQ(admission.reason, Reason::kMalformed);
-    EXPECT_NE(std::string(admission.text.data()).find("but 3 forces and 2 wrenches make"), std::string::npos);
+    EXPECT_NE(std::string(admission.text.data()).find("but 3 forces and 2 wrenches and 0 torques make"),
+              std::string::npos);
     EXPECT_STREQ(admission.sender.data(), "pusher-1.a_B") << "so it can be answered";
     Bytes control = io::encode(make_control());
     control.resize(control.size() + extra);
@@ -70,7 +71,7 @@ TEST(HostileBytes, WildCountsAreMalformed) {
   // 2^29 * 8 and 2^30 * 28 wrap to small sizes in 32 bits; 153391690 * 28 = 2^32 + 24
   for (const std::uint32_t count :
        {0xFFFFFFFFu, 1u << 29, 1u << 30, 0x7FFFFFFFu, 0x80000000u, 153'391'690u, 100'000'000u}) {
-    for (const std::size_t offset : {0u, 4u}) {
+    for (const std::size_t offset : {0u, 4u, 8u}) {
       Bytes bytes = io::encode(message);
       put32(bytes, count_offset(message) + offset, count);
       ForceCommand command;

@@ -3,6 +3,7 @@
 
 #include <memory>
 
+#include "freeflex_msgs/envelope_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "service/ingress_inlet.hpp"
 #include "tests/messages/commands.hpp"
@@ -43,6 +44,20 @@ class InletTest : public ::testing::Test {
   InboundEntry entry_{};
   RejectionEntry rejection_{};
 };
+
+TEST_F(InletTest, ASignedCommandUsesNoSequenceUp) {
+  freeflex_msgs::force_t force = make_force();
+  force.sender = "a";
+  force.sequence = 5;
+  freeflex_msgs::envelope_t envelope{};
+  for (const std::byte byte : io::encode(force)) envelope.body.push_back(std::to_integer<std::uint8_t>(byte));
+  envelope.num_bytes = static_cast<std::int32_t>(envelope.body.size());
+  inlet_.on_force(io::encode(envelope));
+  EXPECT_EQ(next_rejection(), Reason::kNoKeys);
+  EXPECT_EQ(block_->senders.num_senders.load(), 0) << "anybody may write a name into an envelope";
+  send("a", 5);
+  EXPECT_TRUE(has_inbound());
+}
 
 TEST_F(InletTest, GoodCommandsGoOnWithTheTimeOfTheirReception) {
   send("a", 1);

@@ -62,10 +62,18 @@ const std::vector<BadForce> kBadForces = {
      [](force_t& m) { m.duration_ticks = -1; }},
     {"EndlessDuration", Reason::kBadTiming, "the other 1 to 1000000000000000",
      [](force_t& m) { m.duration_ticks = std::numeric_limits<std::int64_t>::max(); }},
-    {"TooManyForces", Reason::kTooManyPoints, "257 forces and 2 wrenches, must be at most 256 and 16",
+    {"TooManyForces", Reason::kTooManyPoints, "257 forces, must be at most 256",
      [](force_t& m) { set_forces(m, std::vector<freeflex_msgs::point_force_t>(257)); }},
-    {"TooManyWrenches", Reason::kTooManyPoints, "3 forces and 17 wrenches, must be at most 256 and 16",
+    {"TooManyWrenches", Reason::kTooManyPoints, "17 wrenches, must be at most 16",
      [](force_t& m) { m.wrenches.resize(17), m.num_wrenches = 17; }},
+    {"TooManyTorques", Reason::kTooManyPoints, "257 torques, must be at most 256",
+     [](force_t& m) { m.torques.resize(257), m.num_torques = 257; }},
+    {"PointTorque", Reason::kPointTorque,
+     "torques[0]: point 17 is a point mass and takes no torque: use a wrench on a group",
+     [](force_t& m) {
+       m.torques = {{17, {0.0, 0.0, 1.0}}, {0, {}}};
+       m.num_torques = 2;
+     }},
     {"PointBelow", Reason::kUnknownPoint, "forces[1]: point -1, the scene has 0 to 299",
      [](force_t& m) { m.forces[1].point = -1; }},
     {"PointAbove", Reason::kUnknownPoint, "forces[2]: point 300, the scene has 0 to 299",
@@ -146,8 +154,10 @@ TEST_P(ForceIsRejected, AlsoWhenItComesOutOfALog) {
   if (GetParam().reason == Reason::kWrongSession) return;  // a log is read in whatever session it has
   force_t message = make_force();
   GetParam().spoil(message);
+  if (message.torques.size() > 256) return;  // refused as torques before they are too many
   ForceCommand command;
   EXPECT_EQ(io::from_message(message, make_names(), command).reason, GetParam().reason);
+  if (!message.torques.empty()) return;  // without them it is a command
   EXPECT_FALSE(io::is_sane(command, make_names()) && GetParam().reason != Reason::kBadSender);
 }
 
@@ -211,7 +221,7 @@ TEST(Force, WithoutLimitsMayBeAnyFiniteSize) {
 
 TEST(Control, OutOfRangeIsRejectedWithTheRange) {
   const std::vector<std::pair<std::int32_t, std::int64_t>> bad = {{0, 0},
-                                                                  {7, 0},
+                                                                  {8, 0},
                                                                   {-1, 0},
                                                                   {control_t::RUN, 1},
                                                                   {control_t::HOLD, -1},
@@ -220,7 +230,8 @@ TEST(Control, OutOfRangeIsRejectedWithTheRange) {
                                                                   {control_t::STEP, 0},
                                                                   {control_t::STEP, 1'000'000'001},
                                                                   {control_t::SHAPES, 0},
-                                                                  {control_t::SHAPES, -3}};
+                                                                  {control_t::SHAPES, -3},
+                                                                  {control_t::SCENE, -1}};
   for (const auto& [command, count] : bad) {
     control_t message = make_control();
     message.command = command;
@@ -234,7 +245,7 @@ TEST(Control, OutOfRangeIsRejectedWithTheRange) {
 }
 
 TEST(Control, OfEachKindIsTaken) {
-  for (const std::int32_t command : {1, 2, 3, 4, 5, 6}) {
+  for (const std::int32_t command : {1, 2, 3, 4, 5, 6, 7}) {
     control_t message = make_control();
     message.command = command;
     message.count = command == control_t::STEP || command == control_t::SHAPES ? 1 : 0;

@@ -161,6 +161,16 @@ Recording read_recording(const std::string& path) {
   return recording;
 }
 
+/// States of the scene's rate that the client did not hear, from the first that it heard to the last.
+std::int64_t num_missing_states(const BusClient& client) {
+  constexpr std::int64_t kEvery = 20;  // [ticks] publish: state of the rotor
+  const std::int64_t first = client.states.begin()->first, last = client.states.rbegin()->first;
+  std::int64_t num_missing = 0;
+  for (std::int64_t tick = (first + kEvery - 1) / kEvery * kEvery; tick <= last; tick += kEvery)
+    if (!client.states.contains(tick)) ++num_missing;
+  return num_missing;
+}
+
 /// Ticks against wall time between the first and the last status of the running loop.
 void report_ticks(const BusClient& client, const status_t& first, const status_t& last) {
   const double seconds = static_cast<double>(last.utime - first.utime) * 1e-6;
@@ -270,6 +280,8 @@ void run_load(BusClient& client, const std::string& log, Expected& expected) {
   for (const applied_t& entry : client.applied) heard.add(entry);
   expect_complete(expected, heard, "client");
   EXPECT_EQ(client.num_early_states, 0) << "a state comes after the APPLIED it contains";
+  EXPECT_EQ(num_missing_states(client), client.statuses.back().states_dropped - first.states_dropped)
+      << "what is due is heard, or counted";
   EXPECT_EQ(last.commands_received, static_cast<std::int64_t>(expected.size()));
   std::int64_t num_rejected = 0;
   for (const auto& rejection : last.rejections) num_rejected += rejection.count;

@@ -86,6 +86,21 @@ TEST_F(Daemon, PublishesEveryChannelAndEndsCleanlyOnSigint) {
   EXPECT_TRUE(client.until([&] { return client.statuses.back().mode == status_t::STOPPED; }));
 }
 
+TEST_F(Daemon, SendsTheSceneWhenAsked) {
+  BusClient client("SC");
+  Process daemon(command_line("SC", {"--hold"}));
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  // by itself it sends one a second: fewer than asked for in the time that is waited
+  constexpr std::int64_t kAsked = 2 * std::chrono::seconds(kPatience).count();
+  const std::int64_t before = client.num_messages[channels::kScene];
+  for (std::int64_t i = 0; i < kAsked; ++i)
+    ASSERT_EQ(client.answer(client.send_control(control_t::SCENE, i % 2)).reason, 0);
+  EXPECT_TRUE(client.until([&] { return client.num_messages[channels::kScene] >= before + kAsked; }));
+  const auto answer = client.answer(client.send_control(control_t::SCENE, 2));
+  EXPECT_EQ(answer.reason, static_cast<int>(Reason::kBadControl));
+  EXPECT_EQ(answer.text, "found 2: SCENE takes a page from 1 to 1, or 0 for all");
+}
+
 TEST_F(Daemon, AnswersWhatTheIngressTurnsDown) {
   BusClient client("C");
   Process daemon(command_line("C", {"--hold"}));

@@ -304,6 +304,25 @@ TEST(Loop, LeavesCommandsInTheRingWhileTheirAnswersHaveNoRoom) {
   EXPECT_EQ(num_forces, rig.acks.size()) << "nothing was taken that was not answered";
 }
 
+TEST(Loop, AStateThatFindsNoRoomIsCountedAndTheOthersArriveInOrder) {
+  const Plan plan = octahedron_plan();
+  Rig rig(plan, {.timing = kRealtime, .until_tick = 400}, 5);
+  std::vector<std::int64_t> arrived;
+  // nobody looks until tick 200; then one at a time is taken
+  rig.clock.on_sleep = [&] {
+    if (rig.tick() < 200) return;
+    if (const auto* snapshot = rig.take_motion()) arrived.push_back(snapshot->motion.tick);
+  };
+  rig.run();
+  while (const auto* snapshot = rig.take_motion()) arrived.push_back(snapshot->motion.tick);
+  // every 20 ticks one is due, and one more at the end: those of 0 to 80 wait, those of 100 to 200 find no
+  // room
+  const std::vector<std::int64_t> wanted{0,   20,  40,  60,  80,  220, 240, 260,
+                                         280, 300, 320, 340, 360, 380, 400, 400};
+  EXPECT_EQ(arrived, wanted);
+  EXPECT_EQ(rig.output->num_dropped[io::kStateChannel].load(), 6);
+}
+
 TEST(Loop, TrustsNothingInTheRing) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 10});
@@ -330,20 +349,33 @@ TEST(Loop, TrustsNothingInTheRing) {
   EXPECT_EQ(rig.acks[0].sequence, 5);
 }
 
-TEST(Loop, HandsOutShapesOfModesThatExist) {
+TEST(Loop, HandsOutModesAndPagesThatExist) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 5});
-  for (const std::int64_t mode : {1, plan.num_elastic, plan.num_elastic + 1})
-    rig.control(control_t::SHAPES, mode);
+  rig.output->num_scene_pages = {3, 4};
+  const std::vector<std::pair<std::int32_t, std::int64_t>> good{{control_t::SHAPES, 1},
+                                                                {control_t::SHAPES, plan.num_elastic},
+                                                                {control_t::SCENE, 0},
+                                                                {control_t::SCENE, 3}};
+  const std::vector<std::pair<std::int32_t, std::int64_t>> bad{{control_t::SHAPES, plan.num_elastic + 1},
+                                                               {control_t::SCENE, 4}};
+  for (const auto& [command, count] : good) rig.control(command, count);
+  for (const auto& [command, count] : bad) rig.control(command, count);
   rig.run();
-  const std::vector<Reason> reasons{Reason::kAccepted, Reason::kAccepted, Reason::kBadControl};
-  ASSERT_EQ(rig.acks.size(), reasons.size());
-  for (std::size_t i = 0; i < reasons.size(); ++i) EXPECT_EQ(rig.acks[i].reason, reasons[i]);
-  service::ShapeRequest request;
-  ASSERT_TRUE(rig.output->shapes.try_pop(request));
-  EXPECT_EQ(request.mode, 1);
-  ASSERT_TRUE(rig.output->shapes.try_pop(request));
-  EXPECT_EQ(request.mode, plan.num_elastic);
+  ASSERT_EQ(rig.acks.size(), good.size() + bad.size());
+  service::PageRequest request;
+  for (std::size_t i = 0; i < good.size(); ++i) {
+    EXPECT_EQ(rig.acks[i].reason, Reason::kAccepted);
+    ASSERT_TRUE(rig.output->requests.try_pop(request));
+    EXPECT_EQ(std::pair(request.command, std::int64_t{request.number}), good[i]);
+  }
+  EXPECT_FALSE(rig.output->requests.try_pop(request));
+  for (std::size_t i = 0; i < bad.size(); ++i) {
+    const service::AckEntry& ack = rig.acks[good.size() + i];
+    EXPECT_EQ(ack.reason, Reason::kBadControl);
+    EXPECT_EQ(ack.found, bad[i].second);
+    EXPECT_EQ(ack.most, bad[i].second - 1);
+  }
 }
 
 }  // namespace

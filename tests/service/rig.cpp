@@ -17,8 +17,9 @@ ForceCommand make_push(std::int64_t sequence, int slot, std::int64_t start_tick,
   return command;
 }
 
-Rig::Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock_of_loop)
-    : output(std::make_unique<service::Output>(plan)),
+Rig::Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock_of_loop,
+         std::size_t most_waiting)
+    : output(std::make_unique<service::Output>(plan, most_waiting)),
       simulation(plan, settings, clock_of_loop, *inbound, *output) {}
 
 bool Rig::push(const ForceCommand& command) {
@@ -46,12 +47,14 @@ void Rig::collect() {
 }
 
 const service::Snapshot* Rig::take_motion() {
-  const service::Snapshot* state = nullptr;
+  bool has_state = false;
   for (std::size_t i = 0; i < output->motion.size(); ++i) {
-    const service::Snapshot* const taken = output->motion[i].take();
-    if (i == io::kStateChannel) state = taken;
+    const service::Snapshot* const oldest = output->motion[i].front();
+    if (oldest == nullptr) continue;
+    if (i == io::kStateChannel) taken = *oldest, has_state = true;
+    output->motion[i].drop();
   }
-  return state;
+  return has_state ? &taken : nullptr;
 }
 
 void Rig::run() {

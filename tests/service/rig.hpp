@@ -37,15 +37,18 @@ ForceCommand make_push(std::int64_t sequence, int slot = 0, std::int64_t start_t
                        double size = 1.0);
 
 struct Rig {
-  Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock);
-  Rig(const Plan& plan, const service::LoopSettings& settings) : Rig(plan, settings, clock) {}
+  /// \param most_waiting  snapshots of a channel; with one a loop without a pace waits for each to be taken
+  Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock,
+      std::size_t most_waiting = 1);
+  Rig(const Plan& plan, const service::LoopSettings& settings, std::size_t most_waiting = 1)
+      : Rig(plan, settings, clock, most_waiting) {}
 
   /// False when the ring is full.
   bool push(const ForceCommand& command);
   bool control(std::int32_t command, std::int64_t count = 0);
   /// What the rings hold by now, appended to acks and applied.
   void collect();
-  /// The latest STATE that nobody took, and what stands in the boxes beside it is taken too.
+  /// The oldest STATE that nobody took, or null; the oldest of each channel beside it is taken too.
   const service::Snapshot* take_motion();
   /// Runs to the end and collects.
   void run();
@@ -59,6 +62,7 @@ struct Rig {
   std::vector<service::AckEntry> acks;
   std::vector<service::AppliedEntry> applied;
   std::int64_t next_sequence = 1'000'000;  // of controls
+  service::Snapshot taken;                 // by take_motion
 };
 
 /// Every number of the motion, bit for bit.

@@ -73,6 +73,42 @@ TEST(Status, SpinWithoutDisplacementIsPublishedAsAFiniteNumber) {
   EXPECT_EQ(report.now().spin_ratio, 1e9);
 }
 
+TEST(Status, TellsTheWordOfNowAndTheWorstWithWhatTheyCompare) {
+  Report report(stretched_pair());
+  Verdict& now = report.snapshot.verdict;
+  now = {.word = Verdict::Word::kWatch,
+         .cause = Verdict::Cause::kSpinLoad,
+         .tick = 7,
+         .error = 1e-4,
+         .displacement_now = 1e-3,
+         .scale = 2e-3};
+  report.snapshot.worst = now;
+  report.snapshot.worst.word = Verdict::Word::kOutside;
+  report.snapshot.worst.tick = 5;
+  const status_t status = report.now();
+  EXPECT_EQ(status.validity, status_t::WATCH);
+  EXPECT_EQ(status.worst_validity, status_t::OUTSIDE);
+  EXPECT_EQ(status.worst_validity_tick, 5);
+  EXPECT_NE(status.validity_cause.find("centrifugal"), std::string::npos) << status.validity_cause;
+  EXPECT_EQ(status.worst_validity_cause, status.validity_cause);
+  EXPECT_EQ(status.model_error, 1e-4);
+  EXPECT_EQ(status.displacement_now, 1e-3);
+  EXPECT_EQ(status.error_scale, 2e-3);
+}
+
+TEST(Status, ModesLeftOutHaveNoBoundYet) {
+  EXPECT_EQ(Report(stretched_pair()).now().truncation_bound, 0.0);
+  Report report(stretched_pair());
+  PlanPart left_out;
+  left_out.part = Part::kSmallModes;
+  left_out.is_left_out = true;
+  left_out.count = 1;
+  report.motion.plan.parts.push_back(left_out);
+  StatusReporter lean{report.motion.plan, report.identity, *report.output, *report.shared, report.restarts};
+  report.snapshot.motion = report.motion.state;
+  EXPECT_EQ(lean.report(report.snapshot, 1).truncation_bound, -1.0);
+}
+
 TEST(Status, DriftCountsFromTheFirstReportAfterTheLastLoad) {
   Scene scene = octahedron();
   publish_everything(scene);
@@ -125,7 +161,15 @@ TEST(Status, RejectionsOfIngressAndLoopAreAddedByReason) {
   report.output->num_rejected[10] = 1;
   report.output->num_accepted = 6;
   report.restarts = 4;
+  report.output->num_dropped[0] = 7;
+  report.output->num_dropped[1] = 8;
+  report.output->num_dropped[2] = 9;
+  report.shared->dropped_answers = 5;
   const status_t status = report.now();
+  EXPECT_EQ(status.states_dropped, 7);
+  EXPECT_EQ(status.points_dropped, 8);
+  EXPECT_EQ(status.loads_dropped, 9);
+  EXPECT_EQ(status.answers_dropped, 5);
   EXPECT_EQ(status.commands_received, 12);
   EXPECT_EQ(status.commands_accepted, 6);
   EXPECT_EQ(status.ingress_restarts, 4);

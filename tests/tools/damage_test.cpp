@@ -142,6 +142,11 @@ TEST(Damage, AForgedTickBeyondTheLongestGapIsRefused) {
   EXPECT_TRUE(contains(outcome.error, "10000000000 are replayed")) << outcome.error << outcome.ticks;
 }
 
+const tools::Loss& state_loss(const ReplayOutcome& outcome) {
+  if (outcome.losses.size() != 1) throw std::runtime_error("not the losses of STATE alone");
+  return outcome.losses.front();
+}
+
 TEST(Damage, LostStatesAreCounted) {
   const ReplayOutcome lost = replay_edited([](auto& events) {
     int which = 0;
@@ -150,15 +155,17 @@ TEST(Damage, LostStatesAreCounted) {
     });
   });
   EXPECT_EQ(lost.result, ReplayResult::kIdentical) << lost.error;
-  EXPECT_EQ(real().whole.num_missing, 0) << real().whole.warning;
-  EXPECT_EQ(lost.num_states + lost.num_missing, real().whole.num_states);
+  EXPECT_EQ(state_loss(real().whole).num_ticks, 0) << real().whole.warning;
+  EXPECT_EQ(lost.num_states + state_loss(lost).num_ticks, real().whole.num_states);
+  EXPECT_EQ(state_loss(lost).num_on_way(), state_loss(lost).num_ticks);
   EXPECT_TRUE(contains(lost.warning, " not in the log, the first of tick 500")) << lost.warning;
   const ReplayOutcome late = replay_edited([](auto& events) {
     const std::int64_t first = event_on("FREEFLEX_STATE", 0).offset;
     std::erase_if(events, [first](const io::LogEvent& event) { return event.offset <= first; });
   });
   EXPECT_EQ(late.result, ReplayResult::kIdentical) << late.error;
-  EXPECT_EQ(late.num_missing, 1);
+  EXPECT_EQ(state_loss(late).num_ticks, 1);
+  EXPECT_EQ(state_loss(late).num_before, 1);
 }
 
 TEST(Damage, OtherProgramsOfTheNetworkAreLeftAlone) {

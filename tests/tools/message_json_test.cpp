@@ -3,6 +3,8 @@
 
 #include <gtest/gtest.h>
 
+#include "freeflex_msgs/control_t.hpp"
+#include "freeflex_msgs/envelope_t.hpp"
 #include "freeflex_msgs/scene_t.hpp"
 #include "freeflex_msgs/shapes_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
@@ -37,6 +39,34 @@ TEST(MessageJson, FingerprintsAndHashesAreHexadecimal) {
   freeflex_msgs::shapes_t shapes{};
   shapes.plan_fingerprint = 1;
   EXPECT_EQ(fields_of(channels::kShapes, shapes)["plan_fingerprint"], "0000000000000001");
+}
+
+TEST(MessageJson, AnEnvelopeIsShownWithWhatIsInside) {
+  freeflex_msgs::control_t control{};
+  control.sender = "desk";
+  control.command = freeflex_msgs::control_t::SCENE;
+  freeflex_msgs::envelope_t envelope{};
+  envelope.key_id = "pilot-1";
+  for (const std::byte byte : io::encode(control))
+    envelope.body.push_back(std::to_integer<std::uint8_t>(byte));
+  envelope.num_bytes = static_cast<std::int32_t>(envelope.body.size());
+  envelope.tag[31] = 0xab;
+  const tools::DecodedMessage shown = tools::decode_by_suffix(channels::kControl, io::encode(envelope));
+  EXPECT_EQ(shown.summary, "signed with key pilot-1: desk: scene");
+  EXPECT_EQ(shown.fields["body"]["command"], "scene");
+  EXPECT_EQ(shown.fields["tag"], std::string(62, '0') + "ab");
+}
+
+TEST(MessageJson, AMessageOf03IsNamed) {
+  const std::vector<std::byte> bytes = [] {
+    std::vector<std::byte> state(200);
+    const std::uint64_t fingerprint = 0x61063d95b061afa7;
+    for (std::size_t i = 0; i < 8; ++i)
+      state[i] = static_cast<std::byte>(fingerprint >> (56 - 8 * i) & 0xFFu);
+    return state;
+  }();
+  EXPECT_EQ(tools::decode_by_suffix(channels::kState, bytes).summary,
+            "sent by version 0.3 of the messages, this is 0.4");
 }
 
 }  // namespace

@@ -17,9 +17,7 @@ using io::Reason;
 
 /// The daemon's words for a loop's rejection, in push's.
 std::string loop_text(const service::AckEntry& entry) {
-  Plan plan;
-  plan.num_elastic = 6;
-  return tools::in_push_words(service::make_ack(entry, plan, 1, 0).text, {}, {});
+  return tools::in_push_words(service::make_ack(entry, 1, 0).text, {}, {});
 }
 
 /// Point 19 is the second of a command, group 2 its first; names as a scene may have them.
@@ -65,7 +63,7 @@ TEST(PushWords, IndicesBecomeNames) {
                 command.points[0].point = 19;
               }).starts_with("point 'RUN.20' is named twice"));
   EXPECT_EQ(command_text(Reason::kTooManyPoints, [](auto& command, auto&) { command.num_points = 257; }),
-            "257 points and 1 groups, must be at most 256 and 16");
+            "257 points, must be at most 256");
 }
 
 TEST(PushWords, FieldsBecomeOptions) {
@@ -73,12 +71,14 @@ TEST(PushWords, FieldsBecomeOptions) {
             "--at-tick 1 has passed, next is 3001: name a later one, none, or add --late-ok");
   EXPECT_EQ(loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 200'000'000}),
             "--at-tick 200000000 is more than 100000000 ticks ahead of 5");
-  EXPECT_EQ(loop_text({.reason = Reason::kBadControl, .found = 7}),
-            "--control shapes=7: must be a mode from 1 to 6");
   using freeflex_msgs::control_t;
-  EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .found = control_t::RUN}),
+  EXPECT_EQ(loop_text({.reason = Reason::kBadControl, .command = control_t::SHAPES, .found = 7, .most = 6}),
+            "--control shapes=7: must be a mode from 1 to 6");
+  EXPECT_EQ(loop_text({.reason = Reason::kBadControl, .command = control_t::SCENE, .found = 4, .most = 3}),
+            "--control scene=4: must be a page from 1 to 3, or scene without a number for all");
+  EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::RUN}),
             "--control run does not apply in lockstep: send --control step=N");
-  EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .found = control_t::STEP}),
+  EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::STEP}),
             "--control step=N applies while holding: send --control hold first");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .mode = service::Mode::kFault}),
             "the simulation is faulted: only --control reset and --control stop are taken");
@@ -87,7 +87,8 @@ TEST(PushWords, FieldsBecomeOptions) {
 TEST(PushWords, NoRejectionOfTheLoopKeepsAWordOfTheWire) {
   for (int reason = 1; reason < io::kNumReasons; ++reason) {
     const std::string text = loop_text({.reason = static_cast<Reason>(reason), .tick = 3, .found = 1});
-    for (const char* word : {"start_tick", "late_policy", "SHAPES", "STEP", "RUN", "HOLD", "RESET", "STOP"})
+    for (const char* word :
+         {"start_tick", "late_policy", "SHAPES", "SCENE", "STEP", "RUN", "HOLD", "RESET", "STOP"})
       EXPECT_FALSE(contains(text, word)) << text;
   }
 }

@@ -5,6 +5,7 @@
 #include <functional>
 #include <nlohmann/json.hpp>
 
+#include "freeflex_msgs/status_t.hpp"
 #include "service/io/wire/codec.hpp"
 #include "service/io/wire/decode.hpp"
 #include "tests/tools/log_events.hpp"
@@ -234,6 +235,60 @@ TEST(Replay, ADamagedMessageIsIncomplete) {
   });
   EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
   EXPECT_TRUE(contains(outcome.err, "FREEFLEX_STATE at byte ")) << outcome.err;
+}
+
+TEST(Replay, ARecordingOf03IsRefusedByName) {
+  // a state_t of 0.3 has another fingerprint and no wheels at its end
+  const Outcome outcome = replay_changed([](auto& events) {
+    for (const std::size_t i : find_all(events, "FREEFLEX_STATE")) {
+      std::vector<std::byte>& bytes = events[i].bytes;
+      const std::uint64_t fingerprint = 0x61063d95b061afa7;
+      for (std::size_t k = 0; k < 8; ++k)
+        bytes[k] = static_cast<std::byte>(fingerprint >> (56 - 8 * k) & 0xFFu);
+      bytes.resize(bytes.size() - 4);
+    }
+  });
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.out;
+  EXPECT_TRUE(contains(outcome.err, "the message on FREEFLEX_STATE at byte ")) << outcome.err;
+  EXPECT_TRUE(
+      contains(outcome.err,
+               " is sent by version 0.3 of the messages, this is 0.4: replay it with the release that "
+               "recorded it"))
+      << outcome.err;
+}
+
+TEST(Replay, TellsWhatTheDaemonDidNotSendFromWhatWasLostOnTheWay) {
+  // the daemon's own recording: of 5 states that are gone it counted 3 as not sent
+  const TemporaryFolder folder;
+  std::vector<io::LogEvent> events = read_events(kGolden + "frame.log");
+  int which = 0;
+  std::erase_if(events, [&](const io::LogEvent& event) {
+    return event.channel == "FREEFLEX_STATE" && ++which > 20 && which <= 25;
+  });
+  edit<freeflex_msgs::status_t>(events[find_all(events, "FREEFLEX_STATUS").back()],
+                                [](auto& status) { status.states_dropped = 3; });
+  write_events(folder / "gaps.log", events);
+  const std::string replay = kFreeflex + " replay " + folder / "gaps.log --plan " + kGolden + "frame.plan";
+  const Outcome told = run(replay);
+  EXPECT_EQ(told.exit_code, 0) << told.err;
+  EXPECT_TRUE(contains(told.err, "3 not sent, as the status counts; 2 lost on the way")) << told.err;
+  const Json missing = Json::parse(run(replay + " --json").out)["missing"];
+  EXPECT_EQ(missing["STATE"]["ticks"], 5) << missing;
+  EXPECT_EQ(missing["STATE"]["unsent"], 3) << missing;
+  EXPECT_EQ(missing["STATE"]["on_the_way"], 2) << missing;
+  EXPECT_FALSE(missing.contains("POINTS")) << "there is none in the log";
+}
+
+TEST(Replay, AnUnreadableStatusIsNamedAndHindersNothing) {
+  const TemporaryFolder folder;
+  std::vector<io::LogEvent> events = read_events(kGolden + "frame.log");
+  for (const std::size_t i : {1u, 2u, 3u}) events[find_all(events, "FREEFLEX_STATUS")[i]].bytes.resize(9);
+  write_events(folder / "status.log", events);
+  const Outcome outcome =
+      run(kFreeflex + " replay " + folder / "status.log --plan " + kGolden + "frame.plan");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "the message on FREEFLEX_STATUS at byte ")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, ", and so are 2 others")) << outcome.err;
 }
 
 TEST(Replay, MissingFilesAndWrongPlansAreUsage) {

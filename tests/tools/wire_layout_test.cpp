@@ -18,6 +18,8 @@ force_t some_force() {
   m.forces.resize(3);
   m.num_wrenches = 2;
   m.wrenches.resize(2);
+  m.num_torques = 1;
+  m.torques.resize(1);
   return m;
 }
 
@@ -54,6 +56,8 @@ state_t some() {
   m.num_elastic = 5;
   m.q.resize(5);
   m.q_dot.resize(5);
+  m.num_wheels = 2;
+  m.wheel_momentum.resize(2);
   return m;
 }
 template <>
@@ -63,6 +67,8 @@ points_t some() {
   m.points.resize(2);
   m.num_groups = 1;
   m.groups.resize(1);
+  m.num_bodies = 1;
+  m.bodies.resize(1);
   return m;
 }
 template <>
@@ -113,10 +119,19 @@ status_t some() {
   return m;
 }
 
+template <>
+envelope_t some() {
+  envelope_t m{};
+  m.key_id = "pilot";
+  m.num_bytes = 3;
+  m.body = {1, 2, 255};
+  return m;
+}
+
 template <class Message>
 class WireLayout : public ::testing::Test {};
-using Messages = ::testing::Types<ack_t, applied_t, control_t, force_t, loads_t, points_t, scene_t, shapes_t,
-                                  state_t, status_t>;
+using Messages = ::testing::Types<ack_t, applied_t, control_t, envelope_t, force_t, loads_t, points_t,
+                                  scene_t, shapes_t, state_t, status_t>;
 TYPED_TEST_SUITE(WireLayout, Messages);
 
 TYPED_TEST(WireLayout, FitsWhatTheGeneratedCodeEncodes) {

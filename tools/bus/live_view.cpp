@@ -15,6 +15,7 @@
 #include "messages/channels.hpp"
 #include "service/io/wire/decode.hpp"
 #include "service/io/wire/reason.hpp"
+#include "service/io/wire/versions.hpp"
 #include "tools/bus/message_json.hpp"
 #include "tools/terminal/console.hpp"
 
@@ -97,7 +98,10 @@ void Screen::show(const std::string& text) {
 void LiveView::take(const std::string& suffix, const BusMessage& message) {
   if (suffix == channels::kStatus) {
     freeflex_msgs::status_t status;
-    if (io::decode_message(message.bytes, status)) take_status(status);
+    if (io::decode_message(message.bytes, status))
+      take_status(status);
+    else
+      unread_ = io::explain_unread(message.bytes);
   } else if (suffix == channels::kState) {
     freeflex_msgs::state_t state;
     if (io::decode_message(message.bytes, state)) state_ = state;
@@ -166,7 +170,11 @@ std::string LiveView::header_text() const {
     out += std::string(kAlarm) + format_text("silent     for %.0f s", silence) + kPlain + "\n";
   out += "rate       " + bold(rate_text()) + format_text(" of %.10g Hz   ", status_->rate) +
          alarming("overruns", status_->overruns) + "   " + alarming("slips", status_->slips) + "   " +
-         alarming("ingress restarts", status_->ingress_restarts) + "\n\n";
+         alarming("ingress restarts", status_->ingress_restarts);
+  const std::int64_t num_lost = status_->states_dropped + status_->points_dropped + status_->loads_dropped +
+                                status_->answers_dropped + status_->sends_failed;
+  if (num_lost > 0) out += "   " + alarming("not sent", num_lost);
+  out += "\n\n";
   return out;
 }
 
@@ -220,6 +228,10 @@ std::string LiveView::validity_text() const {
   const bool is_good = s.validity == freeflex_msgs::status_t::GOOD;
   std::string out = "validity   " + (is_good ? bold(word) : std::string(kAlarm) + word + kPlain);
   out += s.validity_cause.empty() ? "" : "  " + s.validity_cause;
+  if (s.worst_validity > s.validity)
+    out += format_text("\n           was %s at tick %" PRId64 "  ", validity_name(s.worst_validity),
+                       s.worst_validity_tick) +
+           s.worst_validity_cause;
   out += format_text("\n           displacement ratio %.1e, spin ratio %.1e (both must be small)\n",
                      s.displacement_ratio, s.spin_ratio);
   if (s.budget_horizon == 0.0) return out;
@@ -264,7 +276,7 @@ std::string LiveView::commands_text() const {
 
 std::string LiveView::page(const std::string& bus, int num_rows) const {
   const std::string last_line = "Ctrl-C ends   " + bus + "\n";
-  if (!status_) return "freeflex: waiting for a daemon\n" + last_line;
+  if (!status_) return "freeflex: " + line() + "\n" + last_line;
   const std::size_t num_modes = num_rows < 28 ? 3 : kMaxModes;
   std::string out = header_text() + motion_text() + elastic_text(num_modes) + timing_text() + commands_text();
   // the latest commands and answers take what is left
@@ -278,7 +290,7 @@ std::string LiveView::page(const std::string& bus, int num_rows) const {
 }
 
 std::string LiveView::line() const {
-  if (!status_) return "waiting for a daemon";
+  if (!status_) return "waiting for a daemon" + (unread_.empty() ? "" : "; the status of one was " + unread_);
   std::string out =
       format_text("tick %lld, %s, %s, rate %s, late p99 %.0f us, overruns %lld, slips %lld",
                   static_cast<long long>(state_ ? state_->tick : status_->tick), mode_name(status_->mode),

@@ -6,6 +6,7 @@
 #include "messages/channels.hpp"
 #include "service/io/wire/decode.hpp"
 #include "service/io/wire/reason.hpp"
+#include "service/io/wire/versions.hpp"
 #include "tools/bus/bus.hpp"
 
 namespace freeflex::tools {
@@ -59,6 +60,8 @@ const char* control_name(std::int32_t command) {
       return "stop";
     case control_t::SHAPES:
       return "shapes";
+    case control_t::SCENE:
+      return "scene";
     default:
       return "unknown";
   }
@@ -83,6 +86,9 @@ Json fields_of(const force_t& m) {
     out["wrenches"].push_back(
         {{"group", w.group}, {"force", array_of(w.force)}, {"torque", array_of(w.torque)}});
   }
+  out["torques"] = Json::array();
+  for (const point_torque_t& t : m.torques)
+    out["torques"].push_back({{"point", t.point}, {"torque", array_of(t.torque)}});
   return out;
 }
 
@@ -121,7 +127,8 @@ Json fields_of(const state_t& m) {
           {"angular_velocity", array_of(m.angular_velocity)},
           {"angular_momentum", array_of(m.angular_momentum)},
           {"q", m.q},
-          {"q_dot", m.q_dot}};
+          {"q_dot", m.q_dot},
+          {"wheel_momentum", m.wheel_momentum}};
 }
 
 Json fields_of(const points_t& m) {
@@ -142,6 +149,12 @@ Json fields_of(const points_t& m) {
                              {"attitude", array_of(g.attitude)},
                              {"velocity", array_of(g.velocity)},
                              {"angular_velocity", array_of(g.angular_velocity)}});
+  }
+  out["bodies"] = Json::array();
+  for (const body_state_t& b : m.bodies) {
+    out["bodies"].push_back({{"point", b.point},
+                             {"attitude", array_of(b.attitude)},
+                             {"angular_velocity", array_of(b.angular_velocity)}});
   }
   return out;
 }
@@ -232,6 +245,12 @@ Json fields_of(const status_t& m) {
   for (const rejection_count_t& r : m.rejections) rejections[reason_text(r.reason)] = r.count;
   out["rejections"] = rejections;
   out.update({{"ingress_restarts", m.ingress_restarts},
+              {"ingress_hangs", m.ingress_hangs},
+              {"states_dropped", m.states_dropped},
+              {"points_dropped", m.points_dropped},
+              {"loads_dropped", m.loads_dropped},
+              {"answers_dropped", m.answers_dropped},
+              {"sends_failed", m.sends_failed},
               {"num_slots", m.num_slots},
               {"replan_tick", m.replan_tick},
               {"replan", m.replan},
@@ -250,7 +269,14 @@ Json fields_of(const status_t& m) {
               {"error_attitude", array_of(m.error_attitude)},
               {"error_elastic", array_of(m.error_elastic)},
               {"validity", m.validity},
-              {"validity_cause", m.validity_cause}});
+              {"validity_cause", m.validity_cause},
+              {"worst_validity", m.worst_validity},
+              {"worst_validity_tick", m.worst_validity_tick},
+              {"worst_validity_cause", m.worst_validity_cause},
+              {"model_error", m.model_error},
+              {"displacement_now", m.displacement_now},
+              {"error_scale", m.error_scale},
+              {"truncation_bound", m.truncation_bound}});
   return out;
 }
 
@@ -322,12 +348,27 @@ DecodedMessage decode_as(std::span<const std::byte> bytes) {
   DecodedMessage out;
   Message message;
   if (!io::decode_message(bytes, message)) {
-    out.summary = "damaged, or of another version";
+    out.summary = io::explain_unread(bytes);
     return out;
   }
   out.fields = fields_of(message);
   out.summary = summary_of(message);
   number_message(message, out);
+  return out;
+}
+
+/// A command, or the envelope around one.
+template <class Command>
+DecodedMessage decode_command(std::span<const std::byte> bytes) {
+  envelope_t envelope;
+  if (!io::decode_message(bytes, envelope)) return decode_as<Command>(bytes);
+  DecodedMessage out = decode_as<Command>(std::as_bytes(std::span(envelope.body)));
+  std::string tag;
+  for (const std::uint8_t byte : envelope.tag) tag += format_text("%02x", byte);
+  out.fields = {
+      {"key_id", envelope.key_id},           {"session", envelope.session}, {"sequence", envelope.sequence},
+      {"valid_until", envelope.valid_until}, {"body", out.fields},          {"tag", tag}};
+  out.summary = "signed with key " + envelope.key_id + ": " + out.summary;
   return out;
 }
 
@@ -340,8 +381,8 @@ DecodedMessage decode_by_suffix(std::string_view suffix, std::span<const std::by
   if (suffix == channels::kLoads) return decode_as<loads_t>(bytes);
   if (suffix == channels::kScene) return decode_as<scene_t>(bytes);
   if (suffix == channels::kShapes) return decode_as<shapes_t>(bytes);
-  if (suffix == channels::kForce) return decode_as<force_t>(bytes);
-  if (suffix == channels::kControl) return decode_as<control_t>(bytes);
+  if (suffix == channels::kForce) return decode_command<force_t>(bytes);
+  if (suffix == channels::kControl) return decode_command<control_t>(bytes);
   if (suffix == channels::kAck) return decode_as<ack_t>(bytes);
   if (suffix == channels::kApplied) return decode_as<applied_t>(bytes);
   return {};

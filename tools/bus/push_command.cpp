@@ -36,14 +36,15 @@ std::optional<PointArgument> parse_point(const std::string& text) {
   return point;
 }
 
-/// run, hold, reset, stop, step=N, shapes=MODE.
+/// run, hold, reset, stop, scene, step=N, shapes=MODE, scene=PAGE.
 std::optional<control_t> parse_control(const std::string& text) {
-  constexpr std::array<std::pair<std::string_view, std::int32_t>, 4> kWords{{{"run", control_t::RUN},
+  constexpr std::array<std::pair<std::string_view, std::int32_t>, 5> kWords{{{"run", control_t::RUN},
                                                                              {"hold", control_t::HOLD},
                                                                              {"reset", control_t::RESET},
-                                                                             {"stop", control_t::STOP}}};
-  constexpr std::array<std::pair<std::string_view, std::int32_t>, 2> kCounted{
-      {{"step=", control_t::STEP}, {"shapes=", control_t::SHAPES}}};
+                                                                             {"stop", control_t::STOP},
+                                                                             {"scene", control_t::SCENE}}};
+  constexpr std::array<std::pair<std::string_view, std::int32_t>, 3> kCounted{
+      {{"step=", control_t::STEP}, {"shapes=", control_t::SHAPES}, {"scene=", control_t::SCENE}}};
   control_t control{};
   for (const auto& [name, command] : kWords) {
     control.command = command;
@@ -179,7 +180,9 @@ std::string find_push_fault(const CLI::App& command, const PushOptions& options)
   if (!options.control.empty()) {
     if (parse_control(options.control)) return {};
     return "--control '" + options.control +
-           "': must be run, hold, reset, stop, step=N or shapes=MODE, N and MODE whole numbers from 1 to " +
+           "': must be run, hold, reset, stop, scene, step=N, shapes=MODE or scene=PAGE, N, MODE and PAGE "
+           "whole "
+           "numbers from 1 to " +
            std::to_string(kMaxCount);
   }
   return options.clear ? std::string() : find_force_fault(options);

@@ -25,13 +25,16 @@ std::string with_names(const std::string& text, const std::string& list, const s
 
 std::string in_push_words(std::string text, std::span<const std::string> points,
                           std::span<const std::string> groups) {
-  static const std::array<std::pair<std::regex, const char*>, 10> kWords{
+  static const std::array<std::pair<std::regex, const char*>, 12> kWords{
       {{std::regex("name a later one, -1, or late_policy 1"), "name a later one, none, or add --late-ok"},
        {std::regex(R"(\bstart_tick\b)"), "--at-tick"},
-       {std::regex(R"((\d+) forces and (\d+) wrenches)"), "$1 points and $2 groups"},
+       {std::regex(R"(^(\d+) forces\b)"), "$1 points"},
+       {std::regex(R"(^(\d+) wrenches\b)"), "$1 groups"},
        {std::regex(R"(^slot\b)"), "--slot"},
        {std::regex(R"(found (\d+): SHAPES takes an elastic mode from 1 to (\d+).*)"),
         "--control shapes=$1: must be a mode from 1 to $2"},
+       {std::regex(R"(found (\d+): SCENE takes a page from 1 to (\d+).*)"),
+        "--control scene=$1: must be a page from 1 to $2, or scene without a number for all"},
        {std::regex(R"(\bRUN\b)"), "--control run"},
        {std::regex(R"(\bHOLD\b)"), "--control hold"},
        {std::regex(R"(\bSTEP\b)"), "--control step=N"},

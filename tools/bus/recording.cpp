@@ -5,10 +5,13 @@
 #include <tuple>
 #include <unordered_map>
 
+#include "freeflex_msgs/loads_t.hpp"
+#include "freeflex_msgs/points_t.hpp"
 #include "freeflex_msgs/scene_t.hpp"
 #include "freeflex_msgs/state_t.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/decode.hpp"
+#include "service/io/wire/versions.hpp"
 #include "tools/bus/strays.hpp"
 #include "tools/terminal/console.hpp"
 
@@ -27,24 +30,39 @@ class Indexer {
         applied_(prefix + channels::kApplied),
         state_(prefix + channels::kState),
         scene_(prefix + channels::kScene),
+        points_(prefix + channels::kPoints),
+        loads_(prefix + channels::kLoads),
+        status_(prefix + channels::kStatus),
         strays_(prefix) {}
 
   /// False when the message does not decode.
   bool take(const io::LogEvent& event);
+  /// Sessions of which there is nothing to replay are gone, and so is what could not be read.
+  void finish();
   /// Empty, or which message has left its session.
   std::string find_stray() const { return strays_.find(); }
 
  private:
-  RecordedSession& session_of(const io::LogEvent& event, std::int64_t session);
+  RecordedSession& session_of(std::int64_t session);
+  RecordedSession& own_session_of(const io::LogEvent& event, std::int64_t session);
+  template <class Message>
+  bool take_pages(const io::LogEvent& event, std::size_t channel);
+  bool take_beside(const io::LogEvent& event);
 
   Recording& recording_;
-  std::string applied_, state_, scene_;  // channels
+  std::string applied_, state_, scene_, points_, loads_, status_;  // channels
+  std::int64_t num_unread_ = 0;                                    // of the last three
+  std::string unread_;                                             // the first of them
   StrayFinder strays_;
   std::unordered_map<std::int64_t, std::size_t> places_;  // of sessions in the recording
 };
 
-RecordedSession& Indexer::session_of(const io::LogEvent& event, std::int64_t session) {
+RecordedSession& Indexer::own_session_of(const io::LogEvent& event, std::int64_t session) {
   strays_.take_own(event, session);
+  return session_of(session);
+}
+
+RecordedSession& Indexer::session_of(std::int64_t session) {
   const auto [place, is_new] = places_.try_emplace(session, recording_.sessions.size());
   if (is_new) recording_.sessions.emplace_back().session = session;
   return recording_.sessions[place->second];
@@ -82,22 +100,62 @@ bool Indexer::take(const io::LogEvent& event) {
   if (event.channel == applied_) {
     applied_t message;
     if (!io::decode_message(event.bytes, message)) return false;
-    RecordedSession& session = session_of(event, message.session);
+    RecordedSession& session = own_session_of(event, message.session);
     session.applied.push_back({message.applied_sequence, message.tick, message.kind, event.offset});
     take_fingerprint(event, message.plan_fingerprint, session);
   } else if (event.channel == state_) {
     freeflex_msgs::state_t message;
     if (!io::decode_message(event.bytes, message)) return false;
-    session_of(event, message.session)
-        .states.push_back({message.epoch, message.tick, message.time, message.applied_count, event.offset});
+    RecordedSession& session = own_session_of(event, message.session);
+    session.states.push_back(
+        {message.epoch, message.tick, message.time, message.applied_count, event.offset});
+    session.pages[io::kStateChannel].push_back({message.tick, message.epoch, 0, 1});
   } else if (event.channel == scene_) {
     freeflex_msgs::scene_t message;
     if (!io::decode_message(event.bytes, message)) return false;
-    take_scene(event, message, session_of(event, message.session));
-  } else {
+    take_scene(event, message, own_session_of(event, message.session));
+  } else if (!take_beside(event)) {
     strays_.take_foreign(event);
   }
   return true;
+}
+
+template <class Message>
+bool Indexer::take_pages(const io::LogEvent& event, std::size_t channel) {
+  Message message;
+  if (!io::decode_message(event.bytes, message)) return false;
+  session_of(message.session)
+      .pages[channel]
+      .push_back({message.tick, message.epoch, message.page, message.num_pages});
+  return true;
+}
+
+/// What no motion depends on: it says what is missing. False when the channel is none of these.
+bool Indexer::take_beside(const io::LogEvent& event) {
+  bool is_read = false;
+  if (event.channel == points_) {
+    is_read = take_pages<freeflex_msgs::points_t>(event, io::kPointsChannel);
+  } else if (event.channel == loads_) {
+    is_read = take_pages<freeflex_msgs::loads_t>(event, io::kLoadsChannel);
+  } else if (event.channel == status_) {
+    freeflex_msgs::status_t status;
+    is_read = io::decode_message(event.bytes, status);
+    if (is_read) session_of(status.session).unsent.take(status);
+  } else {
+    return false;
+  }
+  if (!is_read && num_unread_++ == 0)
+    unread_ = "the message on " + event.channel + " at byte " + std::to_string(event.offset) + " is " +
+              io::explain_unread(event.bytes);
+  return true;
+}
+
+void Indexer::finish() {
+  std::erase_if(recording_.sessions, [](const RecordedSession& session) {
+    return session.applied.empty() && session.states.empty() && !session.has_scene;
+  });
+  recording_.warning = unread_;
+  if (num_unread_ > 1) recording_.warning += ", and so are " + counted(num_unread_ - 1, "other");
 }
 
 }  // namespace
@@ -108,11 +166,15 @@ Recording read_recording(io::LogReader& log, const std::string& prefix) {
   io::LogEvent event;
   while (log.next(event)) {
     if (!indexer.take(event)) {
-      recording.error = "message on " + event.channel + " at byte " + std::to_string(event.offset) +
-                        " is damaged or of another version";
+      recording.error = "the message on " + event.channel + " at byte " + std::to_string(event.offset) +
+                        " is " + io::explain_unread(event.bytes);
+      if (io::find_earlier(event.bytes) == nullptr) return recording;
+      recording.is_readable = false;
+      recording.error += ": replay it with the release that recorded it";
       return recording;
     }
   }
+  indexer.finish();
   recording.error = log.error().empty() ? indexer.find_stray() : log.error();
   recording.is_readable = log.error().empty() || log.is_damaged();
   for (RecordedSession& session : recording.sessions) {

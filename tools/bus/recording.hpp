@@ -1,6 +1,7 @@
 // What an LCM log holds of one daemon session: commands as they took effect, states, the plan's identity.
 #pragma once
 
+#include <array>
 #include <cstdint>
 #include <optional>
 #include <string>
@@ -11,6 +12,7 @@
 #include "freeflex_msgs/applied_t.hpp"
 #include "service/io/wire/codec.hpp"
 #include "service/io/wire/log.hpp"
+#include "tools/bus/losses.hpp"
 
 namespace freeflex::tools {
 
@@ -31,18 +33,21 @@ struct StateRecord {
 };
 struct RecordedSession {
   std::int64_t session = 0;
-  std::vector<AppliedRecord> applied;  // by sequence, repeats dropped
-  std::vector<StateRecord> states;     // by epoch, then tick
-  bool has_scene = false;              // the log holds a FREEFLEX_SCENE of it
-  std::string plan_file;               // as it says
-  double rate = 0.0;                   // [Hz] as it says
+  std::vector<AppliedRecord> applied;                                 // by sequence, repeats dropped
+  std::vector<StateRecord> states;                                    // by epoch, then tick
+  std::array<std::vector<PageRecord>, io::kNumMotionChannels> pages;  // as io::kMotionChannels
+  UnsentCounts unsent;
+  bool has_scene = false;  // the log holds a FREEFLEX_SCENE of it
+  std::string plan_file;   // as it says
+  double rate = 0.0;       // [Hz] as it says
   std::optional<std::uint64_t> plan_fingerprint;
   std::string contradiction;  // empty, or which message names another plan, file or rate than those before it
 };
 struct Recording {
   std::vector<RecordedSession> sessions;  // in the order in which they appear
   std::string error;                      // damage: what and where
-  bool is_readable = true;                // false: the file could not be opened
+  bool is_readable = true;                // false: the file could not be opened, or is of another version
+  std::string warning;                    // messages of POINTS, LOADS, STATUS that could not be read, if any
 };
 
 /// Reads the index of a whole log: linear in its records and sessions. \param prefix  of the channel names
@@ -64,14 +69,6 @@ inline constexpr std::int64_t kMostUnseenTicks = 10'000'000'000;
 /// tick that is to be stepped to is borne out by a second number. \pre find_flaw is empty
 /// \param period  [s] of a tick; 0: not known, gaps alone are looked at
 std::string find_time_flaw(const RecordedSession& session, double period);
-
-/// States that a session published at their rate and that the log does not hold: lost, or before it began.
-struct MissingStates {
-  std::int64_t count = 0;
-  std::int64_t first_tick = 0;
-};
-/// \pre find_flaw is empty \param every  [ticks] between two states, > 0
-MissingStates count_missing(const RecordedSession& session, std::int64_t every);
 
 /// Text of a damaged message as it can be printed: bytes that are not of ASCII's printable ones in
 /// hexadecimal.

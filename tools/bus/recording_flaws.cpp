@@ -136,17 +136,4 @@ std::string find_time_flaw(const RecordedSession& session, double period) {
   return {};
 }
 
-MissingStates count_missing(const RecordedSession& session, std::int64_t every) {
-  const auto multiples_below = [every](std::int64_t tick) { return (tick + every - 1) / every; };
-  MissingStates missing;
-  std::int64_t next = 0;  // first tick of which no state was met
-  for (const StateRecord& state : session.states) {
-    const std::int64_t count = multiples_below(state.tick) - multiples_below(next);
-    if (count > 0 && missing.count == 0) missing.first_tick = multiples_below(next) * every;
-    if (count > 0) missing.count += count;
-    next = state.tick + 1;
-  }
-  return missing;
-}
-
 }  // namespace freeflex::tools

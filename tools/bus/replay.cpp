@@ -165,19 +165,17 @@ class Replay {
 
   /// What the log does not hold, and what it holds beyond the last state.
   void count_rest() {
-    const std::int64_t every = io::ticks_between(plan_.state_rate, plan_.period);
-    const MissingStates missing = every > 0 ? count_missing(session_, every) : MissingStates{};
-    outcome_.num_missing = missing.count;
-    if (missing.count > 0)
-      warn(counted(missing.count, "state") + " that the daemon publishes at the scene's rate " +
-           (missing.count == 1 ? "is" : "are") + " not in the log, the first of tick " +
-           std::to_string(missing.first_tick) + ": lost on the way, or from before it began");
+    outcome_.losses = find_losses(session_, plan_);
+    for (const Loss& loss : outcome_.losses)
+      if (loss.num_ticks > 0) outcome_.warn(describe(loss, session_.unsent));
+    if (const std::int64_t num_failed = session_.unsent.failed.size(); num_failed > 0)
+      outcome_.warn(counted(num_failed, "message") +
+                    " of any channel could not be sent by the daemon (sends_failed)");
     const std::int64_t num_left = static_cast<std::int64_t>(session_.applied.size()) - feed_.num_taken();
     if (num_left > 0)
-      warn(counted(num_left, "applied record") + " after the last state, of tick " +
-           std::to_string(outcome_.ticks) + ", changed nothing that could be compared");
+      outcome_.warn(counted(num_left, "applied record") + " after the last state, of tick " +
+                    std::to_string(outcome_.ticks) + ", changed nothing that could be compared");
   }
-  void warn(const std::string& text) { outcome_.warning += (outcome_.warning.empty() ? "" : "; ") + text; }
 
   const Plan& plan_;
   io::LogReader& log_;
@@ -217,7 +215,7 @@ std::optional<Plan> find_plan(const ReplayRequest& request, const RecordedSessio
     return std::nullopt;
   }
   if (!session.plan_fingerprint) {
-    outcome.warning = "the log does not say which plan was recorded; taken on trust: " + path;
+    outcome.warn("the log does not say which plan was recorded; taken on trust: " + path);
     return plan;
   }
   // the log may name a rate that no scene has
@@ -251,6 +249,7 @@ ReplayOutcome replay(const ReplayRequest& request) {
   if (!flaw.empty()) return incomplete(flaw);
   if (session->states.empty()) return incomplete("it holds no " + request.prefix + channels::kState);
   ReplayOutcome outcome;
+  outcome.warning = recording.warning;
   const std::optional<Plan> plan = find_plan(request, *session, outcome);
   if (!plan) return outcome;
   const std::string time_flaw = find_time_flaw(*session, plan->period);

@@ -4,8 +4,10 @@
 #include <cstdint>
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "messages/channels.hpp"
+#include "tools/bus/losses.hpp"
 
 namespace freeflex::tools {
 
@@ -38,7 +40,9 @@ struct ReplayOutcome {
   std::int64_t ticks = 0;
   std::int64_t num_states = 0;    // compared
   std::int64_t num_commands = 0;  // fed back
-  std::int64_t num_missing = 0;   // states that were published at their rate and are not in the log
+  std::vector<Loss> losses;       // of each channel of the motion that is in the log
+
+  void warn(const std::string& text) { warning += (warning.empty() ? "" : "; ") + text; }
 };
 
 /// Reads the log, looks for what contradicts itself, then steps from tick 0 to the last recorded state. It

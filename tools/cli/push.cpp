@@ -13,6 +13,7 @@
 #include "service/io/wire/codec.hpp"
 #include "service/io/wire/decode.hpp"
 #include "service/io/wire/reason.hpp"
+#include "service/io/wire/versions.hpp"
 #include "tools/bus/bus.hpp"
 #include "tools/bus/push_command.hpp"
 #include "tools/bus/push_words.hpp"
@@ -43,6 +44,7 @@ Exit codes: 0 accepted, 1 rejected or not answered, 2 wrong arguments or names.)
 
 struct Daemon {
   std::optional<status_t> status;
+  std::string unread;  // why the last STATUS could not be read
   SceneCatalogue scene;
 };
 
@@ -93,7 +95,10 @@ int push(const CLI::App& command, const PushOptions& options) {
   Daemon daemon;
   bus.subscribe(options.bus.prefix + channels::kStatus, [&](const BusMessage& message) {
     status_t status;
-    if (io::decode_message(message.bytes, status)) daemon.status = status;
+    if (io::decode_message(message.bytes, status))
+      daemon.status = status;
+    else
+      daemon.unread = io::explain_unread(message.bytes);
   });
   bus.subscribe(options.bus.prefix + channels::kScene, [&](const BusMessage& message) {
     freeflex_msgs::scene_t page;
@@ -114,8 +119,9 @@ int push(const CLI::App& command, const PushOptions& options) {
                                               daemon.scene.head().session == daemon.status->session));
   };
   if (!bus.wait(timeout, is_found)) {
-    return explain_silence(
-        bus, daemon.status ? "a daemon is there, but its scene did not come" : "no daemon heard");
+    const std::string unread =
+        daemon.unread.empty() ? "no daemon heard" : "status of a daemon heard, but " + daemon.unread;
+    return explain_silence(bus, daemon.status ? "a daemon is there, but its scene did not come" : unread);
   }
 
   bool is_sent = false;
@@ -199,7 +205,7 @@ void add_push(CLI::App& app, int& exit_code) {
   add_force_options(*command, *options);
   command
       ->add_option("--control", options->control,
-                   "instead of a force: run, hold, reset, stop, step=N [ticks] or shapes=MODE")
+                   "instead of a force: run, hold, reset, stop, step=N, shapes=MODE, scene or scene=PAGE")
       ->type_name("COMMAND");
   add_exchange_options(*command, *options);
   command->footer(kPushFooter);

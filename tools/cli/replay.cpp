@@ -26,9 +26,10 @@ constexpr const char* kReplayFooter = R"(Example:
   freeflex replay flight.log --plan rotor.plan
 JSON fields:
   log          the file;  result: identical, differs, incomplete, interrupted or error
-  ticks, states, commands, missing
-               over how many ticks, how many states compared, how many commands fed back, how many states the
-               daemon publishes that are not in the log
+  ticks, states, commands
+               over how many ticks, how many states compared, how many commands fed back
+  missing      of each of STATE, POINTS and LOADS that the log holds: ticks that the daemon publishes and the log
+               does not hold, first, before (the log begins), unsent (as the daemon's status counts), on_the_way
   difference   where it differs: tick, what, recorded, replayed (with the bits, 16 hexadecimal digits)
   error, warning
                in words, where there is one
@@ -49,9 +50,18 @@ constexpr std::array<ResultWord, 5> kResults{{{"identical", kExitOk},
 int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
   const ResultWord& word = kResults[static_cast<std::size_t>(outcome.result)];
   if (options.json) {
-    Json out{{"log", options.request.log},       {"result", word.name},
-             {"ticks", outcome.ticks},           {"states", outcome.num_states},
-             {"commands", outcome.num_commands}, {"missing", outcome.num_missing}};
+    Json out{{"log", options.request.log},
+             {"result", word.name},
+             {"ticks", outcome.ticks},
+             {"states", outcome.num_states},
+             {"commands", outcome.num_commands}};
+    out["missing"] = Json::object();
+    for (const Loss& loss : outcome.losses)
+      out["missing"][loss.channel] = {{"ticks", loss.num_ticks},
+                                      {"first", loss.num_ticks > 0 ? Json(loss.first_tick) : Json()},
+                                      {"before", loss.num_before},
+                                      {"unsent", loss.num_unsent},
+                                      {"on_the_way", loss.num_on_way()}};
     if (outcome.difference) {
       out["difference"] = {{"tick", outcome.difference->tick},
                            {"what", outcome.difference->what},

@@ -9,6 +9,7 @@
 #include "messages/channels.hpp"
 #include "service/io/wire/codec_wire.hpp"
 #include "service/io/wire/decode.hpp"
+#include "service/io/wire/versions.hpp"
 
 namespace freeflex::io {
 namespace {
@@ -30,14 +31,15 @@ std::array<char, 41> printable(std::string_view sender) {
 /// Fills in who sent it, then applies the rules of session and sender.
 /// \pre admission.reason comes from the layout and admission.text says it
 void check_head(std::span<const std::byte> bytes, std::int64_t session, Admission& admission) {
-  if (admission.reason == Reason::kWrongType) return;  // another layout: nothing can be read
+  // another layout: nothing can be read, but that the front has been the same in all versions
+  if (admission.reason == Reason::kWrongType && find_earlier(bytes) == nullptr) return;
   if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) return;
   const std::optional<Head> head = read_head(bytes);
   if (!head) return;
   const bool is_sender_valid = is_valid_sender(head->sender);
   if (is_sender_valid) copy_sender(head->sender, admission.sender);
   admission.sequence = head->sequence;
-  if (admission.reason == Reason::kMalformed) return;
+  if (admission.reason == Reason::kMalformed || admission.reason == Reason::kWrongType) return;
   if (head->session != session) {
     admission.reason = Reason::kWrongSession;
     print(admission.text, "session %lld, this daemon's is %lld (status_t.session)",
@@ -47,6 +49,24 @@ void check_head(std::span<const std::byte> bytes, std::int64_t session, Admissio
     print(admission.text, "sender \"%s\" of %zu characters, must be 1 to %d of A-Z a-z 0-9 _ . -",
           printable(head->sender).data(), head->sender.size(), kSenderSize - 1);
   }
+}
+
+/// What is inside says only whom to answer.
+Admission refuse_envelope(std::span<const std::byte> bytes) {
+  Admission admission;
+  const std::optional<std::span<const std::byte>> body = find_body(bytes);
+  if (!body) {
+    admission.reason = Reason::kMalformed;
+    print(admission.text, "%zu bytes are not exactly one envelope_t", bytes.size());
+    return admission;
+  }
+  admission.reason = Reason::kNoKeys;
+  print(admission.text, "this daemon takes no keys: send the command without an envelope");
+  const std::optional<Head> head = read_head(*body);
+  if (!head || !is_valid_sender(head->sender)) return admission;
+  copy_sender(head->sender, admission.sender);
+  admission.sequence = head->sequence;
+  return admission;
 }
 
 /// Out of memory is the only way here: decode is given lengths that fit.
@@ -83,6 +103,7 @@ void fill_name_table(const Plan& plan, NameTable& table) {
 
 Admission decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
                        ForceCommand& command) noexcept {
+  if (is_envelope(bytes)) return refuse_envelope(bytes);
   Admission admission;
   admission.reason = check_layout<freeflex_msgs::force_t>(bytes, admission.text);
   check_head(bytes, session, admission);
@@ -100,6 +121,7 @@ Admission decode_force(std::span<const std::byte> bytes, std::int64_t session, c
 
 Admission decode_control(std::span<const std::byte> bytes, std::int64_t session,
                          ControlCommand& command) noexcept {
+  if (is_envelope(bytes)) return refuse_envelope(bytes);
   Admission admission;
   admission.reason = check_layout<freeflex_msgs::control_t>(bytes, admission.text);
   check_head(bytes, session, admission);
@@ -182,6 +204,11 @@ Admission from_message(const freeflex_msgs::force_t& message, const NameTable& t
     std::copy_n(message.wrenches[i].torque, 3, command.wrenches[i].torque.begin());
   }
   admission.reason = check_command(command, table, admission.text);
+  if (admission.reason == Reason::kAccepted && !message.torques.empty()) {
+    admission.reason = Reason::kPointTorque;
+    print(admission.text, "torques[0]: point %d is a point mass and takes no torque: use a wrench on a group",
+          message.torques.front().point);
+  }
   return admission;
 }
 

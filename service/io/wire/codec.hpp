@@ -65,7 +65,7 @@ struct Admission {
   std::array<char, 160> text{};
 };
 
-/// Session in the front of a status_t; empty when the bytes are none.
+/// Session in the front of a status_t, of an earlier version also; empty when the bytes are none.
 std::optional<std::int64_t> read_status_session(std::span<const std::byte> bytes) noexcept;
 
 /// 1 to 31 of A-Z a-z 0-9 _ . - ; as an array, NUL to the end.
@@ -78,7 +78,7 @@ bool is_valid_sender(const std::array<char, kSenderSize>& sender) noexcept;
 Reason check_command(const ForceCommand& command, const NameTable& table, std::span<char> text) noexcept;
 
 /// The same for a control command: kBadControl when the command is unknown or its count out of range. The
-/// number of elastic modes, which bounds SHAPES, is the caller's to check.
+/// numbers of elastic modes and of pages, which bound SHAPES and SCENE, are the caller's to check.
 Reason check_control(const ControlCommand& command, std::span<char> text) noexcept;
 
 /// True when sender and contents pass, for values out of memory that another process writes.
@@ -92,7 +92,7 @@ bool is_sane(const Admission& admission) noexcept;
 /// session, sender and contents; kQueueFull only when there is no memory to decode in. kUnreachableTorque
 /// about the line of a collinear group for body axes only: in world axes that part is dropped at each tick.
 /// Session and sender are checked before the contents, so a rejection after kBadSender is of a command whose
-/// sender and sequence stand in the admission.
+/// sender and sequence stand in the admission; that of an envelope_t, kNoKeys, says those inside, if any.
 Admission decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
                        ForceCommand& command) noexcept;
 Admission decode_control(std::span<const std::byte> bytes, std::int64_t session,

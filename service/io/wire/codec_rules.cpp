@@ -14,7 +14,8 @@ namespace {
 
 using Text = std::span<char>;
 
-constexpr std::int64_t kMaxControlCount = 1'000'000'000;  // control_t.STEP; far above any number of modes
+constexpr std::int64_t kMaxControlCount =
+    1'000'000'000;  // control_t.STEP; far above any number of modes, pages
 
 bool is_finite(const Vec3& v) { return std::isfinite(v[0]) && std::isfinite(v[1]) && std::isfinite(v[2]); }
 bool is_zero(const Vec3& v) { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
@@ -84,12 +85,14 @@ Reason check_header(const ForceCommand& command, Text text) {
           static_cast<long long>(kMaxDurationTicks));
     return Reason::kBadTiming;
   }
-  if (command.num_points < 0 || command.num_points > kMaxCommandPoints || command.num_wrenches < 0 ||
-      command.num_wrenches > kMaxCommandWrenches) {
-    print(text, "%d forces and %d wrenches, must be at most %d and %d", command.num_points,
-          command.num_wrenches, kMaxCommandPoints, kMaxCommandWrenches);
+  const auto exceeds = [text](std::int32_t count, const char* name, std::int32_t most) {
+    if (count >= 0 && count <= most) return false;
+    print(text, "%d %s, must be at most %d", count, name, most);
+    return true;
+  };
+  if (exceeds(command.num_points, "forces", kMaxCommandPoints) ||
+      exceeds(command.num_wrenches, "wrenches", kMaxCommandWrenches))
     return Reason::kTooManyPoints;
-  }
   return Reason::kAccepted;
 }
 
@@ -238,8 +241,11 @@ Reason check_control(const ControlCommand& command, std::span<char> text) noexce
   if (command.command == Control::STEP || command.command == Control::SHAPES) {
     least = 1;
     most = kMaxControlCount;
-  } else if (command.command < Control::RUN || command.command > Control::SHAPES) {
-    print(text, "command %d, must be 1 run, 2 hold, 3 step, 4 reset, 5 stop or 6 shapes", command.command);
+  } else if (command.command == Control::SCENE) {
+    most = kMaxControlCount;
+  } else if (command.command < Control::RUN || command.command > Control::SCENE) {
+    print(text, "command %d, must be 1 run, 2 hold, 3 step, 4 reset, 5 stop, 6 shapes or 7 scene",
+          command.command);
     return Reason::kBadControl;
   }
   if (command.count < least || command.count > most) {

@@ -4,18 +4,19 @@
 #include <cstdarg>
 #include <cstdio>
 #include <cstring>
-#include <functional>
 
 #include "core/step/command.hpp"
 #include "freeflex_msgs/wire_layouts.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"
+#include "service/io/wire/versions.hpp"
 #include "service/io/wire/wire_walk.hpp"
 
 namespace freeflex::io {
 namespace {
 
 using freeflex_msgs::control_t;
+using freeflex_msgs::envelope_t;
 using freeflex_msgs::force_t;
 using freeflex_msgs::status_t;
 using wire::layout_of;
@@ -24,7 +25,8 @@ using wire::layout_of;
 template <class Command>
 constexpr std::array<std::int32_t, 0> kCountLimits{};
 template <>
-constexpr std::array<std::int32_t, 2> kCountLimits<force_t>{kMaxCommandPoints, kMaxCommandWrenches};
+constexpr std::array<std::int32_t, 3> kCountLimits<force_t>{kMaxCommandPoints, kMaxCommandWrenches,
+                                                            kMaxCommandPoints};
 
 /// True when the fields of one value each, by name and kind, are the first of the layout.
 template <std::size_t kSize>
@@ -42,9 +44,18 @@ static_assert(starts_with(*layout_of<control_t>, kHead), "read_head");
 static_assert(starts_with(*layout_of<status_t>, kFront), "read_status_session");
 constexpr std::int64_t kSessionAt = wire::kFingerprintBytes + 8;  // [bytes]
 constexpr std::int64_t kSenderAt = kSessionAt + 8;
+// what find_body counts on
+constexpr std::size_t kTagBytes = sizeof(envelope_t::tag);
+constexpr wire::Field kEnvelope[] = {{"key_id", wire::Kind::kString},
+                                     {"session", wire::Kind::kInt64},
+                                     {"sequence", wire::Kind::kInt64},
+                                     {"valid_until", wire::Kind::kInt64},
+                                     {"num_bytes", wire::Kind::kInt32}};
+static_assert(starts_with(*layout_of<envelope_t>, kEnvelope) && layout_of<envelope_t>->fields.size() == 7,
+              "find_body");
 
 /// Fingerprint and total size.
-Reason check_envelope(std::span<const std::byte> bytes, std::int64_t fingerprint, std::span<char> text) {
+Reason check_front(std::span<const std::byte> bytes, std::int64_t fingerprint, std::span<char> text) {
   // first, because of an oversized message nothing may be read: its length may be untrue
   if (bytes.size() > static_cast<std::size_t>(channels::kMaxMessageBytes)) {
     print(text, "more than %d bytes", channels::kMaxMessageBytes);
@@ -55,12 +66,15 @@ Reason check_envelope(std::span<const std::byte> bytes, std::int64_t fingerprint
     print(text, "%zu bytes: too short for the fingerprint of a message", bytes.size());
     return Reason::kMalformed;
   }
-  if (*found != fingerprint) {
+  if (*found == fingerprint) return Reason::kAccepted;
+  if (const EarlierType* const earlier = find_earlier(bytes)) {
+    print(text, "sent by version %s of the messages, must be of %s: generate from the daemon's .lcm files",
+          earlier->version, kMessagesVersion);
+  } else {
     print(text, "fingerprint %016llx: another type or version of the protocol, must be %016llx",
           static_cast<unsigned long long>(*found), static_cast<unsigned long long>(fingerprint));
-    return Reason::kWrongType;
   }
-  return Reason::kAccepted;
+  return Reason::kWrongType;
 }
 
 using Phrase = std::array<char, 96>;
@@ -71,17 +85,20 @@ void append(Phrase& phrase, std::int32_t number, std::string_view name) {
         name.empty() ? "" : " ", static_cast<int>(name.size()), name.data());
 }
 
-/// "3 forces and 2 wrenches": each count with the name of the first array that it counts.
+/// Name of the first array that a count counts.
+std::string_view counted_name(const wire::Layout& layout, int count) {
+  const auto is_counted = [count](const wire::Field& field) {
+    return std::any_of(field.dimensions.begin(), field.dimensions.end(),
+                       [count](const wire::Dimension& dimension) { return dimension.count == count; });
+  };
+  return std::find_if(layout.fields.begin(), layout.fields.end(), is_counted)->name;
+}
+
+/// "3 forces and 2 wrenches": each count with the name of what it counts.
 Phrase describe(const wire::Layout& layout, std::span<const std::int32_t> counts) {
   Phrase phrase{};
-  for (int i = 0; i < layout.num_counts; ++i) {
-    const auto is_counted = [i](const wire::Field& field) {
-      return std::any_of(field.dimensions.begin(), field.dimensions.end(),
-                         [i](const wire::Dimension& dimension) { return dimension.count == i; });
-    };
-    const auto array = std::find_if(layout.fields.begin(), layout.fields.end(), is_counted);
-    append(phrase, counts[static_cast<std::size_t>(i)], array->name);
-  }
+  for (int i = 0; i < layout.num_counts; ++i)
+    append(phrase, counts[static_cast<std::size_t>(i)], counted_name(layout, i));
   return phrase;
 }
 
@@ -114,12 +131,15 @@ Reason check_walk(std::span<const std::byte> bytes, const wire::Layout& layout, 
 /// \param limits  one a count
 Reason check_limits(const wire::Layout& layout, std::span<const std::int32_t> counts,
                     std::span<const std::int32_t> limits, std::span<char> text) {
-  if (std::equal(limits.begin(), limits.end(), counts.begin(), std::greater_equal<>{}))
-    return Reason::kAccepted;
-  Phrase most{};
-  for (const std::int32_t limit : limits) append(most, limit, "");
-  print(text, "%s, must be at most %s", describe(layout, counts).data(), most.data());
-  return Reason::kTooManyPoints;
+  for (int i = 0; i < layout.num_counts; ++i) {
+    const auto at = static_cast<std::size_t>(i);
+    if (counts[at] <= limits[at]) continue;
+    Phrase found{};
+    append(found, counts[at], counted_name(layout, i));
+    print(text, "%s, must be at most %d", found.data(), limits[at]);
+    return Reason::kTooManyPoints;
+  }
+  return Reason::kAccepted;
 }
 
 }  // namespace
@@ -147,8 +167,8 @@ template <class Command>
 Reason check_layout(std::span<const std::byte> bytes, std::span<char> text) noexcept {
   constexpr const wire::Layout& kLayout = *layout_of<Command>;
   static_assert(kCountLimits<Command>.size() == kLayout.num_counts, "one limit a count");
-  const Reason envelope = check_envelope(bytes, Command::getHash(), text);
-  if (envelope != Reason::kAccepted) return envelope;
+  const Reason front = check_front(bytes, Command::getHash(), text);
+  if (front != Reason::kAccepted) return front;
   if (!read_head(bytes)) {
     print(text, "%zu bytes: ends before the sequence, or the sender is not one terminated string",
           bytes.size());
@@ -162,8 +182,24 @@ template Reason check_layout<force_t>(std::span<const std::byte> bytes, std::spa
 template Reason check_layout<control_t>(std::span<const std::byte> bytes, std::span<char> text) noexcept;
 
 std::optional<std::int64_t> read_status_session(std::span<const std::byte> bytes) noexcept {
-  if (integer_at<std::int64_t>(bytes, 0) != status_t::getHash()) return std::nullopt;
+  const EarlierType* const earlier = find_earlier(bytes);
+  const bool is_earlier = earlier != nullptr && earlier->name == layout_of<status_t>->name;
+  if (!is_earlier && integer_at<std::int64_t>(bytes, 0) != status_t::getHash()) return std::nullopt;
   return integer_at<std::int64_t>(bytes, kSessionAt);
+}
+
+bool is_envelope(std::span<const std::byte> bytes) noexcept {
+  return bytes.size() <= static_cast<std::size_t>(channels::kMaxMessageBytes) &&
+         integer_at<std::int64_t>(bytes, 0) == envelope_t::getHash();
+}
+
+std::optional<std::span<const std::byte>> find_body(std::span<const std::byte> bytes) noexcept {
+  if (!fits_layout(bytes, *layout_of<envelope_t>)) return std::nullopt;
+  const std::size_t end = bytes.size() - kTagBytes;
+  const std::optional<std::string_view> key_id = string_at(bytes, wire::kFingerprintBytes);
+  const std::size_t begin =
+      static_cast<std::size_t>(wire::kFingerprintBytes) + 4 + key_id->size() + 1 + 3 * 8 + 4;
+  return bytes.subspan(begin, end - begin);
 }
 
 }  // namespace freeflex::io

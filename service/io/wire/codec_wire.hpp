@@ -18,6 +18,11 @@ struct Head {
 /// Empty when the bytes end too early or the sender's string is not one terminated string.
 std::optional<Head> read_head(std::span<const std::byte> bytes) noexcept;
 
+/// True for an envelope_t in place of a command; of what is too long nothing is read.
+bool is_envelope(std::span<const std::byte> bytes) noexcept;
+/// The command inside an envelope, which nobody has looked at. Empty when the bytes are not exactly one.
+std::optional<std::span<const std::byte>> find_body(std::span<const std::byte> bytes) noexcept;
+
 /// snprintf into text; nothing when text is empty.
 __attribute__((format(printf, 2, 3))) void print(std::span<char> text, const char* format, ...) noexcept;
 

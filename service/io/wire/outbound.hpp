@@ -44,7 +44,7 @@ inline constexpr std::size_t kNumMotionChannels = 3;
 /// STATE, POINTS, LOADS, in the order in which those of one tick leave. What is here, the daemon and
 /// `freeflex run` publish.
 extern const std::array<MotionChannel, kNumMotionChannels> kMotionChannels;
-inline constexpr std::size_t kStateChannel = 0;  // the one that a replay compares
+inline constexpr std::size_t kStateChannel = 0, kPointsChannel = 1, kLoadsChannel = 2;
 
 /// [ticks] between two publications at a rate [Hz]; 0: off.
 std::int64_t ticks_between(double rate, double period);

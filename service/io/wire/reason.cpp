@@ -36,6 +36,8 @@ constexpr std::array<NamedReason, kNumReasons> kNames = {{
     {Reason::kTooManySenders, "too_many_senders"},
     {Reason::kEpochEnded, "epoch_ended"},
     {Reason::kLeftOut, "left_out"},
+    {Reason::kPointTorque, "point_torque"},
+    {Reason::kNoKeys, "no_keys"},
 }};
 
 constexpr bool is_in_order() {

@@ -8,7 +8,7 @@ namespace freeflex::io {
 enum class Reason : std::int32_t {
   kAccepted = 0,
   kMalformed = 1,  // length, counts, terminators or trailing bytes do not fit the type
-  kWrongType = 2,  // fingerprint of another message type or version
+  kWrongType = 2,  // fingerprint of another message type or version, see versions.hpp
   kWrongSession = 3,
   kBadSender = 4,      // not 1 to 31 of A-Z a-z 0-9 _ . -
   kStaleSequence = 5,  // not greater than the last of this sender
@@ -32,8 +32,10 @@ enum class Reason : std::int32_t {
   kTooManySenders = 23,  // more senders than the daemon keeps sequences for
   kEpochEnded = 24,      // a reset came before the command's start_tick
   kLeftOut = 25,         // the command needs a part that the plan leaves out
+  kPointTorque = 26,     // a torque on a point, which has no inertia
+  kNoKeys = 27,          // a signed command, and this daemon takes no keys
 };
-inline constexpr int kNumReasons = static_cast<int>(Reason::kLeftOut) + 1;
+inline constexpr int kNumReasons = static_cast<int>(Reason::kNoKeys) + 1;
 
 inline constexpr std::int64_t kMaxAheadTicks = 100'000'000;
 /// Longest duration or lease: 31,000 years at 1 kHz, and no sum of ticks overflows.

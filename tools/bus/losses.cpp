@@ -1,0 +1,104 @@
+#include "tools/bus/losses.hpp"
+
+#include <algorithm>
+#include <cstddef>
+#include <limits>
+#include <tuple>
+
+#include "tools/bus/recording.hpp"
+#include "tools/terminal/console.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+using freeflex_msgs::status_t;
+
+// a damaged one may be any number
+constexpr std::int64_t kLastTick = std::numeric_limits<std::int64_t>::max() - 1;
+
+/// Ticks of which every page is there, ascending; a tick of two epochs is there when one of them is whole.
+std::vector<std::int64_t> whole_ticks(std::vector<PageRecord> pages) {
+  const auto key = [](const PageRecord& page) { return std::tie(page.tick, page.epoch, page.page); };
+  std::sort(pages.begin(), pages.end(),
+            [&](const PageRecord& a, const PageRecord& b) { return key(a) < key(b); });
+  const auto is_same = [&](const PageRecord& a, const PageRecord& b) { return key(a) == key(b); };
+  pages.erase(std::unique(pages.begin(), pages.end(), is_same), pages.end());
+  std::vector<std::int64_t> ticks;
+  for (std::size_t i = 0, first = 0; i < pages.size(); ++i) {
+    if (pages[i].tick != pages[first].tick || pages[i].epoch != pages[first].epoch) first = i;
+    if (static_cast<std::int64_t>(i - first) + 1 == pages[i].num_pages) ticks.push_back(pages[i].tick);
+  }
+  return ticks;
+}
+
+/// Multiples of `every` from 0 to below the tick.
+std::int64_t multiples_below(std::int64_t tick, std::int64_t every) {
+  return tick > 0 ? (tick - 1) / every + 1 : 0;
+}
+
+/// \param ticks  ascending, not empty
+Loss find_loss(const std::vector<std::int64_t>& ticks, std::int64_t every, std::int64_t end_tick) {
+  Loss loss;
+  std::int64_t next = 0;  // first tick that was not met
+  const auto miss = [&](std::int64_t until) {
+    const std::int64_t count = multiples_below(until, every) - multiples_below(next, every);
+    if (count <= 0) return;
+    if (loss.num_ticks == 0) loss.first_tick = multiples_below(next, every) * every;
+    if (next == 0) loss.num_before = count;
+    loss.num_ticks += count;
+  };
+  for (const std::int64_t tick : ticks) {
+    miss(tick);
+    next = std::max(next, std::min(tick, kLastTick) + 1);
+  }
+  miss(std::min(end_tick, kLastTick) + 1);
+  return loss;
+}
+
+}  // namespace
+
+void UnsentCounts::take(const status_t& status) {
+  const std::array<std::int64_t, io::kNumMotionChannels> counts{status.states_dropped, status.points_dropped,
+                                                                status.loads_dropped};
+  // counts only grow, so that it does not matter in which order the log holds them
+  const auto widen = [this](Range& range, std::int64_t told) {
+    const std::int64_t count = std::max<std::int64_t>(told, 0);
+    range.first = has_any ? std::min(range.first, count) : count;
+    range.last = has_any ? std::max(range.last, count) : count;
+  };
+  for (std::size_t i = 0; i < counts.size(); ++i) widen(dropped[i], counts[i]);
+  widen(failed, status.sends_failed);
+  if (status.mode == status_t::STOPPED) end_tick = std::max(end_tick, status.tick);
+  has_any = true;
+}
+
+std::vector<Loss> find_losses(const RecordedSession& session, const Plan& plan) {
+  std::vector<Loss> losses;
+  for (std::size_t i = 0; i < io::kNumMotionChannels; ++i) {
+    const io::MotionChannel& channel = io::kMotionChannels[i];
+    const std::int64_t every = io::ticks_between(plan.*channel.rate, plan.period);
+    const std::vector<std::int64_t> ticks = whole_ticks(session.pages[i]);
+    if (every == 0 || ticks.empty()) continue;
+    Loss loss = find_loss(ticks, every, session.unsent.end_tick);
+    loss.channel = channel.suffix + 1;  // without the underscore
+    loss.num_unsent = std::min(loss.num_ticks - loss.num_before, session.unsent.dropped[i].size());
+    losses.push_back(loss);
+  }
+  return losses;
+}
+
+std::string describe(const Loss& loss, const UnsentCounts& counts) {
+  if (loss.num_ticks == 0) return {};
+  std::string text = loss.channel + " of " + counted(loss.num_ticks, "tick") +
+                     " that the daemon publishes at the scene's rate is not in the log, the first of tick " +
+                     std::to_string(loss.first_tick) + ":";
+  if (loss.num_before > 0) text += " " + std::to_string(loss.num_before) + " of before it begins;";
+  if (loss.num_unsent > 0) text += " " + std::to_string(loss.num_unsent) + " not sent, as the status counts;";
+  if (loss.num_on_way() > 0)
+    text += " " + std::to_string(loss.num_on_way()) +
+            (counts.has_any ? " lost on the way;" : " not sent or lost on the way, no status tells;");
+  text.pop_back();
+  return text;
+}
+
+}  // namespace freeflex::tools
