@@ -1,5 +1,6 @@
 #include "service/clock.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstdio>
@@ -30,18 +31,38 @@ std::int64_t Pacer::deadline_ns() const noexcept {
   return base_ns_ + std::llround(static_cast<double>(ticks_since_base_) * period_ns_);
 }
 
+void Pacer::wake(std::int64_t now_ns) noexcept {
+  gap_ns_ = std::max(gap_ns_, now_ns - std::max(deadline_ns(), ended_ns_));
+  woken_ns_ = now_ns;
+}
+
 void Pacer::finish_tick(std::int64_t now_ns) noexcept {
   ++ticks_since_base_;
   const std::int64_t lag = now_ns - deadline_ns();
-  if (lag > 0) ++num_overruns_;
+  if (woken_ns_ != 0) gap_ns_ = std::max(gap_ns_, now_ns - woken_ns_);
+  ended_ns_ = now_ns;
+  if (lag > 0) {
+    ++num_overruns_;
+  } else {
+    gap_ns_ = 0;
+  }
   if (lag > kCatchUp) {
     ++num_slips_;
+    slip_gap_ns_ = gap_ns_;
+    gap_ns_ = 0;
     rebase(now_ns);
   }
 }
 
-std::string slip_text(double period, std::int64_t num_slips) {
+std::string slip_text(double period, std::int64_t num_slips, std::int64_t stood_ns) {
   char text[320];
+  if (stood_ns > 0) {
+    std::snprintf(text, sizeof text,
+                  "the process stood still for %.1f s (suspended or frozen, by a signal, a debugger or the "
+                  "machine): the loop gave up the lost time (slips so far: %lld)",
+                  1e-9 * static_cast<double>(stood_ns), static_cast<long long>(num_slips));
+    return text;
+  }
   std::snprintf(
       text, sizeof text,
       "this machine does not hold the period of %.6g us: the loop fell behind by more than %lld ms and gave "

@@ -16,8 +16,10 @@
 #include "service/ingress.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/wire/lcm_url.hpp"
+#include "service/io/wire/operator_address.hpp"
 #include "service/limited_log.hpp"
 #include "service/log.hpp"
+#include "service/operator_socket.hpp"
 #include "service/publisher.hpp"
 #include "service/realtime.hpp"
 #include "service/session.hpp"
@@ -29,6 +31,7 @@ namespace {
 using std::chrono::milliseconds;
 
 constexpr milliseconds kSupervision{2};  // between looks at the ingress
+constexpr double kFull = 0.9;            // [-] of the queue; it is nearly empty otherwise
 // a daemon publishes its status every 100 ms or more often, so one that is there is heard within this
 constexpr milliseconds kListening{300};
 
@@ -83,6 +86,7 @@ class Daemon {
 
  private:
   void start_ingress();
+  void open_socket();
   void claim_prefix();
   std::int64_t listen(milliseconds time);
   void start_simulation();
@@ -98,10 +102,11 @@ class Daemon {
   std::string url_;
   Output output_;
   IngressProcess ingress_;
-  std::atomic<std::int64_t> ingress_restarts_{0};
+  IngressCounts ingress_counts_;
   MonotonicClock clock_;
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<Publisher> publisher_;
+  std::unique_ptr<OperatorSocket> operator_;
   std::unique_ptr<Simulation> simulation_;
   std::thread publishing_;
   std::thread simulating_;
@@ -132,6 +137,7 @@ int Daemon::run() {
   log_start();
   start_ingress();
   claim_prefix();
+  open_socket();
   start_simulation();
   supervise();
   simulating_.join();
@@ -143,28 +149,55 @@ int Daemon::run() {
 void Daemon::start_ingress() {
   auto names = std::make_unique<io::NameTable>();
   io::fill_name_table(plan_, *names);
-  const IngressProcess::Options ingress{
-      .session = identity_.session, .lcm_url = url_, .channel_prefix = options_.prefix};
+  const IngressProcess::Options ingress{.session = identity_.session,
+                                        .lcm_url = url_,
+                                        .channel_prefix = options_.prefix,
+                                        .user = options_.ingress_user};
   if (std::string fault = ingress_.start(ingress, *names); !fault.empty())
     throw StartFault(kRuntimeFailure, fault);
   spdlog::info("commands are received by process {}, socket buffer {} kB", ingress_.pid(),
-               ingress_.block().receive_buffer.load() / 1024);
+               ingress_.socket().receive_buffer() / 1024);
+  if (ingress_.user().uid == IngressUser::kSame)
+    spdlog::info("it has the rights of this user: to give it others takes root (--ingress-user)");
+  if (const std::string lacks = describe_lacks(ingress_.lacks()); !lacks.empty())
+    spdlog::warn("the process that receives commands {}: it is less confined than it should be", lacks);
+  if (!ingress_.has_private_memory())
+    spdlog::warn(
+        "a file size limit (ulimit -f) keeps the memory of commands from being private: other processes "
+        "of this user could attach it");
+}
+
+/// The operator's way in. Without it the daemon still has its bus, so only a place that was asked for must
+/// do.
+void Daemon::open_socket() {
+  operator_ = std::make_unique<OperatorSocket>(plan_, identity_, output_);
+  if (options_.socket == "none") return;
+  const bool is_default = options_.socket.empty();
+  const std::string path = is_default ? operator_socket_path(options_.prefix) : options_.socket;
+  const std::string fault = operator_->open(path, is_default);
+  if (!fault.empty() && !is_default) throw StartFault(kRuntimeFailure, fault);
+  if (!fault.empty())
+    spdlog::warn("{}", fault);
+  else
+    spdlog::info("commands of this user are taken at {}", path);
 }
 
 /// One daemon a prefix. Whoever is there already is heard before a word is said; of two that start at the
 /// same moment the one with the smaller session, the older, stays.
 void Daemon::claim_prefix() {
   const auto refuse = [this](std::int64_t other) {
-    throw StartFault(
-        kRuntimeFailure,
-        fmt::format("another freeflexd (session {}) is on prefix '{}' at {}: stop it, or give this one "
-                    "--prefix or --lcm-url of its own",
-                    other, options_.prefix, url_));
+    const std::string found =
+        fmt::format("another freeflexd (session {}) is on prefix '{}' at {}", other, options_.prefix, url_);
+    if (options_.takes_over) return spdlog::warn("{}: started all the same, as told by --take-over", found);
+    throw StartFault(kRuntimeFailure, found +
+                                          ": stop it, or give this one --prefix or --lcm-url of its own. "
+                                          "Anybody on the bus can say so: if there is none, start with "
+                                          "--take-over");
   };
   if (const std::int64_t other = listen(kListening); other != 0) refuse(other);
   bus_ = std::make_unique<Bus>(url_, options_.prefix);
   publisher_ =
-      std::make_unique<Publisher>(plan_, identity_, *bus_, output_, ingress_.block(), ingress_restarts_);
+      std::make_unique<Publisher>(plan_, identity_, *bus_, output_, ingress_.block(), ingress_counts_);
   publishing_ = std::thread([this] { publisher_->run(); });
   if (const std::int64_t other = listen(kListening); other != 0 && other < identity_.session) refuse(other);
 }
@@ -211,14 +244,16 @@ void Daemon::start_simulation() {
 /// Keeps the ingress alive until the simulation has ended, by itself or by a signal.
 void Daemon::supervise() {
   LimitedLog log;
+  bool is_full = false;
   std::int64_t noted_other = ingress_.block().other_session.load(std::memory_order_relaxed);
   while (!output_.is_finished.load(std::memory_order_acquire)) {
-    std::this_thread::sleep_for(kSupervision);
+    operator_->serve(kSupervision);
     if (signals_.received() != 0) simulation_->request_stop();
     const std::int64_t now_ns = MonotonicClock{}.now_ns();
     if (const std::string event = ingress_.poll(); !event.empty())
       log.say(LineKind::kIngressEnded, now_ns, event);
-    ingress_restarts_.store(ingress_.num_restarts(), std::memory_order_relaxed);
+    ingress_counts_.restarts.store(ingress_.num_restarts(), std::memory_order_relaxed);
+    ingress_counts_.hangs.store(ingress_.num_hangs(), std::memory_order_relaxed);
     const std::int64_t other = ingress_.block().other_session.load(std::memory_order_relaxed);
     if (other != noted_other) {
       log.say(
@@ -227,8 +262,15 @@ void Daemon::supervise() {
                       other, options_.prefix));
       noted_other = other;
     }
+    const double fill = ingress_.socket().fill();
+    if (fill > kFull && !is_full)
+      log.say(
+          LineKind::kNotHeard, now_ns,
+          "commands come faster than they are taken: the socket's queue is full, and what comes now is lost");
+    is_full = fill > (is_full ? kFull / 2 : kFull);
     log.turn(now_ns);
   }
+  operator_->serve(milliseconds{0});  // the answer to a STOP
   log.end();
 }
 

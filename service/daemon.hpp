@@ -10,12 +10,15 @@
 namespace freeflex::service {
 
 struct DaemonOptions {
-  std::string input;    // scene or plan file
-  std::string lcm_url;  // empty: LCM_DEFAULT_URL, else LCM's default
-  std::string prefix;   // of every channel
-  double rate = 0.0;    // [Hz] 0: the scene's
-  double until = 0.0;   // [s] simulated; 0: until told to stop
+  std::string input;         // scene or plan file
+  std::string lcm_url;       // empty: LCM_DEFAULT_URL, else LCM's default
+  std::string prefix;        // of every channel
+  std::string socket;        // path of the operator's socket; empty: the usual one, "none": none
+  std::string ingress_user;  // whose rights the ingress has; empty: nobody where that is possible
+  double rate = 0.0;         // [Hz] 0: the scene's
+  double until = 0.0;        // [s] simulated; 0: until told to stop
   bool starts_holding = false;
+  bool takes_over = false;  // starts although another daemon is heard on the prefix
   Timing timing{};
 };
 

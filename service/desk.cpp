@@ -7,26 +7,61 @@ namespace freeflex::service {
 
 using io::Reason;
 
-CommandDesk::CommandDesk() : pool_(kMaxPending), free_places_(kMaxPending), due_(kMaxPending) { clear(); }
+CommandDesk::CommandDesk(double sender_share)
+    : sender_share_(sender_share), pool_(kMaxPending), free_places_(kMaxPending), due_(kMaxPending) {
+  clear();
+}
 
 void CommandDesk::clear() {
   std::iota(free_places_.begin(), free_places_.end(), std::size_t{0});
   num_pending_ = num_due_ = num_due_received_ = num_claims_ = num_in_force_ = 0;
 }
 
+CommandDesk::Share CommandDesk::slot_share(const std::array<char, kSenderSize>& sender) const {
+  if (is_operator(sender)) return {kOperatorSlots, kOperatorSlots};
+  return {std::clamp(static_cast<int>(sender_share_ * kMaxSlots), 1, kBusSlots), kBusSlots};
+}
+
+CommandDesk::Share CommandDesk::pending_share(const std::array<char, kSenderSize>& sender) const {
+  if (is_operator(sender)) return {kOperatorPending, kOperatorPending};
+  return {std::clamp(static_cast<int>(sender_share_ * kMaxPending), 1, kBusPending), kBusPending};
+}
+
+template <class Item>
+std::optional<int> CommandDesk::find_exceeded(const Item* items, int count,
+                                              const std::array<char, kSenderSize>& sender, Share share) {
+  // where that many are not there at all nobody has them
+  if (count < std::min(share.own, share.side)) return {};
+  int num_own = 0;
+  int num_side = 0;
+  const bool is_of_operator = is_operator(sender);
+  for (int i = 0; i < count; ++i) {
+    num_own += items[i].sender == sender ? 1 : 0;
+    num_side += is_operator(items[i].sender) == is_of_operator ? 1 : 0;
+  }
+  if (num_own >= share.own) return share.own;
+  if (num_side >= share.side) return share.side;
+  return {};
+}
+
 CommandDesk::Decision CommandDesk::submit(const ForceCommand& command, std::int64_t received_ns,
                                           std::int64_t tick, int applied_free) {
   const bool is_at_once = command.start_tick < 0;
   const bool is_late = !is_at_once && command.start_tick < tick;
-  if (is_late && command.late_policy == 0) return {Reason::kLate, tick};
-  if (command.start_tick > tick + io::kMaxAheadTicks) return {Reason::kTooFarAhead, tick};
+  if (is_late && command.late_policy == 0) return {Reason::kLate, tick, command.start_tick};
+  if (command.start_tick > tick + io::kMaxAheadTicks) return {Reason::kTooFarAhead, tick, command.start_tick};
   // the command, its end, and one entry kept for a reset
-  if (num_pending_ == kMaxPending || applied_free < num_owed() + 3) return {Reason::kQueueFull, tick};
+  if (applied_free < num_owed() + 3) return {Reason::kQueueFull, tick, 0};
+  if (const auto most =
+          find_exceeded(order_.data(), num_pending_, command.sender, pending_share(command.sender)))
+    return {Reason::kQueueFull, tick, *most};
   // slots in force and slots promised together never exceed what the step has, so no promise is broken
   if (!is_clearing(command)) {
     Claim* claim = find_claim(command.sender, command.slot);
     if (claim == nullptr) {
-      if (num_claims_ == kMaxSlots) return {Reason::kNoSlotFree, tick};
+      if (const auto most =
+              find_exceeded(claims_.data(), num_claims_, command.sender, slot_share(command.sender)))
+        return {Reason::kNoSlotFree, tick, *most};
       claim = &claims_[static_cast<std::size_t>(num_claims_++)];
       *claim = {command.sender, command.slot, 0, false};
     }
@@ -34,8 +69,8 @@ CommandDesk::Decision CommandDesk::submit(const ForceCommand& command, std::int6
   }
   const bool waits = command.start_tick > tick;
   const std::int64_t start = waits ? command.start_tick : tick;
-  insert(command, {start, waits ? 0 : received_ns, 0});
-  return {Reason::kAccepted, start};
+  insert(command, {command.sender, start, waits ? 0 : received_ns, 0});
+  return {Reason::kAccepted, start, 0};
 }
 
 void CommandDesk::insert(const ForceCommand& command, const Pending& entry) {

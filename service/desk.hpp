@@ -3,28 +3,39 @@
 
 #include <array>
 #include <cstdint>
+#include <optional>
 #include <span>
 #include <vector>
 
+#include "core/step/command_limits.hpp"
 #include "core/step/step.hpp"
+#include "service/io/wire/operator_address.hpp"
 #include "service/io/wire/reason.hpp"
 
 namespace freeflex::service {
 
-/// Simulation thread only. Allocates in the constructor and never again.
+/// Slots and places for waiting commands are shared: a quarter of each is kept for the operator's socket; of
+/// the rest, which is the bus's, one sender has at most its share. A sender on the bus can be anybody, so
+/// whoever has many names can still take all of the bus's part. Simulation thread only. Allocates in the
+/// constructor and never again.
 class CommandDesk {
  public:
   static constexpr int kMaxPending = 256;
+  static constexpr int kOperatorSlots = kMaxSlots / 4, kOperatorPending = kMaxPending / 4;
+  static constexpr int kBusSlots = kMaxSlots - kOperatorSlots, kBusPending = kMaxPending - kOperatorPending;
 
-  CommandDesk();
+  /// \param sender_share  [-] of all slots and of all waiting commands, for one sender on the bus, at least
+  /// one
+  explicit CommandDesk(double sender_share = CommandLimits{}.sender_share);
 
   struct Decision {
     io::Reason reason = io::Reason::kAccepted;
-    std::int64_t tick = 0;  // accepted: takes effect at this tick
+    std::int64_t tick = 0;   // accepted: takes effect at this tick
+    std::int64_t found = 0;  // rejected: start_tick, or how many the sender may have
   };
   /// Accepts a command or says why not: kLate, kTooFarAhead, kNoSlotFree, kQueueFull.
   /// An accepted command is sure of its slot and of its entries on APPLIED.
-  /// \param received_ns  [ns] CLOCK_MONOTONIC, reception
+  /// \param received_ns  [ns] CLOCK_BOOTTIME, reception
   /// \param tick         next tick to be executed
   /// \param applied_free entries that the APPLIED ring would take now
   Decision submit(const ForceCommand& command, std::int64_t received_ns, std::int64_t tick, int applied_free);
@@ -58,14 +69,27 @@ class CommandDesk {
     bool is_in_force;
   };
   struct Pending {
+    std::array<char, kSenderSize> sender;
     std::int64_t tick;
     std::int64_t received_ns;  // 0: waited for its start tick
     std::size_t place;         // in pool_
   };
+  /// How many of something a sender may have: by itself, and with the others on its side.
+  struct Share {
+    int own;
+    int side;
+  };
+  Share slot_share(const std::array<char, kSenderSize>& sender) const;
+  Share pending_share(const std::array<char, kSenderSize>& sender) const;
+  /// Empty, or the share that one more would exceed. Of the first `count` of the items, that have a sender.
+  template <class Item>
+  static std::optional<int> find_exceeded(const Item* items, int count,
+                                          const std::array<char, kSenderSize>& sender, Share share);
   Claim* find_claim(const std::array<char, kSenderSize>& sender, std::int32_t slot);
   void drop_if_idle(Claim& claim);
   void insert(const ForceCommand& command, const Pending& entry);
 
+  const double sender_share_;
   std::vector<ForceCommand> pool_;          // (kMaxPending)
   std::vector<std::size_t> free_places_;    // stack, num_free = kMaxPending - num_pending_
   std::array<Pending, kMaxPending> order_;  // first num_pending_, by (tick, arrival)

@@ -1,43 +1,50 @@
-// The process that owns liblcm's receiving side, and the daemon's hold on it. liblcm's reader thread can be
-// killed by two UDP packets, so nothing that simulates may receive.
+// The processes that parse what comes over the network, and the daemon's hold on them. Nothing that simulates
+// parses the network.
 #pragma once
 
 #include <sys/types.h>
 
+#include <array>
 #include <chrono>
 #include <cstdint>
+#include <memory>
 #include <optional>
 #include <string>
 
+#include "service/bus_socket.hpp"
+#include "service/hang_watch.hpp"
+#include "service/ingress_confinement.hpp"
+#include "service/ingress_memory.hpp"
 #include "service/shared.hpp"
 
 namespace freeflex::service {
 
-/// What shmat returns when it fails.
-inline void* const kNotAttached = reinterpret_cast<void*>(-1);
+/// `PROGRAM --ingress SEAT BLOCK SETTINGS UID GID`, with these descriptors, is an ingress.
+inline constexpr const char* kIngressOption = "--ingress";
+inline constexpr int kBlockFd = 3, kSettingsFd = 4;
+inline constexpr int kSocketFd = 5;  // the bus
+inline constexpr int kOrderFd = 6;   // readable: receive
 
-/// When argv is `PROGRAM --ingress-block ID` this process is an ingress: receives until its daemon is gone
-/// and returns the exit status. Else empty. To be called first in main of every program that uses
-/// IngressProcess.
+/// When argv says so this process is an ingress: receives until its daemon is gone and returns the exit
+/// status. Else empty. To be called first in main of every program that uses IngressProcess.
 std::optional<int> run_if_ingress(int argc, char** argv);
 
 /// Why an ingress ended by itself (its exit status).
 enum class IngressEnd : int {
   kDaemonGone = 0,
-  kBadBlock = 10,       // the shared block could not be mapped
-  kNoRoute = 11,        // lcm_create or lcm_subscribe failed
-  kReceiveFailed = 12,  // lcm_handle_timeout failed
-  kGrown = 13,          // memory grew by 128 MB: liblcm keeps every channel name it has seen for ever
+  kBadBlock = 10,  // the shared memory could not be mapped
 };
 
-/// Receives into the block until the daemon is gone or liblcm fails. Blocks.
-IngressEnd run_ingress(SharedBlock& block);
+/// Stands by until kOrderFd is readable, then receives into the block until the daemon is gone. Blocks.
+IngressEnd run_ingress(SharedBlock& block, const IngressSettings& settings, int seat);
 
 /// Empty when prefix can be the first part of channel names, else what is allowed.
 std::string check_prefix(const std::string& prefix);
 
-/// Owns the shared block and keeps an ingress process alive. The ingress is killed when the thread that
-/// started it ends: start and poll belong to threads that live until stop. One thread at a time.
+/// Owns the shared block, the socket and two processes: one receives, one stands by. When the first ends or
+/// hangs the second goes on with the same socket and block, and another is started to stand by. They are
+/// killed when the thread that started them ends: start and poll belong to threads that live until stop. One
+/// thread at a time.
 class IngressProcess {
  public:
   IngressProcess() = default;
@@ -47,43 +54,71 @@ class IngressProcess {
 
   struct Options {
     std::int64_t session = 0;
-    std::string lcm_url;                       // "": LCM's default
-    std::string channel_prefix;                // 1 to 32 of A-Z a-z 0-9 _ -
-    std::chrono::milliseconds timeout{15000};  // liblcm tests itself for up to 10 s
+    std::string lcm_url;         // "": LCM's default
+    std::string channel_prefix;  // 1 to 32 of A-Z a-z 0-9 _ -
+    std::string user;            // whose rights it has; "": find_ingress_user
+    std::chrono::milliseconds timeout{
+        15000};  // for a packet to come back from the bus, and for the processes
   };
-  /// Starts the ingress and waits until it is subscribed. Returns an empty string, or why it is not (for a
-  /// person); then nothing runs. Allocates about 10 MB of shared memory.
+  /// Opens the socket, starts both processes and waits until one receives. Returns an empty string, or why it
+  /// does not (for a person); then nothing runs. Allocates about 10 MB of shared memory.
   std::string start(const Options& options, const io::NameTable& names);
 
-  /// Looks after the process: call it every few milliseconds. Restarts one that has ended, at once after a
-  /// life of a second, else after a pause that doubles from 5 ms to 100 ms. Returns what happened, usually
-  /// nothing.
+  /// Looks after the processes: call it every few milliseconds. One that has ended is replaced at once, one
+  /// that ends before it is ready after a pause that doubles from 5 ms to 100 ms. Returns what happened,
+  /// usually nothing.
   std::string poll();
 
-  /// Ends the ingress; the block stays.
+  /// Ends the processes and closes the socket; the block stays.
   void stop();
 
   /// \pre start succeeded
   SharedBlock& block() { return *block_; }
+  const BusSocket& socket() const { return socket_; }
+  bool has_private_memory() const { return block_memory_ && block_memory_->is_private(); }
+  /// What the one that receives says that it could not give up (describe_lacks), and whose rights it has.
+  std::uint32_t lacks() const { return block_->seats[active_].lacks.load(); }
+  const IngressUser& user() const { return user_; }
+  /// Processes that were replaced, and those of them that hung.
   std::int64_t num_restarts() const { return num_restarts_; }
-  /// -1 when none runs just now.
-  pid_t pid() const { return pid_; }
+  std::int64_t num_hangs() const { return num_hangs_; }
+  /// Of the one that receives, of the one that stands by; -1 when there is none just now.
+  pid_t pid() const { return workers_[active_].pid; }
+  pid_t standby_pid() const { return workers_[1 - active_].pid; }
+  /// Both are ready.
+  bool is_complete() const { return is_ready(0) && is_ready(1); }
 
  private:
   using Clock = std::chrono::steady_clock;
 
-  std::string make_block(const Options& options, const io::NameTable& names);
-  std::string spawn();
-  std::string wait_until_ready(std::chrono::milliseconds timeout);
-  bool reap(int& status);
+  /// A process at its seat.
+  struct Worker {
+    pid_t pid = -1;
+    int order_fd = -1;  // tells it to receive
+    HangWatch watch;
+    std::string hang;  // in what way it hung, when that is why it was killed
+  };
 
+  std::string make_memory(const Options& options, const io::NameTable& names);
+  std::string spawn(std::size_t seat);
+  std::string spawn_missing();
+  std::string wait_until_ready(std::chrono::milliseconds timeout);
+  bool is_ready(std::size_t seat) const;
+  void look_for_hang(std::size_t seat);
+  std::string reap(std::size_t seat);
+  void promote(std::size_t seat);
+  void forget(Worker& worker);
+
+  std::unique_ptr<SharedMemory> block_memory_, settings_memory_;
   SharedBlock* block_ = nullptr;
-  int block_id_ = -1;  // of its System V segment
-  pid_t pid_ = -1;
+  BusSocket socket_;
+  IngressUser user_;
+  std::array<Worker, 2> workers_;
+  std::size_t active_ = 0;  // seat of the one that receives
   bool is_wanted_ = false;
   std::int64_t num_restarts_ = 0;
-  Clock::time_point started_{};
-  Clock::time_point restart_at_{};
+  std::int64_t num_hangs_ = 0;
+  Clock::time_point spawn_at_{};
   std::chrono::milliseconds pause_{0};
 };
 

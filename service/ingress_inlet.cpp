@@ -1,20 +1,16 @@
 #include "service/ingress_inlet.hpp"
 
-#include <time.h>
-
 #include <algorithm>
 #include <cstdio>
+
+#include "messages/channels.hpp"
+#include "service/io/wire/lcm_packet.hpp"
+#include "service/io/wire/operator_address.hpp"
 
 namespace freeflex::service {
 namespace {
 
 using io::Reason;
-
-std::int64_t monotonic_ns() {
-  timespec now{};
-  clock_gettime(CLOCK_MONOTONIC, &now);
-  return now.tv_sec * 1'000'000'000 + now.tv_nsec;
-}
 
 /// The command was ours and its sender known, so its sequence counts whether or not its contents are good.
 bool uses_a_sequence(Reason reason) {
@@ -24,60 +20,110 @@ bool uses_a_sequence(Reason reason) {
 
 }  // namespace
 
-void Inlet::on_force(std::span<const std::byte> bytes) noexcept {
-  entry_.received_ns = monotonic_ns();
+Inlet::Inlet(SharedBlock& block, const IngressSettings& settings) : block_(block), settings_(settings) {
+  const std::string prefix = settings.channel_prefix.data();
+  force_ = prefix + channels::kForce;
+  control_ = prefix + channels::kControl;
+  status_ = prefix + channels::kStatus;
+}
+
+void Inlet::on_packet(std::span<const std::byte> packet, std::int64_t received_ns) noexcept {
+  const std::optional<LcmPacket> message = read_lcm_packet(packet);
+  if (!message) return;
+  const bool is_force = message->channel == force_;
+  const bool is_command = is_force || message->channel == control_;
+  if (message->is_fragment) {
+    if (is_command) on_fragment();
+  } else if (is_force) {
+    on_force(message->payload, received_ns);
+  } else if (is_command) {
+    on_control(message->payload, received_ns);
+  } else if (message->channel == status_) {
+    on_status(message->payload);
+  }
+}
+
+void Inlet::on_force(std::span<const std::byte> bytes, std::int64_t received_ns) noexcept {
+  entry_.received_ns = received_ns;
   entry_.kind = InboundKind::kForce;
-  io::Admission admission =
-      io::decode_force(bytes, block_.settings.session, block_.settings.names, entry_.force);
+  io::Admission admission = io::decode_force(bytes, settings_.session, settings_.names, entry_.force);
   finish(admission);
 }
 
-void Inlet::on_control(std::span<const std::byte> bytes) noexcept {
-  entry_.received_ns = monotonic_ns();
+void Inlet::on_control(std::span<const std::byte> bytes, std::int64_t received_ns) noexcept {
+  entry_.received_ns = received_ns;
   entry_.kind = InboundKind::kControl;
-  io::Admission admission = io::decode_control(bytes, block_.settings.session, entry_.control);
+  io::Admission admission = io::decode_control(bytes, settings_.session, entry_.control);
   finish(admission);
 }
 
 void Inlet::on_status(std::span<const std::byte> bytes) noexcept {
   const std::optional<std::int64_t> session = io::read_status_session(bytes);
-  if (session && *session != block_.settings.session) block_.other_session.store(*session);
+  if (session && *session != settings_.session) block_.other_session.store(*session);
+}
+
+void Inlet::on_fragment() noexcept {
+  io::Admission admission;
+  admission.reason = Reason::kMalformed;
+  std::snprintf(admission.text.data(), admission.text.size(),
+                "a message in fragments has more than 65499 bytes, a command at most %zu", kMaxCommandBytes);
+  finish(admission);
 }
 
 void Inlet::finish(io::Admission& admission) noexcept {
   block_.received.fetch_add(1, std::memory_order_relaxed);
+  if (uses_a_sequence(admission.reason) && is_operator(admission.sender)) {
+    admission.reason = Reason::kBadSender;
+    std::snprintf(admission.text.data(), admission.text.size(),
+                  "sender %s: names that begin with local. are of the operator's socket",
+                  admission.sender.data());
+  }
   // the sequence is used up before the command goes on: killed between the two, we lose it but never take it
   // twice
   if (uses_a_sequence(admission.reason)) take_sequence(admission);
   if (admission.reason == Reason::kAccepted) {
-    if (block_.inbound.try_push(entry_)) return;
+    const int num_kept = entry_.kind == InboundKind::kControl ? 0 : SharedBlock::kControlPlaces;
+    if (block_.inbound.num_free() > num_kept && block_.inbound.try_push(entry_)) return;
     admission.reason = Reason::kQueueFull;
     std::snprintf(admission.text.data(), admission.text.size(),
                   "more commands than the daemon takes: all %d places are waiting; send slower",
-                  decltype(block_.inbound)::kCapacity);
+                  decltype(block_.inbound)::kCapacity - num_kept);
   }
   block_.rejections[static_cast<std::size_t>(admission.reason)].fetch_add(1, std::memory_order_relaxed);
   if (!block_.rejected.try_push({admission})) block_.dropped_answers.fetch_add(1, std::memory_order_relaxed);
 }
 
-void Inlet::take_sequence(io::Admission& admission) noexcept {
-  SenderTable& table = block_.senders;
-  const int num_senders = std::clamp(table.num_senders.load(), 0, SenderTable::kMaxSenders);
-  const auto begin = table.records.begin();
-  const auto end = begin + num_senders;
-  auto record = std::find_if(begin, end, [&](const auto& known) { return known.sender == admission.sender; });
-  if (record == end) {
-    if (num_senders == SenderTable::kMaxSenders) {
-      admission.reason = Reason::kTooManySenders;
-      std::snprintf(admission.text.data(), admission.text.size(),
-                    "sender %s is new and %d are known already, the most of one session",
-                    admission.sender.data(), SenderTable::kMaxSenders);
-      return;
-    }
-    record->sender = admission.sender;
-    record->last_sequence.store(0);
-    table.num_senders.store(num_senders + 1);
+/// The sender's record, or one that it may have. Null: there is none.
+SenderTable::Record* Inlet::find_record(const std::array<char, kSenderSize>& sender) noexcept {
+  auto& records = block_.senders.records;
+  const auto known = std::find_if(records.begin(), records.end(),
+                                  [&](const auto& record) { return record.sender == sender; });
+  if (known != records.end()) return &*known;
+  const auto is_older = [](const auto& a, const auto& b) { return a.heard_ns.load() < b.heard_ns.load(); };
+  const auto rest = records.begin() + SenderTable::kMaxSenders;
+  // a place of nobody was never heard of and comes first
+  auto place = std::min_element(records.begin(), rest, is_older);
+  if (place->sender[0] != '\0' && entry_.received_ns - place->heard_ns.load() < SenderTable::kForget) {
+    if (entry_.kind != InboundKind::kControl) return nullptr;
+    place = std::min_element(rest, records.end(), is_older);
   }
+  place->sender.fill('\0');
+  place->last_sequence.store(0);
+  place->sender = sender;
+  return &*place;
+}
+
+void Inlet::take_sequence(io::Admission& admission) noexcept {
+  SenderTable::Record* const record = find_record(admission.sender);
+  if (record == nullptr) {
+    admission.reason = Reason::kTooManySenders;
+    std::snprintf(admission.text.data(), admission.text.size(),
+                  "sender %s is new and %d are known already, all heard within %lld s",
+                  admission.sender.data(), SenderTable::kMaxSenders,
+                  static_cast<long long>(SenderTable::kForget / 1'000'000'000));
+    return;
+  }
+  record->heard_ns.store(entry_.received_ns);
   const std::int64_t last = record->last_sequence.load();
   if (admission.sequence > last) {
     record->last_sequence.store(admission.sequence);

@@ -2,8 +2,7 @@
 #include <sched.h>
 #include <signal.h>
 #include <spawn.h>
-#include <sys/ipc.h>
-#include <sys/shm.h>
+#include <sys/eventfd.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -12,6 +11,7 @@
 #include <new>
 #include <thread>
 
+#include "service/descriptors.hpp"
 #include "service/ingress.hpp"
 #include "service/io/wire/lcm_url.hpp"
 
@@ -20,17 +20,11 @@ namespace {
 
 using std::chrono::milliseconds;
 
-constexpr std::size_t kUrlReserve = 32;  // [B] for the receive buffer that the ingress adds to a URL
-static_assert(kMaxUrlSize + kUrlReserve < std::tuple_size_v<decltype(IngressSettings::lcm_url)>);
-constexpr int kOwnerOnly = 0600;         // mode of the block
-constexpr milliseconds kLongLife{1000};  // one that lived so long is restarted at once
-constexpr milliseconds kFirstPause{5};
+constexpr milliseconds kFirstPause{5};  // between two starts
 constexpr milliseconds kLongestPause{100};
-constexpr milliseconds kReadyPeriod{2};  // between looks at a starting ingress
+constexpr milliseconds kReadyPeriod{2};  // between looks at starting processes
 
-std::string system_error(const char* call) {
-  return std::string("cannot start the ingress process: ") + call + ": " + std::strerror(errno);
-}
+constexpr const char* kCannotStart = "cannot start the ingress process";
 
 /// What a status of waitpid means, for a log.
 std::string describe_end(int status) {
@@ -42,13 +36,7 @@ std::string describe_end(int status) {
     case IngressEnd::kDaemonGone:
       return "believed the daemon gone";
     case IngressEnd::kBadBlock:
-      return "could not attach the shared memory";
-    case IngressEnd::kNoRoute:
-      return "could not receive over LCM";
-    case IngressEnd::kReceiveFailed:
-      return "had a failure inside LCM";
-    case IngressEnd::kGrown:
-      return "had grown too large (liblcm keeps every channel name)";
+      return "could not map the shared memory";
   }
   return "ended with status " + std::to_string(WEXITSTATUS(status));
 }
@@ -67,7 +55,31 @@ struct SpawnPlan {
   }
   SpawnPlan(const SpawnPlan&) = delete;
   SpawnPlan& operator=(const SpawnPlan&) = delete;
+
+  /// The descriptor becomes this one of the new process; nothing when it is -1.
+  void give(int fd, int number) {
+    if (fd >= 0) posix_spawn_file_actions_adddup2(&actions, fd, number);
+  }
+  /// No signal blocked or handled, ordinary priority, nothing open above the descriptors given.
+  void set_ordinary(int last_fd) {
+    posix_spawn_file_actions_addclosefrom_np(&actions, last_fd + 1);
+    sigset_t none;
+    sigset_t all;
+    sigemptyset(&none);
+    sigfillset(&all);
+    posix_spawnattr_setsigmask(&attributes, &none);
+    posix_spawnattr_setsigdefault(&attributes, &all);
+    const sched_param ordinary{};
+    posix_spawnattr_setschedpolicy(&attributes, SCHED_OTHER);
+    posix_spawnattr_setschedparam(&attributes, &ordinary);
+    posix_spawnattr_setflags(&attributes,
+                             POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSCHEDULER);
+  }
 };
+
+std::int64_t to_ns(std::chrono::steady_clock::time_point time) {
+  return std::chrono::duration_cast<std::chrono::nanoseconds>(time.time_since_epoch()).count();
+}
 
 }  // namespace
 
@@ -76,130 +88,170 @@ std::string check_prefix(const std::string& prefix) {
   return "channel prefix '" + prefix + "': must be " + kPrefixAllowed;
 }
 
-IngressProcess::~IngressProcess() {
-  stop();
-  if (block_ != nullptr) shmdt(block_);
-}
+IngressProcess::~IngressProcess() { stop(); }
 
 std::string IngressProcess::start(const Options& options, const io::NameTable& names) {
   std::string fault = check_lcm_url(options.lcm_url);
   if (fault.empty()) fault = check_prefix(options.channel_prefix);
   if (fault.empty()) fault = find_network_fault(options.lcm_url);
-  if (fault.empty()) fault = make_block(options, names);
-  if (fault.empty()) fault = spawn();
+  if (fault.empty()) fault = find_ingress_user(options.user, user_);
+  if (fault.empty()) fault = make_memory(options, names);
+  if (fault.empty()) fault = socket_.open(options.lcm_url, options.channel_prefix, options.timeout);
+  is_wanted_ = true;
   if (fault.empty()) fault = wait_until_ready(options.timeout);
   if (!fault.empty()) stop();
   return fault;
 }
 
-std::string IngressProcess::make_block(const Options& options, const io::NameTable& names) {
-  if (block_ == nullptr) {
-    // not a file in memory: a limit of file size (`ulimit -f`), set for a log, holds for those as well
-    block_id_ = shmget(IPC_PRIVATE, sizeof(SharedBlock), kOwnerOnly);
-    if (block_id_ < 0) return system_error("shmget");
-    void* memory = shmat(block_id_, nullptr, 0);
-    const int error = errno;
-    // it goes with the last process that has it, however that ends; until then Linux lets others join
-    shmctl(block_id_, IPC_RMID, nullptr);
-    errno = error;
-    if (memory == kNotAttached) return system_error("shmat");
-    block_ = static_cast<SharedBlock*>(memory);
+std::string IngressProcess::make_memory(const Options& options, const io::NameTable& names) {
+  auto settings = std::make_unique<IngressSettings>();
+  settings->session = options.session;
+  settings->daemon_pid = getpid();
+  std::copy(options.channel_prefix.begin(), options.channel_prefix.end(), settings->channel_prefix.begin());
+  settings->names = names;
+  settings_memory_ = std::make_unique<SharedMemory>();
+  std::string fault = settings_memory_->make_sealed(std::as_bytes(std::span(settings.get(), 1)));
+  if (!fault.empty()) return fault;
+  block_memory_ = std::make_unique<SharedMemory>();
+  fault = block_memory_->make(sizeof(SharedBlock));
+  if (fault.empty()) block_ = new (block_memory_->address()) SharedBlock;
+  return fault;
+}
+
+bool IngressProcess::is_ready(std::size_t seat) const {
+  return workers_[seat].pid >= 0 && block_->seats[seat].beat.load(std::memory_order_relaxed) != 0;
+}
+
+std::string IngressProcess::spawn(std::size_t seat) {
+  Worker& worker = workers_[seat];
+  worker.order_fd = move_up(eventfd(0, EFD_CLOEXEC | EFD_NONBLOCK));
+  if (worker.order_fd < 0) return call_fault(kCannotStart, "eventfd");
+  // a spawned copy of this program needs nothing of it but these: safe whatever threads run and hold
+  SpawnPlan plan;
+  plan.give(block_memory_->fd(), kBlockFd);
+  plan.give(settings_memory_->fd(), kSettingsFd);
+  plan.give(socket_.fd(), kSocketFd);
+  plan.give(worker.order_fd, kOrderFd);
+  plan.set_ordinary(kOrderFd);
+  std::string name = program_invocation_short_name;
+  std::string option = kIngressOption;
+  std::string number = std::to_string(seat);
+  std::string block = block_memory_->argument(kBlockFd);
+  std::string settings = settings_memory_->argument(kSettingsFd);
+  std::string uid = std::to_string(user_.uid);
+  std::string gid = std::to_string(user_.gid);
+  char* arguments[] = {name.data(),     option.data(), number.data(), block.data(),
+                       settings.data(), uid.data(),    gid.data(),    nullptr};
+  block_->seats[seat].beat.store(0);
+  errno = posix_spawn(&worker.pid, "/proc/self/exe", &plan.actions, &plan.attributes, arguments, environ);
+  if (errno != 0) {
+    worker.pid = -1;
+    std::string fault = call_fault(kCannotStart, "posix_spawn");
+    forget(worker);
+    return fault;
   }
-  new (block_) SharedBlock;
-  IngressSettings& settings = block_->settings;
-  const std::string url = effective_url(options.lcm_url);
-  std::copy(url.begin(), url.end(), settings.lcm_url.begin());
-  std::copy(options.channel_prefix.begin(), options.channel_prefix.end(), settings.channel_prefix.begin());
-  settings.session = options.session;
-  settings.daemon_pid = getpid();
-  settings.names = names;
+  worker.watch.start(to_ns(Clock::now()));
+  if (seat == active_) promote(seat);
   return {};
 }
 
-std::string IngressProcess::spawn() {
-  SpawnPlan plan;
-  // a spawned copy of this program needs nothing of it but the block: safe whatever threads run and hold
-  posix_spawn_file_actions_addclosefrom_np(&plan.actions, STDERR_FILENO + 1);
-  sigset_t none;
-  sigset_t all;
-  sigemptyset(&none);
-  sigfillset(&all);
-  posix_spawnattr_setsigmask(&plan.attributes, &none);
-  posix_spawnattr_setsigdefault(&plan.attributes, &all);
-  const sched_param ordinary{};
-  posix_spawnattr_setschedpolicy(&plan.attributes, SCHED_OTHER);
-  posix_spawnattr_setschedparam(&plan.attributes, &ordinary);
-  posix_spawnattr_setflags(&plan.attributes,
-                           POSIX_SPAWN_SETSIGMASK | POSIX_SPAWN_SETSIGDEF | POSIX_SPAWN_SETSCHEDULER);
-  std::string name = program_invocation_short_name;
-  std::string option = "--ingress-block";
-  std::string id = std::to_string(block_id_);
-  char* arguments[] = {name.data(), option.data(), id.data(), nullptr};
-  block_->is_ready.store(0);
-  errno = posix_spawn(&pid_, "/proc/self/exe", &plan.actions, &plan.attributes, arguments, environ);
-  if (errno != 0) {
-    pid_ = -1;
-    return system_error("posix_spawn");
+/// Starts what is missing, the one that receives first. Empty, or why one could not be started.
+std::string IngressProcess::spawn_missing() {
+  for (const std::size_t seat : {active_, 1 - active_}) {
+    if (workers_[seat].pid >= 0 || Clock::now() < spawn_at_) continue;
+    if (std::string fault = spawn(seat); !fault.empty()) {
+      spawn_at_ = Clock::now() + kLongestPause;
+      return fault;
+    }
+    spawn_at_ = Clock::now() + std::max(pause_, kFirstPause);
   }
-  started_ = Clock::now();
-  is_wanted_ = true;
   return {};
 }
 
 std::string IngressProcess::wait_until_ready(milliseconds timeout) {
   const Clock::time_point deadline = Clock::now() + timeout;
-  const std::string url = block_->settings.lcm_url.data();
-  while (block_->is_ready.load() == 0) {
-    if (int status = 0; reap(status)) {
-      if (!WIFSIGNALED(status)) return "the ingress process " + describe_end(status) + " on " + url;
-      // a hostile packet may come as early as this: another try, within the same time
-      if (std::string fault = spawn(); !fault.empty()) return fault;
-      ++num_restarts_;
-    }
-    if (Clock::now() > deadline) {
-      return "LCM's test of itself on " + url + " had no answer in " + std::to_string(timeout.count()) +
-             " ms: something between this process and the group's address, a packet filter perhaps, drops "
-             "packets";
-    }
+  std::string event;
+  while (!is_ready(active_)) {
+    if (Clock::now() > deadline)
+      return "the ingress process is not ready after " + std::to_string(timeout.count()) + " ms" +
+             (event.empty() ? "" : ": " + event);
+    if (std::string found = poll(); !found.empty()) event = found;
     std::this_thread::sleep_for(kReadyPeriod);
   }
   return {};
 }
 
-bool IngressProcess::reap(int& status) {
-  if (pid_ < 0 || waitpid(pid_, &status, WNOHANG) != pid_) return false;
-  pid_ = -1;
-  return true;
-}
-
 std::string IngressProcess::poll() {
   if (!is_wanted_) return {};
-  std::string event;
-  if (int status = 0; reap(status)) {
-    const Clock::time_point now = Clock::now();
-    const bool had_long_life = now - started_ > kLongLife;
-    pause_ = had_long_life ? milliseconds{0} : std::clamp(2 * pause_, kFirstPause, kLongestPause);
-    restart_at_ = now + pause_;
-    event = "the ingress process " + describe_end(status) + "; restarting it";
+  std::string events;
+  const auto add = [&events](const std::string& event) {
+    if (!event.empty()) events += (events.empty() ? "" : ". ") + event;
+  };
+  const std::size_t received = active_;
+  for (const std::size_t seat : {received, 1 - received}) {
+    look_for_hang(seat);
+    add(reap(seat));
   }
-  if (pid_ < 0 && Clock::now() >= restart_at_) {
-    const std::string fault = spawn();
-    if (fault.empty()) {
-      ++num_restarts_;
-    } else {
-      restart_at_ = Clock::now() + kLongestPause;
-      event += (event.empty() ? "" : ". ") + fault;
-    }
+  // the one that stood by goes on, be it still on its way
+  if (workers_[active_].pid < 0 && workers_[1 - active_].pid >= 0) promote(1 - active_);
+  add(spawn_missing());
+  return events;
+}
+
+/// Kills a process that hangs; it is replaced when it has gone.
+void IngressProcess::look_for_hang(std::size_t seat) {
+  Worker& worker = workers_[seat];
+  if (worker.pid < 0 || !worker.hang.empty()) return;
+  const std::uint64_t beat = block_->seats[seat].beat.load(std::memory_order_relaxed);
+  worker.hang = worker.watch.look(to_ns(Clock::now()), beat, [&] { return read_process(worker.pid); });
+  if (!worker.hang.empty()) kill(worker.pid, SIGKILL);
+}
+
+/// What became of a process, when it has ended.
+std::string IngressProcess::reap(std::size_t seat) {
+  Worker& worker = workers_[seat];
+  int status = 0;
+  if (worker.pid < 0 || waitpid(worker.pid, &status, WNOHANG) != worker.pid) return {};
+  const bool was_ready = is_ready(seat);
+  // one that hostile packets kill is replaced at once, one that cannot even start is not tried without end
+  pause_ =
+      was_ready || WIFSIGNALED(status) ? milliseconds{0} : std::clamp(2 * pause_, kFirstPause, kLongestPause);
+  if (pause_.count() > 0) spawn_at_ = Clock::now() + pause_;
+  ++num_restarts_;
+  std::string event = seat == active_ ? "the ingress process " : "the standby of the ingress process ";
+  if (worker.hang.empty()) {
+    event += describe_end(status);
+  } else {
+    ++num_hangs_;
+    event += worker.hang + " and was killed";
   }
-  return event;
+  forget(worker);
+  return event + (seat == active_ ? "; its standby takes over" : "; starting another");
+}
+
+/// Lets the process at the seat receive. The other one has gone: there is never more than one that does.
+void IngressProcess::promote(std::size_t seat) {
+  active_ = seat;
+  const std::uint64_t one = 1;
+  // a counter that is never read takes it
+  [[maybe_unused]] const ssize_t size = write(workers_[seat].order_fd, &one, sizeof one);
+}
+
+void IngressProcess::forget(Worker& worker) {
+  if (worker.order_fd >= 0) close(worker.order_fd);
+  worker = Worker{};
 }
 
 void IngressProcess::stop() {
   is_wanted_ = false;
-  if (pid_ < 0) return;
-  kill(pid_, SIGKILL);  // it holds nothing that needs an orderly end
-  waitpid(pid_, nullptr, 0);
-  pid_ = -1;
+  for (Worker& worker : workers_) {
+    if (worker.pid >= 0) {
+      kill(worker.pid, SIGKILL);  // it holds nothing that needs an orderly end
+      waitpid(worker.pid, nullptr, 0);
+    }
+    forget(worker);
+  }
+  socket_.close();
 }
 
 }  // namespace freeflex::service

@@ -20,6 +20,7 @@ spdlog::level::level_enum level_of(LineKind kind) {
     case LineKind::kReplan:
       return spdlog::level::info;
     case LineKind::kIngressEnded:
+    case LineKind::kNotHeard:
     case LineKind::kNotSent:
     case LineKind::kSlip:
       break;

@@ -12,6 +12,7 @@ namespace freeflex::service {
 
 enum class LineKind : std::size_t {
   kIngressEnded,  // and is started again
+  kNotHeard,      // packets: the socket's queue is full
   kOtherDaemon,   // publishes on our prefix
   kFault,
   kRecovery,  // from a fault, by RESET
@@ -19,7 +20,7 @@ enum class LineKind : std::size_t {
   kNotSent,   // messages
   kSlip,
 };
-inline constexpr std::size_t kNumLineKinds = 7;
+inline constexpr std::size_t kNumLineKinds = 8;
 
 /// Writes to spdlog's default logger, at the level of the kind.
 void write_line(LineKind kind, const std::string& text);

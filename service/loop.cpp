@@ -61,6 +61,7 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
       workspace_(make_workspace(plan)),
       budget_(make_budget(plan)),
       judgement_(plan),
+      desk_(settings.limits.sender_share),
       pacer_(plan.period / settings.timing.scale * 1e9),
       inbound_entry_(std::make_unique<InboundEntry>()),
       applied_entry_(std::make_unique<AppliedEntry>()) {
@@ -104,6 +105,7 @@ std::optional<std::int64_t> Simulation::wait_for_tick() noexcept {
   clock_.sleep_until(deadline_ns);
   const std::int64_t woken_ns = clock_.now_ns();
   output_.lateness.record(woken_ns - deadline_ns);
+  pacer_.wake(woken_ns);
   return woken_ns;
 }
 
@@ -148,13 +150,17 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
   offer_due();
   const std::int64_t end_ns = clock_.now_ns();
   output_.compute.record(end_ns - woken_ns);
-  for (const std::int64_t received_ns : desk_.due_received_ns())
-    output_.command_latency.record(end_ns - received_ns);
+  if (!desk_.due_received_ns().empty()) {
+    const std::int64_t end_boot_ns = clock_.boot_ns();
+    for (const std::int64_t received_ns : desk_.due_received_ns())
+      output_.command_latency.record(end_boot_ns - received_ns);
+  }
   desk_.settle(report_);
   if (!settings_.timing.is_paced()) return;
   pacer_.finish_tick(end_ns);
   output_.num_overruns.store(pacer_.num_overruns(), std::memory_order_relaxed);
-  output_.num_slips.store(pacer_.num_slips(), std::memory_order_relaxed);
+  output_.slip_gap_ns.store(pacer_.slip_gap_ns(), std::memory_order_relaxed);
+  output_.num_slips.store(pacer_.num_slips(), std::memory_order_release);
 }
 
 /// The desk and reset() made sure that the ring takes it.

@@ -32,6 +32,7 @@ struct LoopSettings {
   Timing timing{};
   bool starts_holding = false;
   std::int64_t until_tick = 0;  // the loop ends at this tick; 0: never
+  CommandLimits limits{};
 };
 
 using InboundRing = decltype(SharedBlock::inbound);
@@ -78,7 +79,9 @@ class Simulation {
   // loop_control.cpp: commands
   void drain() noexcept;
   void handle_force(const ForceCommand& command, std::int64_t received_ns) noexcept;
-  void handle_control(const io::ControlCommand& control) noexcept;
+  void handle_control(const io::ControlCommand& control, std::int64_t received_ns) noexcept;
+  template <class Command>
+  bool refuse_old(const Command& command, std::int64_t received_ns) noexcept;
   io::Reason obey(const io::ControlCommand& control) noexcept;
   io::Reason reset() noexcept;
   std::int64_t most_count(std::int32_t command) const noexcept;

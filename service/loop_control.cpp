@@ -11,33 +11,63 @@ using io::Reason;
 /// Takes commands in the order they came. A command is only taken while its answer, and the answers that a
 /// reset would owe to the pending ones, have room; otherwise it waits where it is.
 void Simulation::drain() noexcept {
+  InboundEntry& entry = *inbound_entry_;
+  // the operator's first: whatever is on the bus, they are decided. Answers to the others that a reset owes
+  // have their room in any case, for those below leave it
+  while (output_.operator_acks.num_free() >= desk_.num_pending() + 2 &&
+         output_.operator_commands.try_pop(entry)) {
+    if (entry.kind == InboundKind::kForce)
+      handle_force(entry.force, entry.received_ns);
+    else
+      handle_control(entry.control, entry.received_ns);
+  }
   for (int i = 0; i < kMaxDrained; ++i) {
     if (output_.acks.num_free() < desk_.num_pending() + 2) return;
-    if (!inbound_.try_pop(*inbound_entry_)) return;
-    // the memory is the ingress's: nothing in it is trusted, and an entry of another kind is dropped
-    switch (inbound_entry_->kind) {
+    if (!inbound_.try_pop(entry)) return;
+    // the memory is the ingress's: nothing in it is trusted. A reception that is to come is now, an entry of
+    // another kind is dropped
+    const std::int64_t now_ns = clock_.boot_ns();
+    if (entry.received_ns < 0 || entry.received_ns > now_ns) entry.received_ns = now_ns;
+    switch (entry.kind) {
       case InboundKind::kForce:
-        if (io::is_sane(inbound_entry_->force, *names_))
-          handle_force(inbound_entry_->force, inbound_entry_->received_ns);
+        if (io::is_sane(entry.force, *names_) && !is_operator(entry.force.sender))
+          handle_force(entry.force, entry.received_ns);
         break;
       case InboundKind::kControl:
-        if (io::is_sane(inbound_entry_->control)) handle_control(inbound_entry_->control);
+        if (io::is_sane(entry.control) && !is_operator(entry.control.sender))
+          handle_control(entry.control, entry.received_ns);
         break;
     }
   }
 }
 
+/// True when the command waited too long for its decision, which it then has: whoever sent it may have
+/// thought better of it.
+template <class Command>
+bool Simulation::refuse_old(const Command& command, std::int64_t received_ns) noexcept {
+  const std::int64_t age_ns = clock_.boot_ns() - received_ns;
+  if (static_cast<double>(age_ns) <= settings_.limits.max_age * 1e9) return false;
+  answer({.sender = command.sender,
+          .sequence = command.sequence,
+          .reason = Reason::kTooOld,
+          .tick = state_.tick,
+          .found = age_ns / 1'000'000});
+  return true;
+}
+
 void Simulation::handle_force(const ForceCommand& command, std::int64_t received_ns) noexcept {
-  CommandDesk::Decision decision{Reason::kWrongMode, state_.tick};
+  if (refuse_old(command, received_ns)) return;
+  CommandDesk::Decision decision{Reason::kWrongMode, state_.tick, command.start_tick};
   if (!has_faulted_) decision = desk_.submit(command, received_ns, state_.tick, output_.applied.num_free());
   answer({.sender = command.sender,
           .sequence = command.sequence,
           .reason = decision.reason,
           .tick = decision.tick,
-          .found = command.start_tick});
+          .found = decision.found});
 }
 
-void Simulation::handle_control(const io::ControlCommand& control) noexcept {
+void Simulation::handle_control(const io::ControlCommand& control, std::int64_t received_ns) noexcept {
+  if (refuse_old(control, received_ns)) return;
   const Reason reason = obey(control);
   answer({.sender = control.sender,
           .sequence = control.sequence,
@@ -122,7 +152,10 @@ Reason Simulation::reset() noexcept {
 /// The drain made sure that the ring takes it.
 void Simulation::answer(AckEntry entry) noexcept {
   entry.mode = mode();
-  output_.acks.try_push(entry);
+  if (is_operator(entry.sender))
+    output_.operator_acks.try_push(entry);
+  else
+    output_.acks.try_push(entry);
   std::atomic<std::int64_t>& count = entry.reason == Reason::kAccepted
                                          ? output_.num_accepted
                                          : output_.num_rejected[static_cast<std::size_t>(entry.reason)];

@@ -51,6 +51,11 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->type_name("NAME")
       ->default_val(freeflex::channels::kDefaultPrefix)
       ->check(freeflex::service::channel_prefix());
+  app.add_option(
+         "--socket", options.socket,
+         "where this user's commands are taken beside the bus (freeflex push --socket); none: nowhere. "
+         "Default $XDG_RUNTIME_DIR/freeflexd-PREFIX.sock, else /tmp/freeflexd-UID/PREFIX.sock")
+      ->type_name("PATH");
   app.add_option("--rate", options.rate, "ticks per simulated second [Hz] in place of the scene's")
       ->type_name("HZ")
       ->check(freeflex::service::rate_in_hertz());
@@ -61,6 +66,12 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->type_name("S")
       ->check(freeflex::service::must_be("a number > 0 [s]", [](double time) { return time > 0.0; }));
   app.add_flag("--hold", options.starts_holding, "start holding: wait for RUN or STEP");
+  app.add_option(
+         "--ingress-user", options.ingress_user,
+         "user whose rights the process has that reads the network; default nobody, where root starts it")
+      ->type_name("NAME");
+  app.add_flag("--take-over", options.takes_over,
+               "start although another freeflexd is heard on the prefix: it may be a stranger's invention");
   app.add_option("--log-level", level, "least level that is logged: debug, info, warning, error or off")
       ->type_name("LEVEL")
       ->default_str(level)

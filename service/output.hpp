@@ -1,6 +1,7 @@
 // What the simulation thread hands to the publish side: rings and queues for what is to arrive, a box for
-// what is only wanted fresh, histograms and counters for status. Preallocated; lives on the heap (about 19
-// MB, and at most kMotionBytes for each channel of the motion that is published).
+// what is only wanted fresh, histograms and counters for status; and the operator's commands, which come from
+// this process too. Preallocated; lives on the heap (about 20 MB, and at most kMotionBytes for each channel
+// of the motion that is published).
 #pragma once
 
 #include <array>
@@ -28,8 +29,10 @@ struct AckEntry {
   Mode mode = Mode::kRunning;  // at the answer
   std::int64_t tick = 0;       // accepted: takes effect; rejected: at the rejection
   std::int32_t command = 0;    // control_t constant; 0: a force
-  std::int64_t found = 0;      // start_tick of a force, count of a control command
-  std::int64_t most = 0;       // that count may be, of SHAPES and SCENE
+  // start_tick of a force, count of a control command, or what the reason is about: [ms] that a command
+  // waited, how many slots or waiting commands its sender may have
+  std::int64_t found = 0;
+  std::int64_t most = 0;  // that count may be, of SHAPES and SCENE
 };
 
 /// What changed the motion (applied_t).
@@ -70,8 +73,12 @@ struct Snapshot {
 /// With room for the motion in either plan, also in copies: nothing allocates when a motion is assigned.
 Snapshot make_snapshot(const Plan& plan);
 
+/// The operator's commands -> simulation; answers go back the same way, not over the bus.
+using OperatorRing = Ring<InboundEntry, 64>;
+
 struct Output {
   static constexpr int kNumAcks = 2048;
+  static constexpr int kNumOperatorAcks = 512;
   static constexpr int kNumApplied = 1024;
   static constexpr int kNumRequests = 64;
   /// Snapshots of one channel that wait for a publisher that is late: a quarter of a second at 1 kHz, less
@@ -84,6 +91,7 @@ struct Output {
 
   // every one arrives
   Ring<AckEntry, kNumAcks> acks;
+  Ring<AckEntry, kNumOperatorAcks> operator_acks;
   Ring<AppliedEntry, kNumApplied> applied;
   Ring<PageRequest, kNumRequests> requests;
   // each arrives while there is room; filled at the tick multiples of each channel's rate, as
@@ -99,8 +107,14 @@ struct Output {
   Histogram lateness, compute, command_latency;
   std::atomic<std::int64_t> tick{0};  // next to be executed
   std::atomic<std::int64_t> num_overruns{0}, num_slips{0}, num_accepted{0};
+  std::atomic<std::int64_t> slip_gap_ns{0};  // of the latest slip (Pacer)
   std::array<std::atomic<std::int64_t>, io::kNumReasons> num_rejected{};
   std::atomic<bool> is_finished{false};  // the simulation thread has offered its last
+
+  // one writer, the supervisor: what came over the operator's socket
+  OperatorRing operator_commands;
+  std::atomic<std::int64_t> num_operator_received{0};
+  std::array<std::atomic<std::int64_t>, io::kNumReasons> operator_rejected{};  // before the loop saw it
 };
 
 }  // namespace freeflex::service

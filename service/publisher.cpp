@@ -17,7 +17,8 @@ using io::Reason;
 
 namespace {
 
-constexpr std::int64_t kStatusPatience = 30'000'000;  // [ns] for the loop to hand over a fresh snapshot
+constexpr std::int64_t kStandstillCounts = 3 * kSecond;  // [ns] for slips that are noticed so much later
+constexpr std::int64_t kStatusPatience = 30'000'000;     // [ns] for the loop to hand over a fresh snapshot
 // messages of one ring sent at one look, 32,000 a second: LCM's subscribers queue 30 and drop the newest
 // beyond
 constexpr int kBurst = 8;
@@ -29,7 +30,7 @@ std::int64_t wall_us() {
       .count();
 }
 
-std::string reason_text(const AckEntry& entry) {
+std::string reason_text(const AckEntry& entry, const CommandLimits& limits) {
   switch (entry.reason) {
     case Reason::kLate:
       return fmt::format("start_tick {} has passed, next is {}: name a later one, -1, or late_policy 1",
@@ -38,12 +39,18 @@ std::string reason_text(const AckEntry& entry) {
       return fmt::format("start_tick {} is more than {} ticks ahead of {}", entry.found, io::kMaxAheadTicks,
                          entry.tick);
     case Reason::kNoSlotFree:
-      return fmt::format("all {} slots are in force or promised: end one first", kMaxSlots);
+      return fmt::format("all {} slots that this sender may have are in force or promised: end one first",
+                         entry.found);
     case Reason::kQueueFull:
-      return fmt::format("{} commands wait already, or their publication lags: send again later",
-                         CommandDesk::kMaxPending);
+      if (entry.command == 0 && entry.found > 0)
+        return fmt::format("all {} commands that this sender may have waiting are: send again later",
+                           entry.found);
+      return "its publication lags: send again later";
     case Reason::kEpochEnded:
       return fmt::format("a reset came before start_tick {}: send again in the new epoch", entry.found);
+    case Reason::kTooOld:
+      return fmt::format("waited {:.3f} s for its decision, at most {:g} s: send it again if it still holds",
+                         1e-3 * static_cast<double>(entry.found), limits.max_age);
     case Reason::kBadControl:
       if (entry.command == freeflex_msgs::control_t::SCENE)
         return fmt::format("found {}: SCENE takes a page from 1 to {}, or 0 for all", entry.found,
@@ -60,26 +67,38 @@ std::string reason_text(const AckEntry& entry) {
 
 }  // namespace
 
-freeflex_msgs::ack_t make_ack(const AckEntry& entry, std::int64_t session, std::int64_t utime) {
+freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Identity& identity) {
   freeflex_msgs::ack_t ack{};
-  ack.utime = utime;
-  ack.session = session;
+  ack.utime = wall_us();
+  ack.session = identity.session;
   ack.sender = entry.sender.data();
   ack.sequence = entry.sequence;
   ack.reason = static_cast<std::int32_t>(entry.reason);
   ack.tick = entry.tick;
-  ack.text = reason_text(entry);
+  ack.text = reason_text(entry, identity.limits);
+  return ack;
+}
+
+freeflex_msgs::ack_t make_ack(const io::Admission& admission, std::int64_t tick, std::int64_t session) {
+  freeflex_msgs::ack_t ack{};
+  ack.utime = wall_us();
+  ack.session = session;
+  ack.sender = admission.sender.data();
+  ack.sequence = admission.sequence;
+  ack.reason = static_cast<std::int32_t>(admission.reason);
+  ack.tick = tick;
+  ack.text = admission.text.data();
   return ack;
 }
 
 Publisher::Publisher(const Plan& plan, const Identity& identity, Bus& bus, Output& output,
-                     SharedBlock& shared, const std::atomic<std::int64_t>& restarts)
+                     SharedBlock& shared, const IngressCounts& ingress)
     : plan_(plan),
       identity_(identity),
       bus_(bus),
       output_(output),
       shared_(shared),
-      reporter_(plan, identity, output, shared, restarts),
+      reporter_(plan, identity, output, shared, ingress),
       status_every_ns_(static_cast<std::int64_t>(kSecond / std::max(plan.status_rate, kMinStatusRate))),
       starting_(make_snapshot(plan)),
       status_(&starting_) {
@@ -111,6 +130,7 @@ bool Publisher::send_all() {
     note_mode(now_ns);
     note_replan(now_ns);
   }
+  note_standstill(now_ns);
   log_.turn(now_ns);
   bool has_more = send_applied();
   has_more |= send_answers();
@@ -143,7 +163,7 @@ bool Publisher::send_answers() {
   AckEntry entry;
   int num_sent = 0;
   for (; num_sent < kBurst && output_.acks.try_pop(entry); ++num_sent) {
-    send(channels::kAck, make_ack(entry, identity_.session, wall_us()));
+    send(channels::kAck, make_ack(entry, identity_));
   }
   return num_sent == kBurst;
 }
@@ -153,15 +173,8 @@ bool Publisher::send_rejections() {
   int num_sent = 0;
   for (; num_sent < kBurst && shared_.rejected.try_pop(rejection_); ++num_sent) {
     if (!io::is_sane(rejection_.admission)) continue;
-    freeflex_msgs::ack_t ack{};
-    ack.utime = wall_us();
-    ack.session = identity_.session;
-    ack.sender = rejection_.admission.sender.data();
-    ack.sequence = rejection_.admission.sequence;
-    ack.reason = static_cast<std::int32_t>(rejection_.admission.reason);
-    ack.tick = output_.tick.load(std::memory_order_relaxed);
-    ack.text = rejection_.admission.text.data();
-    send(channels::kAck, ack);
+    send(channels::kAck,
+         make_ack(rejection_.admission, output_.tick.load(std::memory_order_relaxed), identity_.session));
   }
   return num_sent == kBurst;
 }
@@ -237,11 +250,32 @@ void Publisher::send_each_second(std::int64_t now_ns) {
                          bus_.num_failed() - noted_failures_));
     noted_failures_ = bus_.num_failed();
   }
-  const std::int64_t slips = output_.num_slips.load(std::memory_order_relaxed);
+  const std::int64_t slips = output_.num_slips.load(std::memory_order_acquire);
   if (slips > noted_slips_) {
-    log_.say(LineKind::kSlip, now_ns, slip_text(plan_.period, slips));
+    // both threads stood: the loop, and this one
+    const bool stood = now_ns - stood_at_ns_ < kStandstillCounts &&
+                       output_.slip_gap_ns.load(std::memory_order_relaxed) > Pacer::kCatchUp;
+    log_.say(LineKind::kSlip, now_ns, slip_text(plan_.period, slips, stood ? stood_ns_ : 0));
     noted_slips_ = slips;
   }
+}
+
+/// A time in which this thread had no turn. A machine that is suspended stops the clock of the ticks as well,
+/// so no tick is late afterwards.
+void Publisher::note_standstill(std::int64_t now_ns) {
+  const std::int64_t now_boot_ns = boot_ns();
+  const std::int64_t stood_ns = now_boot_ns - looked_boot_ns_;
+  const std::int64_t suspended_ns = stood_ns - (now_ns - looked_ns_);
+  if (looked_ns_ != 0 && stood_ns > Pacer::kCatchUp) {
+    stood_ns_ = stood_ns;
+    stood_at_ns_ = now_ns;
+  }
+  if (looked_ns_ != 0 && suspended_ns > Pacer::kCatchUp)
+    log_.say(LineKind::kSlip, now_ns,
+             fmt::format("this machine was suspended for {:.1f} s, in which no tick was due",
+                         1e-9 * static_cast<double>(suspended_ns)));
+  looked_boot_ns_ = now_boot_ns;
+  looked_ns_ = now_ns;
 }
 
 /// Says on the log what the simulation thread must not say itself.

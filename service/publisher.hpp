@@ -17,8 +17,9 @@
 
 namespace freeflex::service {
 
-/// An answer in words.
-freeflex_msgs::ack_t make_ack(const AckEntry& entry, std::int64_t session, std::int64_t utime);
+/// An answer in words, stamped now: of the loop, and to what never reached it.
+freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Identity& identity);
+freeflex_msgs::ack_t make_ack(const io::Admission& admission, std::int64_t tick, std::int64_t session);
 
 /// Channels of the motion leave as the simulation offers them; ACK and APPLIED in order, before any state
 /// that contains them; STATUS by the wall clock at the scene's rate and at least kMinStatusRate, also while
@@ -28,7 +29,7 @@ class Publisher {
   static constexpr double kMinStatusRate = 10.0;  // [Hz]
 
   Publisher(const Plan& plan, const Identity& identity, Bus& bus, Output& output, SharedBlock& shared,
-            const std::atomic<std::int64_t>& restarts);
+            const IngressCounts& ingress);
 
   /// Body of the thread; returns when everything of a finished simulation, or of none, has been sent.
   void run();
@@ -45,6 +46,7 @@ class Publisher {
   void send_status(std::int64_t now_ns);
   void send_report();
   void send_each_second(std::int64_t now_ns);
+  void note_standstill(std::int64_t now_ns);
   void note_mode(std::int64_t now_ns);
   void note_replan(std::int64_t now_ns);
   std::vector<freeflex_msgs::scene_t> scene_pages(const Plan& plan) const;
@@ -71,6 +73,8 @@ class Publisher {
   std::int64_t noted_replan_tick_ = -1;
   std::int64_t noted_failures_ = 0;
   std::int64_t noted_slips_ = 0;
+  std::int64_t looked_ns_ = 0, looked_boot_ns_ = 0;            // last look at the clocks; 0: none
+  std::int64_t stood_ns_ = 0, stood_at_ns_ = -10'000'000'000;  // [ns] the latest standstill, and its end
   std::atomic<bool> is_stopping_{false};
   AppliedEntry applied_;
   RejectionEntry rejection_{};

@@ -63,56 +63,70 @@ class Ring {
 enum class InboundKind : std::int32_t { kForce = 1, kControl = 2 };
 /// Ingress -> simulation.
 struct InboundEntry {
-  std::int64_t received_ns;  // CLOCK_MONOTONIC
+  std::int64_t received_ns;  // CLOCK_BOOTTIME
   InboundKind kind;
   std::int32_t padding;
   ForceCommand force;
   io::ControlCommand control;
 };
+/// [B] of the longest command as it is sent: sender and 21 fields beside the lists, then 28 B a force and 52
+/// B a wrench. An entry has room for as many.
+inline constexpr std::size_t kMaxCommandBytes = 8116;
+static_assert(sizeof(ForceCommand) >= kMaxCommandBytes);
 /// Ingress -> publisher: a rejection to answer.
 struct RejectionEntry {
   io::Admission admission;
 };
 
-/// Written by the daemon before the ingress starts; the ingress maps it read-only.
+/// What the ingress must know. It maps them read-only and nobody can write to them any more.
 struct IngressSettings {
   std::int64_t session = 0;
   std::int32_t daemon_pid = 0;  // the ingress ends when this is no longer its parent
-  std::array<char, 256> lcm_url{};
   std::array<char, 64> channel_prefix{};
   io::NameTable names;
 };
 
 /// Last sequence of each sender in this session. Only the ingress uses it; it stands here to outlive a
-/// restart.
+/// restart. When the places for any sender are taken, one that was silent for kForget gives way; one that
+/// only sends controls has a place in any case, for which the one that was silent longest among those gives
+/// way: nobody can keep a STOP out with invented names.
 struct SenderTable {
-  static constexpr int kMaxSenders = 64;
+  static constexpr int kMaxSenders = 64;                   // of any command
+  static constexpr int kMaxControls = 16;                  // of controls, when the others are taken
+  static constexpr std::int64_t kForget = 60'000'000'000;  // [ns]
   struct Record {
-    std::array<char, kSenderSize> sender{};
+    std::array<char, kSenderSize> sender{};  // empty: nobody's
     std::atomic<std::int64_t> last_sequence{0};
+    std::atomic<std::int64_t> heard_ns{0};  // CLOCK_BOOTTIME
   };
-  std::atomic<std::int32_t> num_senders{0};  // raised after the record is complete
-  std::array<Record, kMaxSenders> records{};
+  std::array<Record, kMaxSenders + kMaxControls> records{};
 };
 
-/// The daemon makes it, the ingress fills it. Past settings all of it is untrusted by the daemon.
-struct SharedBlock {
-  static constexpr std::size_t kPageSize = 4096;  // [B]
-  static constexpr std::size_t kSettingsSize =
-      (sizeof(IngressSettings) + kPageSize - 1) / kPageSize * kPageSize;
+/// One process's place in the block: the one that receives has one, the one that stands by the other.
+struct IngressSeat {
+  // raised at every turn of its loop, 50 times a second or more; 0: not ready yet
+  alignas(64) std::atomic<std::uint64_t> beat{0};
+  std::atomic<std::uint32_t> lacks{0};  // what confine() could not do
+};
 
-  alignas(kPageSize) IngressSettings settings;
-  // all below: written by the ingress
-  alignas(kPageSize) std::atomic<std::uint32_t> is_ready{0};  // subscribed; 0 at each start
-  std::atomic<std::int64_t> receive_buffer{0};                // [B] what the kernel gave the socket
-  std::atomic<std::int64_t> received{0};                      // messages on FORCE and CONTROL
-  std::atomic<std::int64_t> dropped_answers{0};               // the ring of rejections was full
-  std::atomic<std::int64_t> other_session{0};                 // of another daemon's STATUS on this prefix
+/// The daemon makes it, the ingress fills it. All of it is untrusted by the daemon.
+struct SharedBlock {
+  std::array<IngressSeat, 2> seats;
+  std::atomic<std::int64_t> received{0};         // messages on FORCE and CONTROL
+  std::atomic<std::int64_t> dropped_answers{0};  // the ring of rejections was full
+  std::atomic<std::int64_t> other_session{0};    // of another daemon's STATUS on this prefix
   std::array<std::atomic<std::int64_t>, io::kNumReasons> rejections{};  // by reason
   SenderTable senders;
+  static constexpr int kControlPlaces = 64;  // of inbound, that forces leave free
   Ring<InboundEntry, 1024> inbound;
   Ring<RejectionEntry, 1024> rejected;
 };
 static_assert(std::atomic<std::int64_t>::is_always_lock_free, "shared between processes");
+
+/// What the supervisor counts and the status tells.
+struct IngressCounts {
+  std::atomic<std::int64_t> restarts{0};  // processes replaced
+  std::atomic<std::int64_t> hangs{0};     // of them, those that hung
+};
 
 }  // namespace freeflex::service

@@ -25,12 +25,12 @@ std::int32_t count_modes(const Plan& plan) {
 }  // namespace
 
 StatusReporter::StatusReporter(const Plan& plan, const Identity& identity, const Output& output,
-                               const SharedBlock& shared, const std::atomic<std::int64_t>& restarts)
+                               const SharedBlock& shared, const IngressCounts& ingress)
     : plan_(plan),
       identity_(identity),
       output_(output),
       shared_(shared),
-      restarts_(restarts),
+      ingress_(ingress),
       validity_(plan),
       lateness_(output.lateness),
       compute_(output.compute),
@@ -58,7 +58,8 @@ freeflex_msgs::status_t StatusReporter::report(const Snapshot& snapshot, std::in
   status.num_slots = snapshot.num_slots;
   status.replan_tick = snapshot.motion.wide_tick;
   status.replan = replan_name(snapshot.motion);
-  status.ingress_restarts = restarts_.load(std::memory_order_relaxed);
+  status.ingress_restarts = ingress_.restarts.load(std::memory_order_relaxed);
+  status.ingress_hangs = ingress_.hangs.load(std::memory_order_relaxed);
   fill_counts(status);
   fill_timing(status);
   fill_physics(snapshot, status);
@@ -72,12 +73,15 @@ void StatusReporter::turn() {
 }
 
 /// Rejections are counted by the ingress and by the loop; each reason is listed once.
-void StatusReporter::fill_counts(freeflex_msgs::status_t& status) const {
-  status.commands_received = shared_.received.load(std::memory_order_relaxed);
+void StatusReporter::fill_counts(freeflex_msgs::status_t& status) {
+  status.commands_received = received_.take(shared_.received.load(std::memory_order_relaxed)) +
+                             output_.num_operator_received.load(std::memory_order_relaxed);
   status.commands_accepted = output_.num_accepted.load(std::memory_order_relaxed);
   for (std::size_t reason = 1; reason < output_.num_rejected.size(); ++reason) {
-    const std::int64_t count = shared_.rejections[reason].load(std::memory_order_relaxed) +
-                               output_.num_rejected[reason].load(std::memory_order_relaxed);
+    const std::int64_t count =
+        rejected_[reason].take(shared_.rejections[reason].load(std::memory_order_relaxed)) +
+        output_.operator_rejected[reason].load(std::memory_order_relaxed) +
+        output_.num_rejected[reason].load(std::memory_order_relaxed);
     if (count == 0) continue;
     freeflex_msgs::rejection_count_t item{};
     item.reason = static_cast<std::int32_t>(reason);
@@ -85,7 +89,7 @@ void StatusReporter::fill_counts(freeflex_msgs::status_t& status) const {
     status.rejections.push_back(item);
   }
   status.num_rejections = static_cast<std::int32_t>(status.rejections.size());
-  status.answers_dropped = shared_.dropped_answers.load(std::memory_order_relaxed);
+  status.answers_dropped = dropped_answers_.take(shared_.dropped_answers.load(std::memory_order_relaxed));
   // in the order of io::kMotionChannels
   std::int64_t* const dropped[] = {&status.states_dropped, &status.points_dropped, &status.loads_dropped};
   static_assert(std::size(dropped) == io::kNumMotionChannels);

@@ -1,6 +1,8 @@
 // Assembles FREEFLEX_STATUS. Publisher thread.
 #pragma once
 
+#include <algorithm>
+#include <array>
 #include <cstdint>
 #include <string>
 
@@ -19,13 +21,27 @@ struct Identity {
   std::uint64_t plan_fingerprint = 0;
   std::string plan_file;  // absolute
   Timing timing{};
+  CommandLimits limits{};
+};
+
+/// A count that the ingress keeps, as far as it can be true: not negative, never falling, growing no faster
+/// than a machine receives.
+class ReportedCount {
+ public:
+  static constexpr std::int64_t kMostAtOnce = 1'000'000;  // between two reports, 100 ms or less
+  std::int64_t take(std::int64_t said) {
+    if (said > last_) last_ += std::min(said - last_, kMostAtOnce);
+    return last_;
+  }
+
+ private:
+  std::int64_t last_ = 0;
 };
 
 class StatusReporter {
  public:
-  /// \param restarts  times the ingress was started again
   StatusReporter(const Plan& plan, const Identity& identity, const Output& output, const SharedBlock& shared,
-                 const std::atomic<std::int64_t>& restarts);
+                 const IngressCounts& ingress);
 
   /// Status of a snapshot at wall time utime [us]; sends_failed is the publisher's to fill.
   freeflex_msgs::status_t report(const Snapshot& snapshot, std::int64_t utime);
@@ -40,7 +56,7 @@ class StatusReporter {
     double energy = 0.0;  // [J] kinetic, elastic and gravity
     Vec3 H_W{};           // [kg m^2/s]
   };
-  void fill_counts(freeflex_msgs::status_t& status) const;
+  void fill_counts(freeflex_msgs::status_t& status);
   void fill_timing(freeflex_msgs::status_t& status) const;
   void fill_physics(const Snapshot& snapshot, freeflex_msgs::status_t& status);
   void fill_drift(const Snapshot& snapshot, const Invariants& invariants, freeflex_msgs::status_t& status);
@@ -51,9 +67,11 @@ class StatusReporter {
   const Identity& identity_;
   const Output& output_;
   const SharedBlock& shared_;
-  const std::atomic<std::int64_t>& restarts_;
+  const IngressCounts& ingress_;
   Validity validity_;
   SlidingPercentiles lateness_, compute_, command_latency_;
+  ReportedCount received_, dropped_answers_;
+  std::array<ReportedCount, io::kNumReasons> rejected_;  // by reason
   Baseline baseline_;
   std::int32_t num_modes_ = 0;  // elastic modes of the scene, left out or not
   bool is_damped_ = false;

@@ -1,5 +1,5 @@
-// The ingress process: commands come through from UDP, and packets that kill liblcm cost nothing but a
-// restart. This program is both the daemon and, spawned with --ingress-block, the ingress.
+// The ingress processes: commands come through from UDP, packets that kill liblcm cost nothing, and the end
+// of a process costs no command. This program is both the daemon and, spawned with --ingress, the ingress.
 #include "service/ingress.hpp"
 
 #include <gtest/gtest.h>
@@ -7,12 +7,17 @@
 #include <signal.h>
 #include <sys/wait.h>
 
+#include <algorithm>
+#include <filesystem>
+#include <fstream>
+#include <map>
 #include <thread>
 
 #include "freeflex_msgs/status_t.hpp"
 #include "tests/messages/commands.hpp"
 #include "tests/support/lcm_packets.hpp"
 #include "tests/support/private_network.hpp"
+#include "tests/support/send_signal.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -68,13 +73,16 @@ class Ingress : public ::testing::Test {
       return ingress_.block().rejected.try_pop(rejection_) && rejection_.admission.reason == reason;
     });
   }
-  /// The ingress has died of it and another is subscribed.
+  /// One has been replaced, and both are ready.
   bool restarts() {
     const std::int64_t before = ingress_.num_restarts();
     return eventually([&] {
       if (const std::string event = ingress_.poll(); !event.empty()) events_.push_back(event);
-      return ingress_.num_restarts() > before && ingress_.block().is_ready.load() == 1;
+      return ingress_.num_restarts() > before && ingress_.is_complete();
     });
+  }
+  bool is_complete() {
+    return eventually([&] { return ingress_.poll(), ingress_.is_complete(); });
   }
 
   IngressProcess ingress_;
@@ -113,12 +121,11 @@ TEST_F(Ingress, AnswersBadCommandsAndSeesAnotherDaemon) {
   packets_.publish("TEST_STATUS", io::encode(status));
   EXPECT_TRUE(eventually([&] { return ingress_.block().other_session.load() == 4711; }));
   EXPECT_EQ(ingress_.block().received.load(), 1) << "what is on other channels is not ours";
-  EXPECT_GT(ingress_.block().receive_buffer.load(), 0);
+  EXPECT_GT(ingress_.socket().receive_buffer(), 0);
 }
 
 TEST_F(Ingress, APacketThatEndsInsideTheChannelNameIsHarmless) {
-  // after a whole message liblcm's buffer still holds the name that the cut one leaves unsaid, and it reports
-  // a payload of 2^32 - n bytes: nothing of that may be read
+  // liblcm would read the rest of the name out of the packet before
   for (std::int64_t i = 1; i <= 50; ++i) {
     send(i);
     ASSERT_TRUE(receives(i));
@@ -127,44 +134,103 @@ TEST_F(Ingress, APacketThatEndsInsideTheChannelNameIsHarmless) {
   send(51);
   EXPECT_TRUE(receives(51));
   EXPECT_EQ(ingress_.num_restarts(), 0);
-  const service::SharedBlock& block = ingress_.block();
-  EXPECT_EQ(block.received.load() - block.rejections[static_cast<std::size_t>(Reason::kMalformed)].load(),
-            51);
+  EXPECT_EQ(ingress_.block().received.load(), 51);
 }
 
-TEST_F(Ingress, AFragmentThatWrapsKillsItAndItComesBackWithItsSequences) {
+TEST_F(Ingress, PacketsThatKillLiblcmAreHarmlessAndAnswered) {
+  for (std::int64_t i = 1; i <= 50; ++i) {
+    ASSERT_TRUE(packets_.send_wrapping_fragment("TEST_FORCE"));
+    ASSERT_TRUE(packets_.send_fragment_runt("TEST_FORCE"));
+    send(i);
+    ASSERT_TRUE(receives(i));
+  }
+  EXPECT_EQ(ingress_.num_restarts(), 0);
+  ASSERT_TRUE(rejects(Reason::kMalformed));
+  EXPECT_EQ(std::string(rejection_.admission.text.data()),
+            "a message in fragments has more than 65499 bytes, a command at most 8116");
+}
+
+TEST_F(Ingress, AnotherTakesOverWithItsSequencesWhenOneIsKilled) {
+  ASSERT_TRUE(is_complete());
   send(1);
   ASSERT_TRUE(receives(1));
-  ASSERT_TRUE(packets_.send_wrapping_fragment("TEST_FORCE"));
+  const pid_t first = ingress_.pid();
+  const pid_t second = ingress_.standby_pid();
+  ASSERT_TRUE(send_signal(first, SIGKILL));
   ASSERT_TRUE(restarts());
+  EXPECT_EQ(ingress_.pid(), second) << "the one that stood by";
   ASSERT_FALSE(events_.empty());
-  EXPECT_NE(events_[0].find("restarting it"), std::string::npos) << events_[0];
+  EXPECT_NE(events_[0].find("its standby takes over"), std::string::npos) << events_[0];
   send(1);
   EXPECT_TRUE(rejects(Reason::kStaleSequence)) << "the table of sequences outlives the process";
   send(2);
   EXPECT_TRUE(receives(2));
 }
 
-TEST_F(Ingress, AFragmentRuntKillsItAndItComesBackWithItsSequences) {
-  send(1);
-  ASSERT_TRUE(receives(1));
-  ASSERT_TRUE(packets_.send_fragment_runt("TEST_FORCE"));
+TEST_F(Ingress, WhatArrivesWhileNoneReceivesIsTakenOnceInOrderByTheNext) {
+  ASSERT_TRUE(is_complete());
+  std::int64_t sequence = 0;
+  for (int round = 0; round < 5; ++round) {
+    const std::int64_t first = sequence + 1;
+    // nobody looks after them meanwhile
+    ASSERT_TRUE(send_signal(ingress_.pid(), SIGKILL));
+    if (round % 2 == 1) {
+      ASSERT_TRUE(send_signal(ingress_.standby_pid(), SIGKILL));
+    }
+    siginfo_t ended{};
+    ASSERT_EQ(waitid(P_PID, static_cast<id_t>(ingress_.pid()), &ended, WEXITED | WNOWAIT), 0);
+    for (int i = 0; i < 100; ++i) send(++sequence);
+    for (std::int64_t expected = first; expected <= sequence; ++expected) {
+      ASSERT_TRUE(eventually([&] { return ingress_.poll(), ingress_.block().inbound.try_pop(entry_); }));
+      ASSERT_EQ(entry_.force.sequence, expected);
+    }
+    ASSERT_TRUE(is_complete());
+  }
+  EXPECT_FALSE(ingress_.block().inbound.try_pop(entry_));
+  RejectionEntry none;
+  EXPECT_FALSE(ingress_.block().rejected.try_pop(none)) << "nothing was taken twice";
+}
+
+TEST_F(Ingress, OneThatIsStoppedIsReplacedAndNothingIsLost) {
+  ASSERT_TRUE(is_complete());
+  const pid_t stopped = ingress_.pid();
+  ASSERT_TRUE(send_signal(stopped, SIGSTOP));
+  // until it has stopped it may yet take one in hand, which goes with it
+  ASSERT_TRUE(eventually([stopped] { return service::read_process(stopped).state == 'T'; }));
+  for (std::int64_t i = 1; i <= 20; ++i) send(i);
   ASSERT_TRUE(restarts());
+  EXPECT_EQ(ingress_.num_hangs(), 1);
+  EXPECT_EQ(events_[0], "the ingress process was stopped and was killed; its standby takes over");
+  for (std::int64_t i = 1; i <= 20; ++i) EXPECT_TRUE(receives(i));
+  EXPECT_FALSE(send_signal(stopped, 0));
+  // the one that stands by is looked after as well
+  ASSERT_TRUE(send_signal(ingress_.standby_pid(), SIGSTOP));
+  ASSERT_TRUE(restarts());
+  EXPECT_EQ(ingress_.num_hangs(), 2);
+}
+
+TEST_F(Ingress, OnlyOurChannelsTakeUpRoomInTheQueue) {
+  ASSERT_TRUE(is_complete());
+  // nobody takes anything out; more than the queue holds
+  ASSERT_TRUE(send_signal(ingress_.standby_pid(), SIGSTOP));
+  ASSERT_TRUE(send_signal(ingress_.pid(), SIGSTOP));
+  const std::vector<std::byte> large(60'000);
+  for (int i = 0; i < 1000; ++i) ASSERT_TRUE(packets_.publish("TEST_STATE", large));
+  EXPECT_LT(ingress_.socket().fill(), 0.01);
   send(1);
-  EXPECT_TRUE(rejects(Reason::kStaleSequence));
-  send(2);
-  EXPECT_TRUE(receives(2));
+  EXPECT_TRUE(receives(1));
 }
 
 TEST_F(Ingress, SurvivesBeingKilledAgainAndAgain) {
+  ASSERT_TRUE(is_complete());
   for (std::int64_t i = 1; i <= 10; ++i) {
-    ASSERT_TRUE(i % 2 == 0 ? packets_.send_wrapping_fragment("TEST_FORCE")
-                           : packets_.send_fragment_runt("TEST_FORCE"));
+    ASSERT_TRUE(send_signal(i % 2 == 0 ? ingress_.pid() : ingress_.standby_pid(), SIGKILL));
     ASSERT_TRUE(restarts()) << i;
     send(i);
     ASSERT_TRUE(receives(i)) << i;
   }
   EXPECT_EQ(ingress_.num_restarts(), 10);
+  EXPECT_EQ(ingress_.num_hangs(), 0);
 }
 
 TEST_F(Ingress, CannotWriteWhatItIsCheckedAgainst) {
@@ -175,21 +241,50 @@ TEST_F(Ingress, CannotWriteWhatItIsCheckedAgainst) {
   char line[512];
   std::vector<std::string> rights;
   while (std::fgets(line, sizeof(line), maps) != nullptr) {
-    if (std::string(line).find("/SYSV") == std::string::npos) continue;
+    if (std::string(line).find("/memfd:freeflexd") == std::string::npos) continue;
     rights.push_back(std::string(line).substr(std::string(line).find(' ') + 1, 4));
   }
   std::fclose(maps);
+  std::ranges::sort(rights);
   EXPECT_EQ(rights, (std::vector<std::string>{"r--s", "rw-s"}));
+}
+
+TEST_F(Ingress, HasNoRightsThatItDoesNotNeed) {
+  const std::string path = "/proc/" + std::to_string(ingress_.pid());
+  std::map<std::string, std::string> status;
+  std::ifstream lines(path + "/status");
+  for (std::string line; std::getline(lines, line);) {
+    const std::size_t colon = line.find(":\t");
+    if (colon != line.npos) status[line.substr(0, colon)] = line.substr(colon + 2);
+  }
+  for (const char* set : {"CapInh", "CapPrm", "CapEff", "CapAmb"})
+    EXPECT_EQ(status[set], "0000000000000000") << set;
+  EXPECT_EQ(status["NoNewPrivs"], "1");
+#if !defined(__SANITIZE_ADDRESS__) && !defined(__SANITIZE_THREAD__)
+  EXPECT_EQ(status["Seccomp"], "2");
+  EXPECT_EQ(ingress_.lacks() & service::kLacksFilter, 0u);
+#endif
+  if (ingress_.user().uid != service::IngressUser::kSame && ingress_.lacks() == 0) {
+    const std::string uid = std::to_string(ingress_.user().uid);
+    EXPECT_EQ(status["Uid"], uid + "\t" + uid + "\t" + uid + "\t" + uid);
+    EXPECT_EQ(status["Groups"], " ");
+  }
+  std::vector<std::string> open;
+  std::error_code none;
+  for (const auto& entry : std::filesystem::directory_iterator(path + "/fd", none))
+    open.push_back(entry.path().filename());
+  std::ranges::sort(open);
+  EXPECT_EQ(open, (std::vector<std::string>{"0", "1", "2", "5", "6"}));
 }
 
 TEST_F(Ingress, LeavesSignalsToTheGroupToTheDaemonAndEndsWhenStopped) {
   const pid_t pid = ingress_.pid();
-  for (const int number : {SIGINT, SIGTERM, SIGHUP}) ASSERT_EQ(kill(pid, number), 0);
+  for (const int number : {SIGINT, SIGTERM, SIGHUP}) ASSERT_TRUE(send_signal(pid, number));
   send(1);
   EXPECT_TRUE(receives(1));
   EXPECT_EQ(ingress_.pid(), pid);
   ingress_.stop();
-  EXPECT_EQ(kill(pid, 0), -1) << "gone and reaped";
+  EXPECT_FALSE(send_signal(pid, 0)) << "gone and reaped";
   EXPECT_EQ(ingress_.poll(), "") << "and not restarted";
 }
 

@@ -1,6 +1,7 @@
 // What a bus URL may say.
 #include "service/io/wire/lcm_url.hpp"
 
+#include <arpa/inet.h>
 #include <gtest/gtest.h>
 
 #include <vector>
@@ -47,6 +48,19 @@ TEST(LcmUrl, IsRefusedWithWhatWasFoundAndWhatIsAllowed) {
   for (const auto& [url, text] : bad) {
     const std::string fault = check_lcm_url(url);
     EXPECT_NE(fault.find(text), std::string::npos) << url << ": " << fault;
+  }
+}
+
+TEST(LcmUrl, IsReadAsItIsWritten) {
+  const service::LcmAddress given = service::read_lcm_url("udpm://224.0.0.1:80?ttl=3&recv_buf_size=70000");
+  EXPECT_EQ(given.group, htonl(0xE0000001));
+  EXPECT_EQ(given.port, 80);
+  EXPECT_EQ(given.receive_buffer, 70000);
+  for (const char* url : {"", "udpm://", "udpm://239.255.76.67:7667?ttl=1"}) {
+    const service::LcmAddress usual = service::read_lcm_url(url);
+    EXPECT_EQ(usual.group, htonl(0xEFFF4C43)) << url;
+    EXPECT_EQ(usual.port, 7667) << url;
+    EXPECT_EQ(usual.receive_buffer, 0) << url;
   }
 }
 

@@ -49,6 +49,39 @@ TEST(Pacer, GivesUpLostTimeOnlyBeyondTheBound) {
   EXPECT_EQ(pacer.deadline_ns(), now);
 }
 
+TEST(Pacer, TellsOneStandstillFromAPeriodThatIsTooShort) {
+  // every tick takes 1.5 ms of 1 ms: some 400 of them until the arrears are too large
+  Pacer slow(1e6);
+  std::int64_t now = 0;
+  slow.rebase(now);
+  while (slow.num_slips() == 0) {
+    now = std::max(now, slow.deadline_ns());
+    slow.wake(now);
+    slow.finish_tick(now += 1'500'000);
+  }
+  EXPECT_EQ(slow.slip_gap_ns(), 1'500'000);
+  // one sleep of 10 s, in a loop that held its period
+  Pacer stopped(1e6);
+  stopped.rebase(now = 0);
+  for (int i = 0; i < 100; ++i) {
+    now = stopped.deadline_ns();
+    stopped.wake(now);
+    stopped.finish_tick(now += 300'000);
+  }
+  const std::int64_t late = 10'000 * kMillisecond;
+  stopped.wake(now = stopped.deadline_ns() + late);
+  stopped.finish_tick(now + 300'000);
+  EXPECT_EQ(stopped.num_slips(), 1);
+  EXPECT_EQ(stopped.slip_gap_ns(), late);
+}
+
+TEST(Pacer, SaysOfASlipWhatItWas) {
+  EXPECT_NE(service::slip_text(1e-3, 1).find("does not hold the period of 1000 us"), std::string::npos);
+  const std::string stood = service::slip_text(1e-3, 2, 10'040 * kMillisecond);
+  EXPECT_NE(stood.find("stood still for 10.0 s"), std::string::npos) << stood;
+  EXPECT_EQ(stood.find("period"), std::string::npos) << stood;
+}
+
 /// Runs 1000 ticks of 1 ms; the machine stalls once, at tick 100.
 void run_with_stall(Rig& rig, std::int64_t stall_ns) {
   bool has_stalled = false;

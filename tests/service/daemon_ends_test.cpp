@@ -5,10 +5,12 @@
 #include <filesystem>
 #include <fstream>
 
+#include "freeflex_msgs/control_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "service/clock.hpp"
 #include "tests/service/daemon_fixture.hpp"
 #include "tests/service/rig.hpp"
+#include "tests/support/send_signal.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -41,7 +43,7 @@ TEST_F(Daemon, EndsInOrderOnASignalHoweverItWasStarted) {
               std::string::npos)
         << what << daemon.output();
     EXPECT_TRUE(client.until([&] { return client.statuses.back().mode == status_t::STOPPED; })) << what;
-    EXPECT_EQ(kill(ingress, 0), -1) << what << ": the ingress was left behind";
+    EXPECT_FALSE(send_signal(ingress, 0)) << what << ": the ingress was left behind";
   }
 }
 
@@ -79,19 +81,11 @@ TEST_F(Daemon, OfAnIngressKilledAgainAndAgainTakesCommandsAfterwards) {
   for (int i = 0; i < 10; ++i) {
     const std::int64_t before = client.statuses.back().ingress_restarts;
     ASSERT_TRUE(client.until([&] { return find_ingress(daemon) > 0; })) << i;
-    kill(find_ingress(daemon), SIGKILL);
+    ASSERT_TRUE(send_signal(find_ingress(daemon), SIGKILL)) << i;
     ASSERT_TRUE(client.until([&] { return client.statuses.back().ingress_restarts > before; })) << i;
   }
-  // one that is sent before the last ingress receives is lost, so more than one
-  auto next = std::chrono::steady_clock::now();
-  EXPECT_TRUE(client.until([&] {
-    if (std::chrono::steady_clock::now() >= next) {
-      client.send(make_push(client.next_sequence++));
-      next += std::chrono::milliseconds(100);
-    }
-    return !client.acks.empty();
-  }));
-  EXPECT_EQ(client.acks.back().reason, 0);
+  client.send(make_push(client.next_sequence));
+  EXPECT_EQ(client.answer(client.next_sequence).reason, 0);
 }
 
 TEST_F(Daemon, StoppedAndContinuedRunsOnAndPublishesTheLostTime) {
@@ -108,6 +102,34 @@ TEST_F(Daemon, StoppedAndContinuedRunsOnAndPublishesTheLostTime) {
       [&] { return client.statuses.back().slips >= 1 && client.statuses.back().tick > stood + 100; }));
   EXPECT_GE(client.statuses.back().overruns, 1);
   EXPECT_EQ(client.statuses.back().mode, status_t::RUNNING);
+  EXPECT_TRUE(client.until([&] {
+    return daemon.output().find("the process stood still") != std::string::npos;
+  })) << daemon.output();
+  EXPECT_EQ(daemon.output().find("does not hold the period"), std::string::npos) << daemon.output();
+}
+
+TEST_F(Daemon, CommandsThatWaitedWhileItWasStoppedAreRefusedAsTooOld) {
+  for (const char* mode : {"--log-level", "--hold"}) {
+    const bool holds = std::string(mode) == "--hold";
+    BusClient client("Y");
+    Process daemon(
+        command_line("Y", holds ? std::vector<std::string>{mode} : std::vector<std::string>{mode, "info"}));
+    ASSERT_TRUE(client.meet()) << daemon.output();
+    daemon.signal(SIGSTOP);
+    const ForceCommand push = make_push(client.next_sequence++);
+    client.send(push);
+    const std::int64_t control = client.send_control(freeflex_msgs::control_t::RESET);
+    // the scene says nothing of it: 1 s
+    const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(1200);
+    ASSERT_TRUE(client.until([&] { return std::chrono::steady_clock::now() > end; }));
+    daemon.signal(SIGCONT);
+    const auto refused = client.answer(push.sequence);
+    EXPECT_EQ(refused.reason, static_cast<int>(io::Reason::kTooOld)) << mode;
+    EXPECT_NE(refused.text.find("for its decision, at most 1 s"), std::string::npos) << refused.text;
+    EXPECT_EQ(client.answer(control).reason, static_cast<int>(io::Reason::kTooOld)) << mode;
+    client.send(make_push(client.next_sequence));
+    EXPECT_EQ(client.answer(client.next_sequence).reason, 0) << "one that is new is taken";
+  }
 }
 
 TEST_F(Daemon, EndsAfterOneTickWhenUntilIsShorter) {

@@ -15,6 +15,7 @@
 #include "messages/channels.hpp"
 #include "service/limited_log.hpp"
 #include "tests/service/daemon_fixture.hpp"
+#include "tests/support/send_signal.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -42,7 +43,7 @@ class Provoker {
         next_status_ = now + milliseconds(1);
       }
       if (now >= next_kill_) {
-        if (const pid_t ingress = find_ingress(daemon_); ingress > 0) kill(ingress, SIGKILL);
+        send_signal(find_ingress(daemon_), SIGKILL);
         next_kill_ = now + milliseconds(200);
       }
       return condition();

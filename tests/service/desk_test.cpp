@@ -3,7 +3,9 @@
 
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <random>
+#include <string>
 
 #include "tests/service/rig.hpp"
 
@@ -71,15 +73,48 @@ TEST(Desk, WaitingByChoiceIsNoLatency) {
   EXPECT_TRUE(desk.due_received_ns().empty());
 }
 
-TEST(Desk, RejectsWhenThePendingListIsFull) {
+/// The same command of another sender.
+ForceCommand of(const std::string& sender, ForceCommand command) {
+  command.sender.fill('\0');
+  std::ranges::copy(sender, command.sender.begin());
+  return command;
+}
+
+TEST(Desk, AQuarterOfTheWaitingCommandsIsForOneSenderAndOneForTheOperator) {
   CommandDesk desk;
-  for (int i = 0; i < CommandDesk::kMaxPending; ++i) {
-    ASSERT_EQ(desk.submit(make_push(i, i % 60, 100 + i), 5, 0, kPlenty).reason, Reason::kAccepted);
+  const auto submit = [&desk](const std::string& sender, int i) {
+    return desk.submit(of(sender, make_push(i, i % 10, 100 + i)), 5, 0, kPlenty);
+  };
+  constexpr int kShare = CommandDesk::kMaxPending / 4;
+  for (const char* sender : {"a", "b", "c"}) {
+    for (int i = 0; i < kShare; ++i) ASSERT_EQ(submit(sender, i).reason, Reason::kAccepted) << sender << i;
+    const auto refused = submit(sender, 0);
+    EXPECT_EQ(refused.reason, Reason::kQueueFull);
+    EXPECT_EQ(refused.found, kShare);
   }
-  EXPECT_EQ(desk.submit(make_push(999, 0, 100), 5, 0, kPlenty).reason, Reason::kQueueFull);
-  EXPECT_EQ(desk.take_due(100).size(), 1u);
+  EXPECT_EQ(submit("d", 0).reason, Reason::kQueueFull) << "three on the bus have all of it";
+  for (int i = 0; i < kShare; ++i) ASSERT_EQ(submit("local.e", i).reason, Reason::kAccepted) << i;
+  EXPECT_EQ(submit("local.f", 0).reason, Reason::kQueueFull);
+  EXPECT_EQ(desk.num_pending(), CommandDesk::kMaxPending);
+  // four of tick 100 make room
+  EXPECT_EQ(desk.take_due(100).size(), 4u);
   desk.settle({});
-  EXPECT_EQ(desk.submit(make_push(1000, 0, 101), 5, 101, kPlenty).reason, Reason::kAccepted);
+  for (const char* sender : {"d", "local.e"})
+    EXPECT_EQ(submit(sender, 1).reason, Reason::kAccepted) << sender;
+}
+
+TEST(Desk, AShareIsWhatTheSceneSaysAndOneAtLeast) {
+  CommandDesk whole(1.0);
+  int num_accepted = 0;
+  for (int slot = 0; slot < kMaxSlots; ++slot)
+    num_accepted += whole.submit(make_push(slot, slot), 5, 0, kPlenty).reason == Reason::kAccepted ? 1 : 0;
+  EXPECT_EQ(num_accepted, CommandDesk::kBusSlots) << "the operator's part is nobody else's";
+  CommandDesk small(1e-9);
+  EXPECT_EQ(small.submit(make_push(1, 0), 5, 0, kPlenty).reason, Reason::kAccepted);
+  small.take_due(0);
+  small.settle({});
+  EXPECT_EQ(small.submit(make_push(2, 1), 5, 0, kPlenty).reason, Reason::kNoSlotFree);
+  EXPECT_EQ(small.submit(make_push(3, 0), 5, 0, kPlenty).reason, Reason::kAccepted);
 }
 
 TEST(Desk, RejectsWhatTheAppliedRingMightNotTake) {
@@ -94,23 +129,30 @@ TEST(Desk, RejectsWhatTheAppliedRingMightNotTake) {
   EXPECT_EQ(desk.num_owed(), 2) << "the ends of the two";
 }
 
-TEST(Desk, PromisesNoMoreSlotsThanThereAre) {
+TEST(Desk, PromisesNoMoreSlotsThanThereAreAndAQuarterToOneSender) {
   CommandDesk desk;
-  for (int slot = 0; slot < kMaxSlots; ++slot) {
-    const int start = slot < 32 ? -1 : 1000;  // half in force, half promised
-    ASSERT_EQ(desk.submit(make_push(slot, slot, start), 5, 0, kPlenty).reason, Reason::kAccepted);
+  constexpr int kShare = kMaxSlots / 4;
+  for (const char* sender : {"test", "b", "c", "local.d"}) {
+    for (int slot = 0; slot < kShare; ++slot) {
+      const int start = slot < kShare / 2 ? -1 : 1000;  // half in force, half promised
+      ASSERT_EQ(desk.submit(of(sender, make_push(slot, slot, start)), 5, 0, kPlenty).reason,
+                Reason::kAccepted);
+    }
+    const auto refused = desk.submit(of(sender, make_push(99, kShare)), 5, 0, kPlenty);
+    EXPECT_EQ(refused.reason, Reason::kNoSlotFree) << sender;
+    EXPECT_EQ(refused.found, kShare);
   }
   desk.take_due(0);
   desk.settle({});
-  ForceCommand other = make_push(1, 0);
-  other.sender = {'o', 't', 'h', 'e', 'r'};
-  EXPECT_EQ(desk.submit(other, 5, 1, kPlenty).reason, Reason::kNoSlotFree);
+  ForceCommand other = of("other", make_push(1, 0));
+  const auto refused = desk.submit(other, 5, 1, kPlenty);
+  EXPECT_EQ(refused.reason, Reason::kNoSlotFree);
+  EXPECT_EQ(refused.found, CommandDesk::kBusSlots);
   EXPECT_EQ(desk.submit(make_push(100, 3), 5, 1, kPlenty).reason, Reason::kAccepted) << "replaces its own";
   other.num_points = 0;
   EXPECT_EQ(desk.submit(other, 5, 1, kPlenty).reason, Reason::kAccepted)
       << "a clearing command needs no slot";
   // slot 5 ends: one is free again
-  service::CommandDesk::Decision decision;
   desk.take_due(1);
   StepReport report;
   report.num_expiries = 1;

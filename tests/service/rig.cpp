@@ -19,12 +19,13 @@ ForceCommand make_push(std::int64_t sequence, int slot, std::int64_t start_tick,
 
 Rig::Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock_of_loop,
          std::size_t most_waiting)
-    : output(std::make_unique<service::Output>(plan, most_waiting)),
+    : loop_clock(clock_of_loop),
+      output(std::make_unique<service::Output>(plan, most_waiting)),
       simulation(plan, settings, clock_of_loop, *inbound, *output) {}
 
 bool Rig::push(const ForceCommand& command) {
   auto entry = std::make_unique<service::InboundEntry>();
-  entry->received_ns = clock.now_ns();
+  entry->received_ns = loop_clock.boot_ns();
   entry->kind = service::InboundKind::kForce;
   entry->force = command;
   return inbound->try_push(*entry);
@@ -32,7 +33,7 @@ bool Rig::push(const ForceCommand& command) {
 
 bool Rig::control(std::int32_t command, std::int64_t count) {
   auto entry = std::make_unique<service::InboundEntry>();
-  entry->received_ns = clock.now_ns();
+  entry->received_ns = loop_clock.boot_ns();
   entry->kind = service::InboundKind::kControl;
   entry->control.sender = {'t', 'e', 's', 't'};
   entry->control.sequence = next_sequence++;

@@ -17,16 +17,20 @@ namespace freeflex::testing {
 class FakeClock final : public service::Clock {
  public:
   std::int64_t now_ns() noexcept override { return now_ns_; }
+  std::int64_t boot_ns() noexcept override { return now_ns_ + suspended_ns_; }
   void sleep_until(std::int64_t deadline_ns) noexcept override {
     now_ns_ = std::max(now_ns_, deadline_ns);
     if (on_sleep) on_sleep();
   }
   void pass(std::int64_t ns) { now_ns_ += ns; }
+  /// The machine is suspended: only the boot time goes on.
+  void suspend(std::int64_t ns) { suspended_ns_ += ns; }
 
   std::function<void()> on_sleep;  // after each sleep
 
  private:
   std::int64_t now_ns_ = 1'000'000'000;
+  std::int64_t suspended_ns_ = 0;
 };
 
 /// The octahedron, everything pushable and published, at 1 kHz.
@@ -38,7 +42,7 @@ ForceCommand make_push(std::int64_t sequence, int slot = 0, std::int64_t start_t
 
 struct Rig {
   /// \param most_waiting  snapshots of a channel; with one a loop without a pace waits for each to be taken
-  Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock,
+  Rig(const Plan& plan, const service::LoopSettings& settings, service::Clock& clock_of_loop,
       std::size_t most_waiting = 1);
   Rig(const Plan& plan, const service::LoopSettings& settings, std::size_t most_waiting = 1)
       : Rig(plan, settings, clock, most_waiting) {}
@@ -56,6 +60,7 @@ struct Rig {
   std::int64_t tick() const { return output->tick.load(); }
 
   FakeClock clock;
+  service::Clock& loop_clock;  // that one unless another was given
   std::unique_ptr<service::InboundRing> inbound = std::make_unique<service::InboundRing>();
   std::unique_ptr<service::Output> output;
   service::Simulation simulation;

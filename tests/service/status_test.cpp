@@ -30,8 +30,8 @@ struct Report {
   service::Identity identity;
   std::unique_ptr<service::Output> output = std::make_unique<service::Output>(motion.plan);
   std::unique_ptr<service::SharedBlock> shared = std::make_unique<service::SharedBlock>();
-  std::atomic<std::int64_t> restarts{0};
-  StatusReporter reporter{motion.plan, identity, *output, *shared, restarts};
+  service::IngressCounts ingress;
+  StatusReporter reporter{motion.plan, identity, *output, *shared, ingress};
   Snapshot snapshot;
 };
 
@@ -160,7 +160,8 @@ TEST(Status, RejectionsOfIngressAndLoopAreAddedByReason) {
   report.output->num_rejected[17] = 2;
   report.output->num_rejected[10] = 1;
   report.output->num_accepted = 6;
-  report.restarts = 4;
+  report.ingress.restarts = 4;
+  report.ingress.hangs = 3;
   report.output->num_dropped[0] = 7;
   report.output->num_dropped[1] = 8;
   report.output->num_dropped[2] = 9;
@@ -173,6 +174,7 @@ TEST(Status, RejectionsOfIngressAndLoopAreAddedByReason) {
   EXPECT_EQ(status.commands_received, 12);
   EXPECT_EQ(status.commands_accepted, 6);
   EXPECT_EQ(status.ingress_restarts, 4);
+  EXPECT_EQ(status.ingress_hangs, 3);
   ASSERT_EQ(status.num_rejections, 2);
   EXPECT_EQ(status.rejections[0].reason, 10);
   EXPECT_EQ(status.rejections[0].count, 4);
@@ -191,6 +193,20 @@ TEST(Status, AFaultNamesTickAndCommand) {
   for (const char* part : {"tick 77", "not finite", "pid sequence 9", "RESET"}) {
     EXPECT_NE(text.find(part), std::string::npos) << text;
   }
+}
+
+TEST(Status, PassesOnNoCountOfTheIngressThatCannotBe) {
+  service::ReportedCount count;
+  EXPECT_EQ(count.take(-5), 0);
+  EXPECT_EQ(count.take(INT64_MIN), 0);
+  EXPECT_EQ(count.take(10), 10);
+  EXPECT_EQ(count.take(3), 10) << "it never falls";
+  EXPECT_EQ(count.take(INT64_MAX), 10 + service::ReportedCount::kMostAtOnce);
+  Report report(stretched_pair());
+  report.shared->received.store(-7);
+  report.shared->rejections[3].store(INT64_MIN);
+  EXPECT_EQ(report.now().commands_received, 0);
+  EXPECT_EQ(report.now().num_rejections, 0);
 }
 
 }  // namespace

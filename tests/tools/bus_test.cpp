@@ -23,8 +23,8 @@ class OnTheBus : public ::testing::Test {
   /// Runs a script with $F and $D for the programs and $T for a folder; the daemon runs the frame and is
   /// stopped after.
   Outcome with_daemon(const std::string& script, const std::string& scene = kGolden + "frame.plan") {
-    return run("F=" + kFreeflex + "; D=" + kFreeflexd + "; T=" + folder_.path() + "; $D " + scene +
-               " --log-level error & daemon=$!; (" + script +
+    return run("F=" + kFreeflex + "; D=" + kFreeflexd + "; T=" + folder_.path() +
+               "; export XDG_RUNTIME_DIR=$T; $D " + scene + " --log-level error & daemon=$!; (" + script +
                "); code=$?; kill $daemon 2>/dev/null; wait $daemon; exit $code");
   }
   TemporaryFolder folder_;
@@ -95,6 +95,16 @@ TEST_F(OnTheBus, PushWithoutADaemonNamesTheBus) {
   EXPECT_TRUE(contains(outcome.err, "no daemon heard")) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "udpm://239.255.76.67:7667")) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "FREEFLEX_")) << outcome.err;
+}
+
+TEST_F(OnTheBus, PushOverTheSocketFindsTheUsualPlace) {
+  const Outcome outcome = with_daemon(
+      "while ! $F push --socket --point tip --force 0,0,1 2>$T/said; do grep -q 'no daemon at' $T/said || "
+      "exit 9; "
+      "sleep 0.05; done; $F push --socket --control hold; $F push --socket --point nose --force 0,0,1");
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "accepted: takes effect at tick")) << outcome.out << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "no point 'nose' in scene 'frame'")) << outcome.err;
 }
 
 TEST_F(OnTheBus, ControlStopsTheDaemon) {

@@ -17,7 +17,7 @@ using io::Reason;
 
 /// The daemon's words for a loop's rejection, in push's.
 std::string loop_text(const service::AckEntry& entry) {
-  return tools::in_push_words(service::make_ack(entry, 1, 0).text, {}, {});
+  return tools::in_push_words(service::make_ack(entry, service::Identity{}).text, {}, {});
 }
 
 /// Point 19 is the second of a command, group 2 its first; names as a scene may have them.
@@ -76,6 +76,10 @@ TEST(PushWords, FieldsBecomeOptions) {
             "--control shapes=7: must be a mode from 1 to 6");
   EXPECT_EQ(loop_text({.reason = Reason::kBadControl, .command = control_t::SCENE, .found = 4, .most = 3}),
             "--control scene=4: must be a page from 1 to 3, or scene without a number for all");
+  EXPECT_EQ(loop_text({.reason = Reason::kQueueFull, .command = control_t::SHAPES, .found = 3}),
+            "its publication lags: send again later");
+  EXPECT_EQ(loop_text({.reason = Reason::kQueueFull, .found = 64}),
+            "all 64 commands that this sender may have waiting are: send again later");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::RUN}),
             "--control run does not apply in lockstep: send --control step=N");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::STEP}),

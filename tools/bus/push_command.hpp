@@ -25,10 +25,11 @@ struct PushOptions {
   int slot = 0;
   std::optional<std::int64_t> at_tick;
   bool late_ok = false;
-  std::string sender = "push";
+  std::string sender;  // empty: "push", over the socket "local.push"
   std::string control;
   double timeout = 3.0;  // [s]
   bool json = false;
+  std::optional<std::string> socket;  // the operator's in place of the bus; empty: the usual one
 };
 
 /// What is wrong with the options, as far as it needs no daemon: what contradicts, has no effect or is

@@ -1,10 +1,13 @@
 // freeflex push: one command from the shell, acknowledged on screen.
 #include <CLI/App.hpp>
 #include <CLI/Validators.hpp>
+#include <chrono>
 #include <cinttypes>
 #include <cstdio>
+#include <functional>
 #include <memory>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -12,9 +15,11 @@
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"
 #include "service/io/wire/decode.hpp"
+#include "service/io/wire/operator_address.hpp"
 #include "service/io/wire/reason.hpp"
 #include "service/io/wire/versions.hpp"
 #include "tools/bus/bus.hpp"
+#include "tools/bus/operator_link.hpp"
 #include "tools/bus/push_command.hpp"
 #include "tools/bus/push_words.hpp"
 #include "tools/cli/commands.hpp"
@@ -34,6 +39,7 @@ constexpr const char* kPushFooter = R"(Examples:
   freeflex push --point tip=0,0,1 --point hub=0,0,-1      (both in one command)
   freeflex push --group hub --torque 0,0,5 --axes body --lease 2 --slot 3
   freeflex push --control step=100
+  freeflex push --socket --control stop                   (as the daemon's user, whatever is on the bus)
 JSON fields:
   accepted     true or false;  tick: from which it acts, or at which it was rejected
   reason       accepted, or a name of messages/README.md, section 6;  text: the same in words
@@ -42,10 +48,21 @@ JSON fields:
 The command is sent once.
 Exit codes: 0 accepted, 1 rejected or not answered, 2 wrong arguments or names.)";
 
-struct Daemon {
-  std::optional<status_t> status;
+/// What is known of the daemon, and its answer to our command.
+struct Exchange {
+  std::optional<std::int64_t> session;
   std::string unread;  // why the last STATUS could not be read
   SceneCatalogue scene;
+  std::int64_t sequence = 0;  // of our command
+  std::optional<freeflex_msgs::ack_t> answer;
+};
+
+/// The way to a daemon: the bus, or the operator's socket.
+struct Line {
+  std::function<bool(std::chrono::milliseconds, const std::function<bool()>&)> wait;
+  std::function<bool(const char* suffix, std::span<const std::byte>)> publish;
+  std::string description;
+  std::string advice;  // when nobody answers
 };
 
 template <class Message>
@@ -79,70 +96,102 @@ int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack) {
   return is_accepted ? kExitOk : kExitDiffers;
 }
 
-int explain_silence(const Bus& bus, const std::string& what) {
+int explain_silence(const Line& line, const std::string& what) {
   if (is_interrupted()) return kExitInterrupted;
-  print_error(what + " (" + bus.describe() +
-              ")\nIs freeflexd running there? Same LCM_DEFAULT_URL, same network namespace, same --prefix?");
+  print_error(what + " (" + line.description + ")\n" + line.advice);
   return kExitDiffers;
 }
 
-int push(const CLI::App& command, const PushOptions& options) {
-  const std::string fault = find_push_fault(command, options);
-  if (!fault.empty()) return print_error(fault), kExitUsage;
-  Bus bus(options.bus);
-  if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;
-
-  Daemon daemon;
-  bus.subscribe(options.bus.prefix + channels::kStatus, [&](const BusMessage& message) {
-    status_t status;
-    if (io::decode_message(message.bytes, status))
-      daemon.status = status;
-    else
-      daemon.unread = io::explain_unread(message.bytes);
-  });
-  bus.subscribe(options.bus.prefix + channels::kScene, [&](const BusMessage& message) {
-    freeflex_msgs::scene_t page;
-    if (io::decode_message(message.bytes, page)) daemon.scene.take(page);
-  });
-  std::optional<freeflex_msgs::ack_t> answer;
-  std::int64_t sequence = 0;
-  bus.subscribe(options.bus.prefix + channels::kAck, [&](const BusMessage& message) {
-    freeflex_msgs::ack_t ack;
-    if (io::decode_message(message.bytes, ack) && ack.sender == options.sender && ack.sequence == sequence)
-      answer = ack;
-  });
-
+/// Waits for the daemon, sends the command once and waits for its answer.
+int push_over(const Line& line, const PushOptions& options, Exchange& known) {
   const auto timeout = std::chrono::milliseconds(static_cast<std::int64_t>(options.timeout * 1000.0));
   const bool needs_scene = options.control.empty();
   const auto is_found = [&] {
-    return daemon.status && (!needs_scene || (daemon.scene.is_complete() &&
-                                              daemon.scene.head().session == daemon.status->session));
+    return known.session &&
+           (!needs_scene || (known.scene.is_complete() && known.scene.head().session == *known.session));
   };
-  if (!bus.wait(timeout, is_found)) {
+  if (!line.wait(timeout, is_found)) {
     const std::string unread =
-        daemon.unread.empty() ? "no daemon heard" : "status of a daemon heard, but " + daemon.unread;
-    return explain_silence(bus, daemon.status ? "a daemon is there, but its scene did not come" : unread);
+        known.unread.empty() ? "no daemon heard" : "status of a daemon heard, but " + known.unread;
+    return explain_silence(line, known.session ? "a daemon is there, but its scene did not come" : unread);
   }
-
   bool is_sent = false;
   if (needs_scene) {
-    std::optional<force_t> force = make_force(options, daemon.scene);
+    std::optional<force_t> force = make_force(options, known.scene);
     if (!force) return kExitUsage;
-    const std::vector<std::byte> bytes = address(*force, options, daemon.status->session);
-    sequence = force->sequence;
-    is_sent = bus.publish(options.bus.prefix + channels::kForce, bytes);
+    const std::vector<std::byte> bytes = address(*force, options, *known.session);
+    known.sequence = force->sequence;
+    is_sent = line.publish(channels::kForce, bytes);
   } else {
     control_t control = make_control(options);
-    const std::vector<std::byte> bytes = address(control, options, daemon.status->session);
-    sequence = control.sequence;
-    is_sent = bus.publish(options.bus.prefix + channels::kControl, bytes);
+    const std::vector<std::byte> bytes = address(control, options, *known.session);
+    known.sequence = control.sequence;
+    is_sent = line.publish(channels::kControl, bytes);
   }
-  if (!is_sent) return print_error("the command could not be sent (" + bus.describe() + ")"), kExitDiffers;
+  if (!is_sent) return print_error("the command could not be sent (" + line.description + ")"), kExitDiffers;
   // sent once: an answer that is lost leaves it open whether the command was taken, and a second would act
   // twice
-  if (!bus.wait(timeout, [&] { return answer.has_value(); }))
-    return explain_silence(bus, "sent, but no answer came");
-  return print_answer(options, *answer);
+  if (!line.wait(timeout, [&] { return known.answer.has_value(); }))
+    return explain_silence(line, "sent, but no answer came");
+  return print_answer(options, *known.answer);
+}
+
+void take_answer(std::span<const std::byte> bytes, const PushOptions& options, Exchange& known) {
+  freeflex_msgs::ack_t ack;
+  if (io::decode_message(bytes, ack) && ack.sender == options.sender && ack.sequence == known.sequence)
+    known.answer = ack;
+}
+
+int push_over_bus(const PushOptions& options) {
+  Bus bus(options.bus);
+  if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;
+  Exchange known;
+  bus.subscribe(options.bus.prefix + channels::kStatus, [&](const BusMessage& message) {
+    status_t status;
+    if (io::decode_message(message.bytes, status))
+      known.session = status.session;
+    else
+      known.unread = io::explain_unread(message.bytes);
+  });
+  bus.subscribe(options.bus.prefix + channels::kScene, [&](const BusMessage& message) {
+    freeflex_msgs::scene_t page;
+    if (io::decode_message(message.bytes, page)) known.scene.take(page);
+  });
+  bus.subscribe(options.bus.prefix + channels::kAck,
+                [&](const BusMessage& message) { take_answer(message.bytes, options, known); });
+  const Line line{[&](auto time, const auto& done) { return bus.wait(time, done); },
+                  [&](const char* suffix, std::span<const std::byte> bytes) {
+                    return bus.publish(options.bus.prefix + suffix, bytes);
+                  },
+                  bus.describe(),
+                  "Is freeflexd running there? Same LCM_DEFAULT_URL, same network namespace, same --prefix? "
+                  "Its own user reaches it with --socket whatever is on the bus."};
+  return push_over(line, options, known);
+}
+
+int push_over_socket(const PushOptions& options) {
+  const std::string path =
+      options.socket->empty() ? service::operator_socket_path(options.bus.prefix) : *options.socket;
+  OperatorLink link(path);
+  if (!link.error().empty()) return print_error(link.error()), kExitDiffers;
+  Exchange known;
+  const auto take = [&](std::span<const std::byte> bytes) {
+    freeflex_msgs::scene_t page;
+    if (!io::decode_message(bytes, page)) return take_answer(bytes, options, known);
+    known.scene.take(page);
+    known.session = page.session;
+  };
+  const Line line{[&](auto time, const auto& done) { return link.wait(time, done, take); },
+                  [&](const char*, std::span<const std::byte> bytes) { return link.send(bytes); }, path,
+                  "The daemon holds eight such connections at most."};
+  return push_over(line, options, known);
+}
+
+int push(const CLI::App& command, PushOptions options) {
+  const std::string fault = find_push_fault(command, options);
+  if (!fault.empty()) return print_error(fault), kExitUsage;
+  if (options.sender.empty()) options.sender = options.socket ? "local.push" : "push";
+  return options.socket ? push_over_socket(options) : push_over_bus(options);
 }
 
 /// What is pushed, how and when.
@@ -182,18 +231,30 @@ void add_force_options(CLI::App& command, PushOptions& options) {
 
 /// Who sends, and how long to wait.
 void add_exchange_options(CLI::App& command, PushOptions& options) {
-  command.add_option("--sender", options.sender, "who pushes: 1 to 31 of A-Z a-z 0-9 _ . -")
+  command
+      .add_option("--sender", options.sender,
+                  "who pushes: 1 to 31 of A-Z a-z 0-9 _ . -; default push, over --socket local.push")
       ->check([](const std::string& name) {
         return io::is_valid_sender(name) ? std::string()
                                          : "found '" + name + "', must be 1 to 31 of A-Z a-z 0-9 _ . -";
       })
-      ->type_name("NAME")
-      ->capture_default_str();
+      ->type_name("NAME");
   command.add_option("--timeout", options.timeout, "how long to wait for the daemon and for its answer [s]")
       ->check(positive_time())
       ->type_name("S")
       ->capture_default_str();
   add_bus_options(command, options.bus);
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--socket",
+          [&options](const std::vector<std::string>& path) {
+            options.socket = path.empty() ? "" : path.front();
+          },
+          "not over the bus but over the daemon's socket for its own user, which nobody else can reach or "
+          "fill; "
+          "without PATH the usual one of --prefix")
+      ->type_name("[PATH]")
+      ->expected(0, 1);
   command.add_flag("--json", options.json, "one JSON object on standard output");
 }
 

@@ -120,6 +120,22 @@ std::string check_lcm_url(const std::string& url) {
   return {};
 }
 
+LcmAddress read_lcm_url(const std::string& url) {
+  const std::string checked = effective_url(url);
+  const Parts parts = split(checked);
+  const sockaddr_in group = *read_address(parts.address);
+  LcmAddress address{group.sin_addr.s_addr, ntohs(group.sin_port), 0};
+  constexpr std::string_view kSize = "recv_buf_size=";
+  for (std::size_t at = 0; at < parts.options.size();) {
+    const std::string_view option = parts.options.substr(at, parts.options.find('&', at) - at);
+    if (option.starts_with(kSize))
+      address.receive_buffer =
+          read_number(option.substr(kSize.size()), 1, std::numeric_limits<int>::max()).value_or(0);
+    at += option.size() + 1;
+  }
+  return address;
+}
+
 std::string find_network_fault(const std::string& url) {
   const std::string checked = effective_url(url);
   const sockaddr_in group = *read_address(split(checked).address);

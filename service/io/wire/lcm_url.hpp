@@ -1,6 +1,7 @@
 // The bus's address: what a URL may say, and whether this machine can receive on it.
 #pragma once
 
+#include <cstdint>
 #include <string>
 #include <string_view>
 
@@ -21,6 +22,15 @@ std::string effective_url(const std::string& url);
 /// LCM's default; else what was found and what is allowed. Stricter than liblcm, which waits ten seconds for
 /// an answer from port 0 and takes what it cannot read for its own default.
 std::string check_lcm_url(const std::string& url);
+
+/// What a URL says.
+struct LcmAddress {
+  std::uint32_t group = 0;  // network byte order
+  std::uint16_t port = 0;
+  int receive_buffer = 0;  // [B] recv_buf_size; 0: not said
+};
+/// \pre check_lcm_url(url) is empty
+LcmAddress read_lcm_url(const std::string& url);
 
 /// Empty when a packet for the url's group has a way out and its port can be shared; else what is missing and
 /// what mends it. Asks the routing table, binds the port for a moment and sends nothing.

@@ -38,6 +38,7 @@ constexpr std::array<NamedReason, kNumReasons> kNames = {{
     {Reason::kLeftOut, "left_out"},
     {Reason::kPointTorque, "point_torque"},
     {Reason::kNoKeys, "no_keys"},
+    {Reason::kTooOld, "too_old"},
 }};
 
 constexpr bool is_in_order() {

@@ -34,8 +34,9 @@ enum class Reason : std::int32_t {
   kLeftOut = 25,         // the command needs a part that the plan leaves out
   kPointTorque = 26,     // a torque on a point, which has no inertia
   kNoKeys = 27,          // a signed command, and this daemon takes no keys
+  kTooOld = 28,          // waited longer for its decision than the scene allows
 };
-inline constexpr int kNumReasons = static_cast<int>(Reason::kNoKeys) + 1;
+inline constexpr int kNumReasons = static_cast<int>(Reason::kTooOld) + 1;
 
 inline constexpr std::int64_t kMaxAheadTicks = 100'000'000;
 /// Longest duration or lease: 31,000 years at 1 kHz, and no sum of ticks overflows.

@@ -1,0 +1,12 @@
+// What the service allows those who command. No physics.
+#pragma once
+
+namespace freeflex {
+
+struct CommandLimits {
+  double max_age = 1.0;        // [s] from reception to decision
+  double sender_share = 0.25;  // [-] of slots and waiting commands, for one sender; > 0, <= 1
+  bool operator==(const CommandLimits&) const = default;
+};
+
+}  // namespace freeflex

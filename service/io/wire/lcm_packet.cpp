@@ -1,0 +1,26 @@
+#include "service/io/wire/lcm_packet.hpp"
+
+namespace freeflex::service {
+
+namespace {
+constexpr std::size_t kMaxChannel = 63;      // LCM_MAX_CHANNEL_NAME_LENGTH
+constexpr std::size_t kFragmentNumber = 16;  // [B] where it stands
+}  // namespace
+
+std::optional<LcmPacket> read_lcm_packet(std::span<const std::byte> packet) noexcept {
+  const std::string_view text(reinterpret_cast<const char*>(packet.data()), packet.size());
+  const bool is_fragment = text.starts_with(kFragmentMark);
+  if (!is_fragment && !text.starts_with(kShortMark)) return {};
+  const std::size_t begin = is_fragment ? kFragmentHeader : kShortHeader;
+  if (text.size() <= begin) return {};
+  if (is_fragment && (text[kFragmentNumber] != 0 || text[kFragmentNumber + 1] != 0)) return {};
+  // a name that does not end inside the packet has no end
+  const std::string_view rest = text.substr(begin, kMaxChannel + 1);
+  const std::size_t length = rest.find('\0');
+  if (length == rest.npos || length == 0) return {};
+  LcmPacket found{rest.substr(0, length), {}, is_fragment};
+  if (!is_fragment) found.payload = packet.subspan(begin + length + 1);
+  return found;
+}
+
+}  // namespace freeflex::service

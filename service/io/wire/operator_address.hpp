@@ -1,0 +1,27 @@
+// Where the operator of a daemon finds it without the bus.
+#pragma once
+
+#include <sys/un.h>
+
+#include <array>
+#include <optional>
+#include <string>
+#include <string_view>
+
+#include "core/step/command.hpp"
+
+namespace freeflex::service {
+
+/// What names of senders on the operator's socket begin with, and no others do.
+inline constexpr std::string_view kOperatorSender = "local.";
+inline bool is_operator(const std::array<char, kSenderSize>& sender) noexcept {
+  return std::string_view(sender.data(), kOperatorSender.size()) == kOperatorSender;
+}
+
+/// $XDG_RUNTIME_DIR/freeflexd-PREFIX.sock, or /tmp/freeflexd-UID/PREFIX.sock where there is no such folder.
+std::string operator_socket_path(const std::string& prefix);
+
+/// Empty when the path is too long for a socket (107 characters).
+std::optional<sockaddr_un> unix_address(const std::string& path);
+
+}  // namespace freeflex::service

@@ -1,0 +1,212 @@
+#include "service/operator_socket.hpp"
+
+#include <fmt/format.h>
+#include <poll.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cerrno>
+#include <cstdio>
+#include <filesystem>
+#include <thread>
+
+#include "messages/channels.hpp"
+#include "service/bus_socket.hpp"
+#include "service/descriptors.hpp"
+#include "service/io/wire/operator_address.hpp"
+#include "service/publisher.hpp"
+
+namespace freeflex::service {
+
+using io::Reason;
+
+namespace {
+
+constexpr const char* kNoSocket = "no socket for the operator";
+constexpr int kBacklog = 8;
+constexpr std::size_t kMostWaiting = 4096;  // messages to one that does not read: it is closed
+
+/// Empty when the folder is there and its owner's alone.
+std::string make_folder(const std::string& folder) {
+  if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) return call_fault(kNoSocket, "mkdir");
+  struct stat found {};
+  if (lstat(folder.c_str(), &found) != 0) return call_fault(kNoSocket, "lstat");
+  if (!S_ISDIR(found.st_mode) || found.st_uid != geteuid() || (found.st_mode & 077) != 0)
+    return fmt::format("{}: {} is not a folder of this user alone: remove it, or give --socket PATH",
+                       kNoSocket, folder);
+  return {};
+}
+
+/// Removes a socket that nobody listens at. Empty, or why the place is not free.
+std::string clear_place(const std::string& path, const sockaddr_un& address) {
+  struct stat found {};
+  if (lstat(path.c_str(), &found) != 0) return {};
+  if (!S_ISSOCK(found.st_mode)) return fmt::format("{}: {} is there and is no socket", kNoSocket, path);
+  const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
+  const bool is_live = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ||
+                       errno != ECONNREFUSED;
+  close(probe);
+  if (is_live)
+    return fmt::format("{}: another program has {}: give --socket PATH, or --socket none", kNoSocket, path);
+  unlink(path.c_str());
+  return {};
+}
+
+/// True for this user's programs and root's.
+bool is_owner(int fd) {
+  ucred peer{};
+  socklen_t length = sizeof peer;
+  return getsockopt(fd, SOL_SOCKET, SO_PEERCRED, &peer, &length) == 0 &&
+         (peer.uid == geteuid() || peer.uid == 0);
+}
+
+}  // namespace
+
+OperatorSocket::OperatorSocket(const Plan& plan, const Identity& identity, Output& output)
+    : plan_(plan),
+      identity_(identity),
+      output_(output),
+      names_(std::make_unique<io::NameTable>()),
+      entry_(std::make_unique<InboundEntry>()),
+      buffer_(channels::kMaxMessageBytes) {
+  io::fill_name_table(plan, *names_);
+}
+
+OperatorSocket::~OperatorSocket() {
+  for (const Connection& connection : connections_) ::close(connection.fd);
+  if (fd_ < 0) return;
+  ::close(fd_);
+  unlink(path_.c_str());
+}
+
+std::string OperatorSocket::open(const std::string& path, bool is_default) {
+  const std::optional<sockaddr_un> address = unix_address(path);
+  if (!address) return fmt::format("{}: the path '{}' is longer than 107 characters", kNoSocket, path);
+  const std::string folder = std::filesystem::path(path).parent_path().string();
+  if (is_default && folder.starts_with("/tmp/"))
+    if (std::string fault = make_folder(folder); !fault.empty()) return fault;
+  if (std::string fault = clear_place(path, *address); !fault.empty()) return fault;
+  const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
+  if (fd < 0) return call_fault(kNoSocket, "socket");
+  // until it listens nobody can connect, whatever its mode is until then
+  const char* failed = nullptr;
+  if (bind(fd, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0)
+    failed = "bind";
+  else if (chmod(path.c_str(), 0600) != 0)
+    failed = "chmod";
+  else if (listen(fd, kBacklog) != 0)
+    failed = "listen";
+  if (failed != nullptr) {
+    std::string fault = call_fault(kNoSocket, failed) + " (" + path + ")";
+    ::close(fd);
+    return fault;
+  }
+  fd_ = fd;
+  path_ = path;
+  return {};
+}
+
+void OperatorSocket::serve(std::chrono::milliseconds time) {
+  std::vector<pollfd> ready;
+  if (fd_ >= 0) ready.push_back({fd_, POLLIN, 0});
+  for (const Connection& connection : connections_)
+    ready.push_back(
+        {connection.fd, static_cast<short>(connection.outbox.empty() ? POLLIN : POLLIN | POLLOUT), 0});
+  if (poll(ready.data(), ready.size(), static_cast<int>(time.count())) < 0) std::this_thread::sleep_for(time);
+  deliver_answers();
+  const auto has_gone = [this](Connection& connection) {
+    if (read_one(connection) && flush(connection)) return false;
+    ::close(connection.fd);
+    return true;
+  };
+  std::erase_if(connections_, has_gone);
+  if (!ready.empty() && (ready.front().revents & POLLIN) != 0) accept_one();
+}
+
+void OperatorSocket::accept_one() {
+  const int fd = accept4(fd_, nullptr, nullptr, SOCK_CLOEXEC | SOCK_NONBLOCK);
+  if (fd < 0) return;
+  if (connections_.size() == kMostConnections || !is_owner(fd)) {
+    ::close(fd);
+    return;
+  }
+  const int on = 1;
+  setsockopt(fd, SOL_SOCKET, SO_TIMESTAMPNS, &on, sizeof on);
+  Connection& connection = connections_.emplace_back();
+  connection.fd = fd;
+  const io::Stamp stamp{
+      .utime = 0, .session = identity_.session, .plan_fingerprint = identity_.plan_fingerprint};
+  for (const auto& page : io::make_scene_messages(plan_, identity_.plan_file, stamp))
+    connection.outbox.push_back(io::encode(page));
+  flush(connection);
+}
+
+bool OperatorSocket::read_one(Connection& connection) {
+  const ReceivedPacket packet = receive_packet(connection.fd, buffer_, MSG_DONTWAIT | MSG_TRUNC);
+  if (packet.size < 0) return errno == EAGAIN || errno == EINTR;
+  if (packet.size == 0) return false;
+  // one that is too long is malformed whatever it begins with
+  const std::size_t size = std::min(static_cast<std::size_t>(packet.size), buffer_.size());
+  take(connection, std::span(buffer_).first(size), packet.received_ns);
+  return connection.outbox.size() < kMostWaiting;
+}
+
+void OperatorSocket::take(Connection& connection, std::span<const std::byte> bytes,
+                          std::int64_t received_ns) {
+  output_.num_operator_received.fetch_add(1, std::memory_order_relaxed);
+  entry_->received_ns = received_ns;
+  entry_->kind = InboundKind::kControl;
+  io::Admission admission = io::decode_control(bytes, identity_.session, entry_->control);
+  if (admission.reason == Reason::kWrongType) {
+    entry_->kind = InboundKind::kForce;
+    admission = io::decode_force(bytes, identity_.session, *names_, entry_->force);
+  }
+  const auto refuse = [&admission](Reason reason, const std::string& text) {
+    admission.reason = reason;
+    std::snprintf(admission.text.data(), admission.text.size(), "%s", text.c_str());
+  };
+  if (admission.reason == Reason::kAccepted) {
+    if (!is_operator(admission.sender))
+      refuse(Reason::kBadSender, fmt::format("sender {}: on this socket the name begins with {}",
+                                             admission.sender.data(), kOperatorSender));
+    else if (admission.sequence <= connection.last_sequence)
+      refuse(Reason::kStaleSequence,
+             fmt::format("sequence {} of {}, must be greater than {}", admission.sequence,
+                         admission.sender.data(), connection.last_sequence));
+  }
+  if (admission.reason == Reason::kAccepted) {
+    connection.sender = admission.sender;
+    connection.last_sequence = admission.sequence;
+    if (output_.operator_commands.try_push(*entry_)) return;
+    refuse(Reason::kQueueFull, "the loop has not yet looked at those before: send again later");
+  }
+  output_.operator_rejected[static_cast<std::size_t>(admission.reason)].fetch_add(1,
+                                                                                  std::memory_order_relaxed);
+  put(connection,
+      io::encode(make_ack(admission, output_.tick.load(std::memory_order_relaxed), identity_.session)));
+}
+
+/// What the loop decided goes to who has sent under that name.
+void OperatorSocket::deliver_answers() {
+  for (AckEntry entry; output_.operator_acks.try_pop(entry);)
+    for (Connection& connection : connections_)
+      if (connection.sender == entry.sender) put(connection, io::encode(make_ack(entry, identity_)));
+}
+
+void OperatorSocket::put(Connection& connection, std::vector<std::byte> bytes) {
+  connection.outbox.push_back(std::move(bytes));
+}
+
+bool OperatorSocket::flush(Connection& connection) {
+  while (!connection.outbox.empty()) {
+    const std::vector<std::byte>& bytes = connection.outbox.front();
+    if (send(connection.fd, bytes.data(), bytes.size(), MSG_DONTWAIT | MSG_NOSIGNAL) < 0)
+      return errno == EAGAIN || errno == EINTR || errno == ENOBUFS;
+    connection.outbox.pop_front();
+  }
+  return true;
+}
+
+}  // namespace freeflex::service

@@ -1,0 +1,61 @@
+// The operator's way in: a socket beside the bus, which nobody on the bus can close.
+#pragma once
+
+#include <chrono>
+#include <cstddef>
+#include <cstdint>
+#include <deque>
+#include <memory>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "service/output.hpp"
+#include "service/status.hpp"
+
+namespace freeflex::service {
+
+/// A unix socket (SOCK_SEQPACKET, mode 0600) for whoever runs the daemon, and for root. Who connects gets the
+/// pages of the scene (scene_t), sends force_t and control_t and gets an ack_t for each; a message is one
+/// packet, as it would stand in an LCM message. One thread, the supervisor's.
+class OperatorSocket {
+ public:
+  static constexpr int kMostConnections = 8;
+
+  OperatorSocket(const Plan& plan, const Identity& identity, Output& output);
+  ~OperatorSocket();
+  OperatorSocket(const OperatorSocket&) = delete;
+  OperatorSocket& operator=(const OperatorSocket&) = delete;
+
+  /// Listens at the path; where a daemon died a socket is left behind, which is replaced. Empty, or why not
+  /// (for a person). Makes the folder of the default path, for its owner alone.
+  std::string open(const std::string& path, bool is_default);
+  /// Handles what comes within this time, or sleeps so long.
+  void serve(std::chrono::milliseconds time);
+
+ private:
+  struct Connection {
+    int fd = -1;
+    std::array<char, kSenderSize> sender{};  // of its latest command
+    std::int64_t last_sequence = 0;
+    std::deque<std::vector<std::byte>> outbox;
+  };
+  void accept_one();
+  bool read_one(Connection& connection);  // false: it has gone
+  void take(Connection& connection, std::span<const std::byte> bytes, std::int64_t received_ns);
+  bool flush(Connection& connection);  // false: it has gone
+  void deliver_answers();
+  void put(Connection& connection, std::vector<std::byte> bytes);
+
+  const Plan& plan_;
+  const Identity& identity_;
+  Output& output_;
+  std::unique_ptr<io::NameTable> names_;
+  std::unique_ptr<InboundEntry> entry_;
+  std::vector<std::byte> buffer_;
+  std::string path_;  // "": nothing is open
+  int fd_ = -1;
+  std::vector<Connection> connections_;
+};
+
+}  // namespace freeflex::service

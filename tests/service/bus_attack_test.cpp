@@ -1,0 +1,189 @@
+// The real freeflexd while its receiving processes are killed again and again, and while packets that kill
+// liblcm come at 1 to 1000 a second: how soon input is back, how many commands are heard, whether a bit
+// changes. FREEFLEX_ATTACK_KILLS and FREEFLEX_ATTACK_SECONDS say how much of it.
+#include <gtest/gtest.h>
+#include <signal.h>
+
+#include <algorithm>
+#include <chrono>
+#include <fstream>
+#include <set>
+
+#include "messages/channels.hpp"
+#include "tests/service/daemon_fixture.hpp"
+#include "tests/service/rig.hpp"
+#include "tests/support/send_signal.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using freeflex_msgs::state_t;
+using freeflex_msgs::status_t;
+using std::chrono::microseconds;
+using std::chrono::milliseconds;
+using std::chrono::steady_clock;
+
+constexpr int kKills = FREEFLEX_ATTACK_KILLS;
+constexpr std::chrono::seconds kSeconds{FREEFLEX_ATTACK_SECONDS};
+
+/// Named by the build: ctest tells tests apart by name alone.
+class FREEFLEX_ATTACK_NAME : public Daemon {};
+
+/// The processes of a daemon's ingress; the one that receives is the eldest.
+std::vector<pid_t> find_children(const Process& daemon) {
+  const std::string task = "/proc/" + std::to_string(daemon.pid()) + "/task/" + std::to_string(daemon.pid());
+  std::ifstream file(task + "/children");
+  std::vector<pid_t> children;
+  for (pid_t child = 0; file >> child;) children.push_back(child);
+  return children;
+}
+
+/// A command that is accepted and changes nothing: it clears a slot that is empty.
+ForceCommand make_idle(std::int64_t sequence) {
+  ForceCommand command = make_push(sequence, 63);
+  command.num_points = 0;
+  command.duration_ticks = 0;
+  command.lease_ticks = 0;
+  return command;
+}
+
+/// Sends one command a millisecond until one sent after the call is answered: the time that took.
+milliseconds::rep wait_for_input(BusClient& client, steady_clock::time_point killed) {
+  const std::int64_t first = client.next_sequence;
+  const std::size_t num_acks = client.acks.size();
+  auto next = steady_clock::now();
+  client.until([&] {
+    for (; steady_clock::now() >= next; next += milliseconds(1))
+      client.send(make_idle(client.next_sequence++));
+    return std::any_of(client.acks.begin() + static_cast<std::ptrdiff_t>(num_acks), client.acks.end(),
+                       [&](const auto& ack) { return ack.sequence >= first; });
+  });
+  return std::chrono::duration_cast<microseconds>(steady_clock::now() - killed).count();
+}
+
+void print_us(const char* what, std::vector<milliseconds::rep> us) {
+  std::sort(us.begin(), us.end());
+  const auto at = [&](double share) {
+    return static_cast<double>(us[static_cast<std::size_t>(share * static_cast<double>(us.size() - 1))]) /
+           1e3;
+  };
+  std::printf("%-40s %zu: p50 %.2f, p90 %.2f, p99 %.2f, max %.2f ms\n", what, us.size(), at(0.5), at(0.9),
+              at(0.99), at(1.0));
+}
+
+TEST_F(FREEFLEX_ATTACK_NAME, InputIsBackAfterEachKillAndEveryTickIsExecuted) {
+  BusClient client("AK");
+  Process daemon(command_line("AK"));
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  const auto begin_tick = client.statuses.back().tick;
+  const auto begin_utime = client.statuses.back().utime;
+  const auto begin = client.statuses.back();
+  std::vector<milliseconds::rep> one_us, both_us;
+  for (int i = 0; i < kKills; ++i) {
+    const std::vector<pid_t> children = find_children(daemon);
+    ASSERT_FALSE(children.empty()) << i;
+    // bursts of ten, the next kill as soon as input is back; in each third both processes
+    const bool kills_both = i % 3 == 2 && children.size() > 1;
+    const auto killed = steady_clock::now();
+    ASSERT_TRUE(send_signal(children[0], SIGKILL));
+    if (kills_both) {
+      ASSERT_TRUE(send_signal(children[1], SIGKILL));
+    }
+    (kills_both ? both_us : one_us).push_back(wait_for_input(client, killed));
+    if (i % 10 == 9) {
+      const auto end = steady_clock::now() + milliseconds(50);
+      ASSERT_TRUE(client.until([&] { return steady_clock::now() >= end; }));
+    }
+  }
+  print_us("input back, the one that receives killed", one_us);
+  print_us("input back, both killed", both_us);
+  std::ranges::copy(one_us, std::back_inserter(both_us));
+  print_us("input back, all", both_us);
+  const std::int64_t tick = client.statuses.back().tick + 200;
+  ASSERT_TRUE(client.until([&] { return client.statuses.back().tick >= tick; }));
+  const status_t& end = client.statuses.back();
+  EXPECT_GE(end.ingress_restarts, kKills);
+  std::printf("%lld restarts; %lld ticks in %.3f s, %lld overruns, %lld slips\n",
+              static_cast<long long>(end.ingress_restarts), static_cast<long long>(end.tick - begin_tick),
+              static_cast<double>(end.utime - begin_utime) * 1e-6,
+              static_cast<long long>(end.overruns - begin.overruns),
+              static_cast<long long>(end.slips - begin.slips));
+  daemon.signal(SIGINT);
+  EXPECT_EQ(daemon.wait(), 0) << daemon.output();
+}
+
+/// What a run of kSeconds left.
+struct Attacked {
+  std::map<std::int64_t, state_t> states;
+  std::int64_t num_sent = 0, num_heard = 0;
+  status_t first{}, last{};
+};
+
+/// Ten commands with ticks of their own, then 100 idle ones a second, and so many crafted packets a second.
+Attacked run_attacked(int packets_a_second) {
+  Attacked run;
+  BusClient client("AP");
+  Process daemon(command_line("AP"));
+  EXPECT_TRUE(client.meet()) << daemon.output();
+  for (int i = 0; i < 10; ++i) {
+    ForceCommand push = make_push(client.next_sequence++, i % 4, 500 + 50 * i, 96 + i % 8, 1.0 + i);
+    push.duration_ticks = 100 + 17 * i;
+    client.send(push);
+    EXPECT_EQ(client.answer(push.sequence).reason, 0);
+  }
+  run.first = client.statuses.back();
+  const std::int64_t first_sequence = client.next_sequence;
+  const std::size_t num_acks = client.acks.size();
+  const std::string channel = std::string("AP") + channels::kForce;
+  const auto begin = steady_clock::now();
+  std::int64_t num_packets = 0;
+  EXPECT_TRUE(client.until([&] {
+    const auto passed = steady_clock::now() - begin;
+    for (; milliseconds(10) * run.num_sent < passed && passed < kSeconds; ++run.num_sent)
+      client.send(make_idle(client.next_sequence++));
+    for (; passed * packets_a_second > std::chrono::seconds(1) * num_packets && passed < kSeconds;
+         ++num_packets) {
+      if (num_packets % 3 == 0) client.packets.send_wrapping_fragment(channel);
+      if (num_packets % 3 == 1) client.packets.send_fragment_runt(channel);
+      if (num_packets % 3 == 2) client.packets.send_cut_channel(channel);
+    }
+    return passed >= kSeconds + milliseconds(500);
+  }));
+  std::set<std::int64_t> heard;
+  for (std::size_t i = num_acks; i < client.acks.size(); ++i)
+    if (client.acks[i].sequence >= first_sequence && client.acks[i].reason == 0)
+      heard.insert(client.acks[i].sequence);
+  run.num_heard = static_cast<std::int64_t>(heard.size());
+  run.last = client.statuses.back();
+  daemon.signal(SIGINT);
+  EXPECT_EQ(daemon.wait(), 0) << daemon.output();
+  run.states = std::move(client.states);
+  return run;
+}
+
+TEST_F(FREEFLEX_ATTACK_NAME, CraftedPacketsCostNoCommandNoProcessAndNoBit) {
+  const Attacked peaceful = run_attacked(0);
+  for (const int rate : {0, 1, 20, 100, 1000}) {
+    const Attacked run = rate == 0 ? peaceful : run_attacked(rate);
+    std::printf(
+        "%4d crafted packets a second: %lld of %lld commands heard, %lld restarts, %lld ticks, %lld "
+        "overruns, lateness p99.9 %.0f us\n",
+        rate, static_cast<long long>(run.num_heard), static_cast<long long>(run.num_sent),
+        static_cast<long long>(run.last.ingress_restarts),
+        static_cast<long long>(run.last.tick - run.first.tick),
+        static_cast<long long>(run.last.overruns - run.first.overruns), run.last.lateness_us[2]);
+    EXPECT_GE(run.num_heard * 100, run.num_sent * 95) << rate;
+    EXPECT_EQ(run.last.ingress_restarts, 0) << rate;
+    int num_compared = 0;
+    for (const auto& [tick, state] : run.states) {
+      const auto same = peaceful.states.find(tick);
+      if (same == peaceful.states.end()) continue;
+      ++num_compared;
+      ASSERT_EQ(motion(state), motion(same->second)) << rate << " a second, tick " << tick;
+    }
+    EXPECT_GE(num_compared, 10) << rate;
+  }
+}
+
+}  // namespace
+}  // namespace freeflex::testing

@@ -1,0 +1,171 @@
+// The operator of the real freeflexd against strangers on its bus: they take what the bus has, and shut out
+// neither controls nor whoever runs the daemon, nor keep one from starting.
+#include <gtest/gtest.h>
+#include <signal.h>
+#include <sys/socket.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+
+#include <filesystem>
+
+#include "messages/channels.hpp"
+#include "service/io/wire/operator_address.hpp"
+#include "service/io/wire/reason.hpp"
+#include "tests/service/daemon_fixture.hpp"
+#include "tests/service/rig.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using freeflex_msgs::control_t;
+using freeflex_msgs::status_t;
+using io::Reason;
+
+/// freeflex push over the socket: its exit code, and what it said.
+int push(const std::string& socket, std::vector<std::string> arguments, std::string* said = nullptr) {
+  arguments.insert(arguments.begin(), {program("freeflex"), "push", "--timeout", "60", "--socket", socket});
+  Process process(arguments);
+  const int status = process.wait();
+  if (said != nullptr) *said = process.output();
+  return status;
+}
+
+ForceCommand of(const std::string& sender, ForceCommand command) {
+  command.sender.fill('\0');
+  std::ranges::copy(sender, command.sender.begin());
+  return command;
+}
+
+/// Sixty-four invented senders, of whom some hold every slot and every place that the bus has.
+void take_everything(BusClient& client) {
+  std::int64_t num_sent = 0;
+  for (int i = 0; i < 64; ++i) {
+    // 48 slots for ever; then commands that wait, four each
+    ForceCommand push = of("invented-" + std::to_string(i), make_push(1, 0, -1, 96, 1e-6));
+    push.duration_ticks = io::kMaxDurationTicks;
+    client.send(push), ++num_sent;
+    for (int k = 0; k < 4; ++k) {
+      push.sequence = 2 + k;
+      push.start_tick = io::kMaxAheadTicks / 2;
+      client.send(push), ++num_sent;
+    }
+    ASSERT_TRUE(client.until([&] { return static_cast<std::int64_t>(client.acks.size()) >= num_sent; })) << i;
+  }
+}
+
+TEST_F(Daemon, StrangersShutOutNeitherControlsNorTheOperator) {
+  const std::string socket = temporary_path("operator.sock");
+  BusClient client("OP");
+  Process daemon(command_line("OP", {"--socket", socket}));
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  take_everything(client);
+  // "test" is the sixty-fifth: its forces are refused, its controls are not
+  client.send(make_push(client.next_sequence));
+  EXPECT_EQ(client.answer(client.next_sequence++).reason, static_cast<int>(Reason::kTooManySenders));
+  EXPECT_EQ(client.answer(client.send_control(control_t::HOLD)).reason, 0);
+  EXPECT_EQ(client.answer(client.send_control(control_t::RUN)).reason, 0);
+  ForceCommand known = of("invented-60", make_push(10));
+  client.send(known);
+  ASSERT_TRUE(client.until([&] { return client.acks.back().sequence == 10; }));
+  EXPECT_EQ(client.acks.back().reason, static_cast<int>(Reason::kNoSlotFree)) << "the bus's slots are taken";
+  // the operator has slots and places of its own
+  std::string said;
+  for (int slot = 0; slot < 16; ++slot) {
+    EXPECT_EQ(
+        push(socket,
+             {"--point", "s24c0", "--force", "0,0,1", "--duration", "1000", "--slot", std::to_string(slot)},
+             &said),
+        0)
+        << said;
+  }
+  EXPECT_EQ(push(socket, {"--point", "s24c0", "--force", "0,0,1", "--slot", "16"}, &said), 1);
+  EXPECT_NE(said.find("no_slot_free: all 16 slots that this sender may have"), std::string::npos) << said;
+  const std::int64_t epoch = client.statuses.back().epoch;
+  EXPECT_EQ(push(socket, {"--control", "reset"}, &said), 0) << said;
+  EXPECT_TRUE(client.until([&] { return client.statuses.back().epoch == epoch + 1; }));
+  EXPECT_EQ(push(socket, {"--control", "stop"}, &said), 0) << said;
+  EXPECT_EQ(daemon.wait(), 0);
+  EXPECT_FALSE(std::filesystem::exists(socket));
+}
+
+TEST_F(Daemon, NamesOnTheBusAndOnTheSocketAreApart) {
+  const std::string socket = temporary_path("operator.sock");
+  BusClient client("ON");
+  Process daemon(command_line("ON", {"--hold", "--socket", socket}));
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  std::string said;
+  EXPECT_EQ(push(socket, {"--control", "run", "--sender", "test"}, &said), 1);
+  EXPECT_NE(said.find("bad_sender: sender test: on this socket the name begins with local."),
+            std::string::npos)
+      << said;
+  client.send(of("local.push", make_push(1)));
+  ASSERT_TRUE(client.until([&] { return !client.acks.empty(); }));
+  EXPECT_EQ(client.acks.back().reason, static_cast<int>(Reason::kBadSender));
+  const std::int64_t seen = client.statuses.back().commands_received;
+  EXPECT_EQ(push(socket, {"--control", "run"}, &said), 0) << said;
+  EXPECT_TRUE(client.until([&] { return client.statuses.back().commands_received > seen; }));
+  EXPECT_EQ(client.acks.size(), 1u) << "answers to the operator are not on the bus";
+  EXPECT_TRUE(client.until([&] { return client.statuses.back().commands_accepted == 1; }));
+}
+
+TEST_F(Daemon, TheOperatorsSocketIsItsOwnersAloneAndNeverInTheWay) {
+  const std::string socket = temporary_path("operator.sock");
+  BusClient client("OS");
+  {
+    Process daemon(command_line("OS", {"--socket", socket}));
+    ASSERT_TRUE(client.meet()) << daemon.output();
+    struct stat found {};
+    ASSERT_EQ(stat(socket.c_str(), &found), 0);
+    EXPECT_EQ(found.st_mode & 0777, 0600u);
+    if (geteuid() == 0) {
+      const pid_t stranger = fork();
+      if (stranger == 0) {
+        if (setuid(65534) != 0) _exit(2);
+        const auto address = service::unix_address(socket);
+        const int fd = ::socket(AF_UNIX, SOCK_SEQPACKET, 0);
+        _exit(connect(fd, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) == 0 ? 1 : 0);
+      }
+      int status = 0;
+      waitpid(stranger, &status, 0);
+      EXPECT_EQ(WEXITSTATUS(status), 0) << "another user could connect";
+    }
+    Process second(command_line("OT", {"--socket", socket}));
+    EXPECT_EQ(second.wait(), 1);
+    EXPECT_NE(second.output().find("another program has " + socket), std::string::npos) << second.output();
+    daemon.signal(SIGKILL);
+    EXPECT_EQ(daemon.wait(), 1000 + SIGKILL);
+  }
+  ASSERT_TRUE(std::filesystem::exists(socket)) << "what is left behind";
+  Process next(command_line("OT", {"--socket", socket}));
+  BusClient other("OT");
+  ASSERT_TRUE(other.meet()) << next.output();
+  EXPECT_EQ(push(socket, {"--control", "stop"}), 0) << next.output();
+  EXPECT_EQ(next.wait(), 0);
+}
+
+TEST_F(Daemon, AStrangersStatusKeepsNoDaemonFromStarting) {
+  BusClient client("OQ");
+  status_t invented{};
+  invented.session = 1;  // older than any daemon
+  auto next = std::chrono::steady_clock::now();
+  const auto until = [&](const std::function<bool()>& condition) {
+    return client.until([&] {
+      for (; std::chrono::steady_clock::now() >= next; next += std::chrono::milliseconds(20))
+        client.packets.publish(std::string("OQ") + channels::kStatus, io::encode(invented));
+      return condition();
+    });
+  };
+  Process refused(command_line("OQ"));
+  ASSERT_TRUE(until([&] { return refused.output().find("start with --take-over") != std::string::npos; }))
+      << refused.output();
+  EXPECT_EQ(refused.wait(), 1);
+  Process daemon(command_line("OQ", {"--take-over"}));
+  EXPECT_TRUE(until([&] {
+    return !client.statuses.empty() && client.statuses.back().session != 1 &&
+           client.statuses.back().mode == status_t::RUNNING;
+  })) << daemon.output();
+  EXPECT_NE(daemon.output().find("started all the same, as told by --take-over"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace freeflex::testing
