@@ -1,6 +1,7 @@
 #include "service/daemon.hpp"
 
 #include <spdlog/spdlog.h>
+#include <sys/prctl.h>
 
 #include <chrono>
 #include <cmath>
@@ -23,6 +24,7 @@
 #include "service/publisher.hpp"
 #include "service/realtime.hpp"
 #include "service/session.hpp"
+#include "service/verifier.hpp"
 
 namespace freeflex::service {
 
@@ -58,6 +60,18 @@ Plan read_plan(const DaemonOptions& options) {
   return plan;
 }
 
+/// Nothing without --keys. With it at least one: a daemon that takes no command from anybody is not started.
+std::vector<Key> read_keys(const DaemonOptions& options, const Plan& plan) {
+  if (!options.keys) return {};
+  // what this process knows, others of its user must not read out of its memory or a core file
+  if (sodium_init() < 0 || prctl(PR_SET_DUMPABLE, 0) != 0)
+    throw StartFault(kRuntimeFailure, "the keys cannot be kept: libsodium or prctl does not work here");
+  KeysResult result = load_keys(*options.keys, plan);
+  if (result.faults.empty()) return std::move(result.keys);
+  say_plainly(result.faults);
+  throw StartFault(kUsage, "");
+}
+
 /// Ticks until time [s]; 0: for ever. A time below half a tick is one tick, not none.
 std::int64_t count_ticks(double time, double period) {
   constexpr double kMost = 1e15;  // [ticks] as for the times of a command
@@ -86,7 +100,9 @@ class Daemon {
 
  private:
   void start_ingress();
+  void start_verifier(const io::NameTable& names);
   void open_socket();
+  SharedBlock& inbound();
   void claim_prefix();
   std::int64_t listen(milliseconds time);
   void start_simulation();
@@ -97,6 +113,7 @@ class Daemon {
   const DaemonOptions& options_;
   SignalWatch& signals_;
   Plan plan_;
+  std::vector<Key> keys_;  // until the verifier has them
   std::int64_t until_tick_;
   Identity identity_;
   std::string url_;
@@ -104,10 +121,12 @@ class Daemon {
   IngressProcess ingress_;
   IngressCounts ingress_counts_;
   MonotonicClock clock_;
+  std::unique_ptr<Verifier> verifier_;  // where keys are required
   std::unique_ptr<Bus> bus_;
   std::unique_ptr<Publisher> publisher_;
   std::unique_ptr<OperatorSocket> operator_;
   std::unique_ptr<Simulation> simulation_;
+  std::thread verifying_;
   std::thread publishing_;
   std::thread simulating_;
 };
@@ -116,6 +135,7 @@ Daemon::Daemon(const DaemonOptions& options, SignalWatch& signals)
     : options_(options),
       signals_(signals),
       plan_(read_plan(options)),
+      keys_(read_keys(options, plan_)),
       until_tick_(count_ticks(options.until, plan_.period)),
       url_(choose_url(options.lcm_url)),
       output_(plan_) {
@@ -130,6 +150,8 @@ Daemon::~Daemon() {
   if (simulating_.joinable()) simulating_.join();
   if (publisher_) publisher_->request_stop();
   if (publishing_.joinable()) publishing_.join();
+  if (verifier_) verifier_->request_stop();
+  if (verifying_.joinable()) verifying_.join();
   ingress_.stop();
 }
 
@@ -152,7 +174,8 @@ void Daemon::start_ingress() {
   const IngressProcess::Options ingress{.session = identity_.session,
                                         .lcm_url = url_,
                                         .channel_prefix = options_.prefix,
-                                        .user = options_.ingress_user};
+                                        .user = options_.ingress_user,
+                                        .are_keys_required = !keys_.empty()};
   if (std::string fault = ingress_.start(ingress, *names); !fault.empty())
     throw StartFault(kRuntimeFailure, fault);
   spdlog::info("commands are received by process {}, socket buffer {} kB", ingress_.pid(),
@@ -165,6 +188,16 @@ void Daemon::start_ingress() {
     spdlog::warn(
         "a file size limit (ulimit -f) keeps the memory of commands from being private: other processes "
         "of this user could attach it");
+  if (!keys_.empty()) start_verifier(*names);
+}
+
+void Daemon::start_verifier(const io::NameTable& names) {
+  std::string ids;
+  for (const Key& key : keys_) ids += (ids.empty() ? "" : ", ") + key.sealing.id;
+  spdlog::info("on the bus commands are taken under a key only: {}", ids);
+  const Verifier::Options verifier{.session = identity_.session, .channel_prefix = options_.prefix};
+  verifier_ = std::make_unique<Verifier>(std::exchange(keys_, {}), verifier, names, ingress_.block());
+  verifying_ = std::thread([this] { verifier_->run(); });
 }
 
 /// The operator's way in. Without it the daemon still has its bus, so only a place that was asked for must
@@ -182,6 +215,9 @@ void Daemon::open_socket() {
     spdlog::info("commands of this user are taken at {}", path);
 }
 
+/// What simulation and publisher read: straight from the ingress, or what the verifier let through.
+SharedBlock& Daemon::inbound() { return verifier_ ? verifier_->block() : ingress_.block(); }
+
 /// One daemon a prefix. Whoever is there already is heard before a word is said; of two that start at the
 /// same moment the one with the smaller session, the older, stays.
 void Daemon::claim_prefix() {
@@ -196,8 +232,7 @@ void Daemon::claim_prefix() {
   };
   if (const std::int64_t other = listen(kListening); other != 0) refuse(other);
   bus_ = std::make_unique<Bus>(url_, options_.prefix);
-  publisher_ =
-      std::make_unique<Publisher>(plan_, identity_, *bus_, output_, ingress_.block(), ingress_counts_);
+  publisher_ = std::make_unique<Publisher>(plan_, identity_, *bus_, output_, inbound(), ingress_counts_);
   publishing_ = std::thread([this] { publisher_->run(); });
   if (const std::int64_t other = listen(kListening); other != 0 && other < identity_.session) refuse(other);
 }
@@ -217,7 +252,7 @@ std::int64_t Daemon::listen(milliseconds time) {
 void Daemon::start_simulation() {
   const LoopSettings settings{
       .timing = options_.timing, .starts_holding = options_.starts_holding, .until_tick = until_tick_};
-  simulation_ = std::make_unique<Simulation>(plan_, settings, clock_, ingress_.block().inbound, output_);
+  simulation_ = std::make_unique<Simulation>(plan_, settings, clock_, inbound().inbound, output_);
   if (!has_default_arithmetic()) {
     throw StartFault(kRuntimeFailure,
                      "the processor flushes denormals or does not round to nearest (a library built "

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 
 #include "service/loop.hpp"
@@ -18,7 +19,8 @@ struct DaemonOptions {
   double rate = 0.0;         // [Hz] 0: the scene's
   double until = 0.0;        // [s] simulated; 0: until told to stop
   bool starts_holding = false;
-  bool takes_over = false;  // starts although another daemon is heard on the prefix
+  bool takes_over = false;          // starts although another daemon is heard on the prefix
+  std::optional<std::string> keys;  // file or folder: commands on the bus are taken under these keys only
   Timing timing{};
 };
 

@@ -56,7 +56,7 @@ IngressEnd run_ingress(SharedBlock& block, const IngressSettings& settings, int 
   }
 }
 
-std::optional<int> run_if_ingress(int argc, char** argv) {
+std::optional<int> run_if_ingress(int argc, char** argv, IngressBody body) {
   if (argc != 7 || std::strcmp(argv[1], kIngressOption) != 0) return std::nullopt;
   const int seat = std::atoi(argv[2]) == 0 ? 0 : 1;
   leave_group_and_log();
@@ -67,7 +67,7 @@ std::optional<int> run_if_ingress(int argc, char** argv) {
   auto& block = *static_cast<SharedBlock*>(memory);
   block.seats[static_cast<std::size_t>(seat)].lacks.store(
       confine({std::atoll(argv[5]), std::atoll(argv[6])}));
-  return static_cast<int>(run_ingress(block, *static_cast<const IngressSettings*>(settings), seat));
+  return static_cast<int>(body(block, *static_cast<const IngressSettings*>(settings), seat));
 }
 
 }  // namespace freeflex::service

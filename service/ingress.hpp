@@ -25,10 +25,6 @@ inline constexpr int kBlockFd = 3, kSettingsFd = 4;
 inline constexpr int kSocketFd = 5;  // the bus
 inline constexpr int kOrderFd = 6;   // readable: receive
 
-/// When argv says so this process is an ingress: receives until its daemon is gone and returns the exit
-/// status. Else empty. To be called first in main of every program that uses IngressProcess.
-std::optional<int> run_if_ingress(int argc, char** argv);
-
 /// Why an ingress ended by itself (its exit status).
 enum class IngressEnd : int {
   kDaemonGone = 0,
@@ -37,6 +33,13 @@ enum class IngressEnd : int {
 
 /// Stands by until kOrderFd is readable, then receives into the block until the daemon is gone. Blocks.
 IngressEnd run_ingress(SharedBlock& block, const IngressSettings& settings, int seat);
+
+/// What an ingress does with its memory, confined already.
+using IngressBody = IngressEnd (*)(SharedBlock& block, const IngressSettings& settings, int seat);
+/// When argv says so this process is an ingress: receives until its daemon is gone and returns the exit
+/// status. Else empty. To be called first in main of every program that uses IngressProcess.
+/// \param body  tests have one that is hostile
+std::optional<int> run_if_ingress(int argc, char** argv, IngressBody body = run_ingress);
 
 /// Empty when prefix can be the first part of channel names, else what is allowed.
 std::string check_prefix(const std::string& prefix);
@@ -54,9 +57,10 @@ class IngressProcess {
 
   struct Options {
     std::int64_t session = 0;
-    std::string lcm_url;         // "": LCM's default
-    std::string channel_prefix;  // 1 to 32 of A-Z a-z 0-9 _ -
-    std::string user;            // whose rights it has; "": find_ingress_user
+    std::string lcm_url;             // "": LCM's default
+    std::string channel_prefix;      // 1 to 32 of A-Z a-z 0-9 _ -
+    std::string user;                // whose rights it has; "": find_ingress_user
+    bool are_keys_required = false;  // commands are handed over as bytes
     std::chrono::milliseconds timeout{
         15000};  // for a packet to come back from the bus, and for the processes
   };

@@ -33,7 +33,7 @@ void Inlet::on_packet(std::span<const std::byte> packet, std::int64_t received_n
   const bool is_force = message->channel == force_;
   const bool is_command = is_force || message->channel == control_;
   if (message->is_fragment) {
-    if (is_command) on_fragment();
+    if (is_command) on_fragment(is_force, received_ns);
   } else if (is_force) {
     on_force(message->payload, received_ns);
   } else if (is_command) {
@@ -45,6 +45,7 @@ void Inlet::on_packet(std::span<const std::byte> packet, std::int64_t received_n
 
 void Inlet::on_force(std::span<const std::byte> bytes, std::int64_t received_ns) noexcept {
   entry_.received_ns = received_ns;
+  if (settings_.are_keys_required) return forward(InboundKind::kRawForce, bytes);
   entry_.kind = InboundKind::kForce;
   io::Admission admission = io::decode_force(bytes, settings_.session, settings_.names, entry_.force);
   finish(admission);
@@ -52,6 +53,7 @@ void Inlet::on_force(std::span<const std::byte> bytes, std::int64_t received_ns)
 
 void Inlet::on_control(std::span<const std::byte> bytes, std::int64_t received_ns) noexcept {
   entry_.received_ns = received_ns;
+  if (settings_.are_keys_required) return forward(InboundKind::kRawControl, bytes);
   entry_.kind = InboundKind::kControl;
   io::Admission admission = io::decode_control(bytes, settings_.session, entry_.control);
   finish(admission);
@@ -62,12 +64,32 @@ void Inlet::on_status(std::span<const std::byte> bytes) noexcept {
   if (session && *session != settings_.session) block_.other_session.store(*session);
 }
 
-void Inlet::on_fragment() noexcept {
+void Inlet::on_fragment(bool is_force, std::int64_t received_ns) noexcept {
+  entry_.received_ns = received_ns;
+  if (settings_.are_keys_required) {
+    entry_.num_raw_bytes = kMaxRawBytes + 1;
+    return hand_over(is_force ? InboundKind::kRawForce : InboundKind::kRawControl);
+  }
   io::Admission admission;
   admission.reason = Reason::kMalformed;
   std::snprintf(admission.text.data(), admission.text.size(),
                 "a message in fragments has more than 65499 bytes, a command at most %zu", kMaxCommandBytes);
   finish(admission);
+}
+
+/// Whose it is and what it says is the verifier's to find out.
+void Inlet::forward(InboundKind kind, std::span<const std::byte> bytes) noexcept {
+  const bool has_room = bytes.size() <= kMaxRawBytes;
+  entry_.num_raw_bytes = has_room ? static_cast<std::int32_t>(bytes.size()) : kMaxRawBytes + 1;
+  if (has_room) std::copy(bytes.begin(), bytes.end(), entry_.raw.begin());
+  hand_over(kind);
+}
+
+void Inlet::hand_over(InboundKind kind) noexcept {
+  entry_.kind = kind;
+  block_.received.fetch_add(1, std::memory_order_relaxed);
+  if (block_.try_push(entry_)) return;
+  block_.rejections[static_cast<std::size_t>(Reason::kQueueFull)].fetch_add(1, std::memory_order_relaxed);
 }
 
 void Inlet::finish(io::Admission& admission) noexcept {
@@ -82,12 +104,11 @@ void Inlet::finish(io::Admission& admission) noexcept {
   // twice
   if (uses_a_sequence(admission.reason)) take_sequence(admission);
   if (admission.reason == Reason::kAccepted) {
-    const int num_kept = entry_.kind == InboundKind::kControl ? 0 : SharedBlock::kControlPlaces;
-    if (block_.inbound.num_free() > num_kept && block_.inbound.try_push(entry_)) return;
+    if (block_.try_push(entry_)) return;
     admission.reason = Reason::kQueueFull;
     std::snprintf(admission.text.data(), admission.text.size(),
                   "more commands than the daemon takes: all %d places are waiting; send slower",
-                  decltype(block_.inbound)::kCapacity - num_kept);
+                  SharedBlock::num_places(entry_.kind));
   }
   block_.rejections[static_cast<std::size_t>(admission.reason)].fetch_add(1, std::memory_order_relaxed);
   if (!block_.rejected.try_push({admission})) block_.dropped_answers.fetch_add(1, std::memory_order_relaxed);

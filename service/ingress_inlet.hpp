@@ -18,14 +18,17 @@ class Inlet {
   /// \param received_ns  [ns] CLOCK_BOOTTIME
   void on_packet(std::span<const std::byte> packet, std::int64_t received_ns) noexcept;
 
-  /// A message on FORCE or CONTROL: to the inbound ring, or rejected, counted and put up for an answer.
+  /// A message on FORCE or CONTROL: to the inbound ring, or rejected, counted and put up for an answer. Where
+  /// keys are required it goes on as it is.
   void on_force(std::span<const std::byte> bytes, std::int64_t received_ns) noexcept;
   void on_control(std::span<const std::byte> bytes, std::int64_t received_ns) noexcept;
   /// A message on STATUS: notes a session that is not ours.
   void on_status(std::span<const std::byte> bytes) noexcept;
 
  private:
-  void on_fragment() noexcept;
+  void on_fragment(bool is_force, std::int64_t received_ns) noexcept;
+  void forward(InboundKind kind, std::span<const std::byte> bytes) noexcept;
+  void hand_over(InboundKind kind) noexcept;
   void finish(io::Admission& admission) noexcept;
   void take_sequence(io::Admission& admission) noexcept;
   SenderTable::Record* find_record(const std::array<char, kSenderSize>& sender) noexcept;

@@ -107,6 +107,7 @@ std::string IngressProcess::make_memory(const Options& options, const io::NameTa
   auto settings = std::make_unique<IngressSettings>();
   settings->session = options.session;
   settings->daemon_pid = getpid();
+  settings->are_keys_required = options.are_keys_required;
   std::copy(options.channel_prefix.begin(), options.channel_prefix.end(), settings->channel_prefix.begin());
   settings->names = names;
   settings_memory_ = std::make_unique<SharedMemory>();

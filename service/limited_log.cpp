@@ -23,6 +23,7 @@ spdlog::level::level_enum level_of(LineKind kind) {
     case LineKind::kNotHeard:
     case LineKind::kNotSent:
     case LineKind::kSlip:
+    case LineKind::kRefused:
       break;
   }
   return spdlog::level::warn;

@@ -19,8 +19,9 @@ enum class LineKind : std::size_t {
   kReplan,    // a part that was left out is back
   kNotSent,   // messages
   kSlip,
+  kRefused,  // a command without a right key
 };
-inline constexpr std::size_t kNumLineKinds = 8;
+inline constexpr std::size_t kNumLineKinds = static_cast<std::size_t>(LineKind::kRefused) + 1;
 
 /// Writes to spdlog's default logger, at the level of the kind.
 void write_line(LineKind kind, const std::string& text);

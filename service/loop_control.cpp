@@ -37,6 +37,9 @@ void Simulation::drain() noexcept {
         if (io::is_sane(entry.control) && !is_operator(entry.control.sender))
           handle_control(entry.control, entry.received_ns);
         break;
+      case InboundKind::kRawForce:
+      case InboundKind::kRawControl:
+        break;
     }
   }
 }

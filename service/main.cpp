@@ -72,6 +72,10 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->type_name("NAME");
   app.add_flag("--take-over", options.takes_over,
                "start although another freeflexd is heard on the prefix: it may be a stranger's invention");
+  std::string keys;
+  CLI::Option* const has_keys =
+      app.add_option("--keys", keys, "take commands under these keys only: a key file, or a folder of *.key");
+  has_keys->type_name("FILE|FOLDER");
   app.add_option("--log-level", level, "least level that is logged: debug, info, warning, error or off")
       ->type_name("LEVEL")
       ->default_str(level)
@@ -83,6 +87,8 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       throw CLI::ValidationError(
           "--time", "found '" + timing + "', must be realtime, scaled=K with K > 0, lockstep or asap");
     options.timing = *parsed;
+    // an empty name, of a variable that is not set, is one that cannot be read, and not no keys
+    if (has_keys->count() > 0) options.keys = keys;
   } catch (const CLI::ParseError& error) {
     // --help and --version come this way too
     if (error.get_exit_code() == 0) return app.exit(error), freeflex::service::kClean;

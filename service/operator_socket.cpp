@@ -167,6 +167,8 @@ void OperatorSocket::take(Connection& connection, std::span<const std::byte> byt
     admission.reason = reason;
     std::snprintf(admission.text.data(), admission.text.size(), "%s", text.c_str());
   };
+  if (admission.reason == Reason::kNoKeys)
+    refuse(Reason::kNoKeys, "this socket takes no keys: send the command without an envelope");
   if (admission.reason == Reason::kAccepted) {
     if (!is_operator(admission.sender))
       refuse(Reason::kBadSender, fmt::format("sender {}: on this socket the name begins with {}",

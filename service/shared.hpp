@@ -59,20 +59,26 @@ class Ring {
   alignas(64) std::array<Entry, Capacity> entries_{};
 };
 
-/// Which of an InboundEntry's commands counts. In shared memory it may hold any other number.
-enum class InboundKind : std::int32_t { kForce = 1, kControl = 2 };
-/// Ingress -> simulation.
-struct InboundEntry {
-  std::int64_t received_ns;  // CLOCK_BOOTTIME
-  InboundKind kind;
-  std::int32_t padding;
-  ForceCommand force;
-  io::ControlCommand control;
-};
 /// [B] of the longest command as it is sent: sender and 21 fields beside the lists, then 28 B a force and 52
 /// B a wrench. An entry has room for as many.
 inline constexpr std::size_t kMaxCommandBytes = 8116;
-static_assert(sizeof(ForceCommand) >= kMaxCommandBytes);
+/// [B] of the longest under a key: that in an envelope_t with the longest key id.
+inline constexpr int kMaxRawBytes = static_cast<int>(kMaxCommandBytes) + 104;
+/// What of an InboundEntry counts: a command, or where keys are required the bytes of a message on FORCE or
+/// CONTROL. In shared memory it may hold any other number.
+enum class InboundKind : std::int32_t { kForce = 1, kControl = 2, kRawForce = 3, kRawControl = 4 };
+/// Ingress -> simulation, or ingress -> verifier -> simulation.
+struct InboundEntry {
+  std::int64_t received_ns;  // CLOCK_BOOTTIME
+  InboundKind kind;
+  std::int32_t num_raw_bytes;  // of the message; one above kMaxRawBytes was not copied
+  union {
+    ForceCommand force;
+    std::array<std::byte, kMaxRawBytes> raw;
+  };
+  io::ControlCommand control;
+};
+static_assert(sizeof(ForceCommand) >= kMaxRawBytes, "raw bytes take no room of their own");
 /// Ingress -> publisher: a rejection to answer.
 struct RejectionEntry {
   io::Admission admission;
@@ -82,6 +88,7 @@ struct RejectionEntry {
 struct IngressSettings {
   std::int64_t session = 0;
   std::int32_t daemon_pid = 0;  // the ingress ends when this is no longer its parent
+  bool are_keys_required = false;
   std::array<char, 64> channel_prefix{};
   io::NameTable names;
 };
@@ -109,7 +116,8 @@ struct IngressSeat {
   std::atomic<std::uint32_t> lacks{0};  // what confine() could not do
 };
 
-/// The daemon makes it, the ingress fills it. All of it is untrusted by the daemon.
+/// The daemon makes it, the ingress fills it. All of it is untrusted by the daemon. Where keys are required
+/// the verifier fills another one, in the daemon's own memory, for simulation and publisher.
 struct SharedBlock {
   std::array<IngressSeat, 2> seats;
   std::atomic<std::int64_t> received{0};         // messages on FORCE and CONTROL
@@ -120,6 +128,17 @@ struct SharedBlock {
   static constexpr int kControlPlaces = 64;  // of inbound, that forces leave free
   Ring<InboundEntry, 1024> inbound;
   Ring<RejectionEntry, 1024> rejected;
+
+  /// Of inbound, for this kind.
+  static constexpr int num_places(InboundKind kind) noexcept {
+    const bool is_control = kind == InboundKind::kControl || kind == InboundKind::kRawControl;
+    return decltype(inbound)::kCapacity - (is_control ? 0 : kControlPlaces);
+  }
+  /// Producer of inbound only. False when there is no place for it.
+  bool try_push(const InboundEntry& entry) noexcept {
+    const int num_kept = decltype(inbound)::kCapacity - num_places(entry.kind);
+    return inbound.num_free() > num_kept && inbound.try_push(entry);
+  }
 };
 static_assert(std::atomic<std::int64_t>::is_always_lock_free, "shared between processes");
 

@@ -108,8 +108,15 @@ void BusClient::take(const std::string& channel, std::span<const std::byte> payl
   }
 }
 
+template <class Command>
+void BusClient::publish(const char* suffix, const Command& command) {
+  constexpr std::int64_t kValidity = 50'000'000;  // [us] a machine may stand still meanwhile
+  const std::string channel = prefix_ + suffix;
+  packets.publish(channel, key ? seal(command, channel, *key, wall_us() + kValidity) : io::encode(command));
+}
+
 void BusClient::send(const ForceCommand& command) {
-  packets.publish(prefix_ + channels::kForce, io::encode(io::to_message(command, session, wall_us())));
+  publish(channels::kForce, io::to_message(command, session, wall_us()));
 }
 
 std::int64_t BusClient::send_control(std::int32_t command, std::int64_t count) {
@@ -120,7 +127,7 @@ std::int64_t BusClient::send_control(std::int32_t command, std::int64_t count) {
   control.sequence = next_sequence++;
   control.command = command;
   control.count = count;
-  packets.publish(prefix_ + channels::kControl, io::encode(control));
+  publish(channels::kControl, control);
   return control.sequence;
 }
 

@@ -8,6 +8,7 @@
 #include <cstdint>
 #include <functional>
 #include <map>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -16,6 +17,7 @@
 #include "freeflex_msgs/control_t.hpp"
 #include "freeflex_msgs/state_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
+#include "messages/seal.hpp"
 #include "service/io/wire/codec.hpp"
 #include "tests/support/lcm_packets.hpp"
 
@@ -44,6 +46,7 @@ class BusClient {
   /// Takes the session from the next STATUS; false when none came.
   bool meet();
 
+  std::optional<SealingKey> key;  // of sender "test": commands are sealed with it
   std::int64_t session = 0;
   std::int64_t next_sequence = 1;
   std::vector<freeflex_msgs::ack_t> acks;
@@ -55,6 +58,8 @@ class BusClient {
   PacketSender packets;
 
  private:
+  template <class Command>
+  void publish(const char* suffix, const Command& command);
   void receive(int timeout_ms);
   void take(const std::string& channel, std::span<const std::byte> payload);
 

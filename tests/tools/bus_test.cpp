@@ -114,6 +114,37 @@ TEST_F(OnTheBus, ControlStopsTheDaemon) {
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
+TEST_F(OnTheBus, PushSealsWithAKey) {
+  const std::string key = folder_ / "pilot.key";
+  ASSERT_EQ(run(kFreeflex + " keygen pilot --out " + key).exit_code, 0);
+  const Outcome outcome = with_daemon(
+      "$F push --point tip --force -1,0,0 --key $T/pilot.key && $F push --control hold --key $T/pilot.key && "
+      "$F push --control run; $F keygen stranger --out $T/other.key && "
+      "$F push --control run --key $T/other.key --timeout 1; "
+      "$F monitor --channel CONTROL --json --count 1 --duration 60 & monitor=$!; "
+      "while kill -0 $monitor 2>/dev/null; do $F push --control hold --key $T/pilot.key; done",
+      kGolden + "frame.plan --keys " + key);
+  EXPECT_TRUE(contains(outcome.out, "accepted: takes effect at tick ")) << outcome.out << outcome.err;
+  EXPECT_TRUE(
+      contains(outcome.out, "key_required: this daemon takes commands under a key only: add --key FILE"))
+      << outcome.out << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "Does it have this key in its --keys")) << outcome.err;
+  // what is sealed can still be read
+  EXPECT_TRUE(contains(outcome.out, R"("key_id":"pilot")")) << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, R"("command":"hold")")) << outcome.out;
+}
+
+TEST_F(OnTheBus, PushTakesNoKeyThatOthersCanRead) {
+  const std::string key = folder_ / "pilot.key";
+  ASSERT_EQ(run(kFreeflex + " keygen pilot --out " + key + " && chmod 644 " + key).exit_code, 0);
+  const Outcome outcome = run(kFreeflex + " push --control stop --key " + key);
+  EXPECT_EQ(outcome.exit_code, 2);
+  EXPECT_TRUE(contains(outcome.err, "chmod 600 '" + key + "'")) << outcome.err;
+  const Outcome twice = run(kFreeflex + " push --control stop --sender a --key " + key);
+  EXPECT_EQ(twice.exit_code, 2);
+  EXPECT_TRUE(contains(twice.err, "--key goes without --sender")) << twice.err;
+}
+
 TEST_F(OnTheBus, MonitorCountsEveryChannel) {
   const Outcome outcome = with_daemon("$F monitor --json --duration 2.2 --interval 2");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

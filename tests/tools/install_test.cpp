@@ -109,6 +109,18 @@ TEST(Install, TheControllerTakesUpADaemonThatIsStartedAgain) {
   EXPECT_EQ(outlived.exit_code, 0) << outlived.out << outlived.err;
 }
 
+TEST(Install, TheControllerSealsItsCommandsWhenItIsGivenAKey) {
+  if (!refusal.empty()) GTEST_SKIP() << refusal;
+  const TemporaryFolder folder;
+  const std::string file = folder / "strut.key";
+  ASSERT_EQ(run(example().folder + "/prefix/bin/freeflex keygen strut --out " + file).exit_code, 0);
+  const Outcome sealed = example().fly("$D --keys " + file + " & daemon=$!; $C a b 4 " + file);
+  EXPECT_EQ(sealed.exit_code, 0) << sealed.out << sealed.err;
+  const Outcome plain = example().fly("$D --keys " + file + " & daemon=$!; $C a b 4");
+  EXPECT_EQ(plain.exit_code, 1) << plain.out;
+  EXPECT_TRUE(contains(plain.err, "rejected: this daemon takes commands under a key only")) << plain.err;
+}
+
 TEST(Install, TheControllerNamesAPointThatIsNotThere) {
   if (!refusal.empty()) GTEST_SKIP() << refusal;
   const Outcome unknown = example().fly("$D & daemon=$!; $C a nose 4");

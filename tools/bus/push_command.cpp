@@ -146,6 +146,10 @@ std::string find_conflict(const CLI::App& command) {
   }
   if (command.count("--lease") > 0 && command.count("--duration") > 0)
     return "give --duration or --lease, not both";
+  if (command.count("--key") > 0 && command.count("--sender") > 0)
+    return "--key goes without --sender: the sender is the key's id";
+  if (command.count("--key") > 0 && command.count("--socket") > 0)
+    return "--key goes without --socket: who may open the operator's socket needs no key";
   if (command.count("--late-ok") > 0 && command.count("--at-tick") == 0)
     return "--late-ok goes with --at-tick: without it a command takes effect at once";
   return {};

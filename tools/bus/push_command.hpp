@@ -26,6 +26,7 @@ struct PushOptions {
   std::optional<std::int64_t> at_tick;
   bool late_ok = false;
   std::string sender;  // empty: "push", over the socket "local.push"
+  std::string key;     // file; empty: the command goes as it is
   std::string control;
   double timeout = 3.0;  // [s]
   bool json = false;

@@ -35,6 +35,7 @@ void add_report(CLI::App& app, int& exit_code);
 void add_stability(CLI::App& app, int& exit_code);
 void add_compile(CLI::App& app, int& exit_code);
 void add_run(CLI::App& app, int& exit_code);
+void add_keygen(CLI::App& app, int& exit_code);
 void add_push(CLI::App& app, int& exit_code);
 void add_monitor(CLI::App& app, int& exit_code);
 void add_replay(CLI::App& app, int& exit_code);

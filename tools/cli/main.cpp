@@ -30,6 +30,7 @@ void add_commands(CLI::App& app, int& exit_code) {
   name(kStability);
   add_compile(app, exit_code);
   add_run(app, exit_code);
+  add_keygen(app, exit_code);
   add_push(app, exit_code);
   add_monitor(app, exit_code);
   add_replay(app, exit_code);

@@ -18,6 +18,7 @@
 #include "service/io/wire/operator_address.hpp"
 #include "service/io/wire/reason.hpp"
 #include "service/io/wire/versions.hpp"
+#include "service/keys.hpp"
 #include "tools/bus/bus.hpp"
 #include "tools/bus/operator_link.hpp"
 #include "tools/bus/push_command.hpp"
@@ -39,6 +40,7 @@ constexpr const char* kPushFooter = R"(Examples:
   freeflex push --point tip=0,0,1 --point hub=0,0,-1      (both in one command)
   freeflex push --group hub --torque 0,0,5 --axes body --lease 2 --slot 3
   freeflex push --control step=100
+  freeflex push --control stop --key operator.key         (to a daemon that was started with --keys)
   freeflex push --socket --control stop                   (as the daemon's user, whatever is on the bus)
 JSON fields:
   accepted     true or false;  tick: from which it acts, or at which it was rejected
@@ -53,7 +55,8 @@ struct Exchange {
   std::optional<std::int64_t> session;
   std::string unread;  // why the last STATUS could not be read
   SceneCatalogue scene;
-  std::int64_t sequence = 0;  // of our command
+  std::optional<SealingKey> key;  // of --key
+  std::int64_t sequence = 0;      // of our command
   std::optional<freeflex_msgs::ack_t> answer;
 };
 
@@ -65,14 +68,29 @@ struct Line {
   std::string advice;  // when nobody answers
 };
 
+/// As it goes out: sealed where there is a key.
 template <class Message>
-std::vector<std::byte> address(Message& message, const PushOptions& options, std::int64_t session) {
+std::vector<std::byte> address(Message& message, const PushOptions& options,
+                               const std::optional<SealingKey>& key, const std::string& channel,
+                               std::int64_t session) {
+  constexpr std::int64_t kValidity =
+      10'000'000;  // [us] the way to the daemon, and a clock that is a little off
   message.utime = wall_clock_us();
   message.session = session;
   message.sender = options.sender;
   // grows from one call of this program to the next
   message.sequence = message.utime;
-  return io::encode(message);
+  return key ? seal(message, channel, *key, message.utime + kValidity) : io::encode(message);
+}
+
+/// The key of --key, whose id becomes the sender; explains what is wrong with it.
+bool read_key(PushOptions& options, std::optional<SealingKey>& key) {
+  if (options.key.empty()) return true;
+  const service::KeysResult result = service::load_key(options.key);
+  if (!result.faults.empty()) return std::fprintf(stderr, "%s\n", result.faults.c_str()), false;
+  key = result.keys.front().sealing;
+  options.sender = key->id;
+  return true;
 }
 
 int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack) {
@@ -96,9 +114,11 @@ int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack) {
   return is_accepted ? kExitOk : kExitDiffers;
 }
 
-int explain_silence(const Line& line, const std::string& what) {
+int explain_silence(const Line& line, const std::string& what, bool has_key = false) {
   if (is_interrupted()) return kExitInterrupted;
-  print_error(what + " (" + line.description + ")\n" + line.advice);
+  constexpr const char* kOfKey =
+      "\nDoes it have this key in its --keys, with this secret? Its log says which it refused.";
+  print_error(what + " (" + line.description + ")\n" + line.advice + (has_key ? kOfKey : ""));
   return kExitDiffers;
 }
 
@@ -119,12 +139,14 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
   if (needs_scene) {
     std::optional<force_t> force = make_force(options, known.scene);
     if (!force) return kExitUsage;
-    const std::vector<std::byte> bytes = address(*force, options, *known.session);
+    const std::string channel = options.bus.prefix + channels::kForce;
+    const std::vector<std::byte> bytes = address(*force, options, known.key, channel, *known.session);
     known.sequence = force->sequence;
     is_sent = line.publish(channels::kForce, bytes);
   } else {
     control_t control = make_control(options);
-    const std::vector<std::byte> bytes = address(control, options, *known.session);
+    const std::string channel = options.bus.prefix + channels::kControl;
+    const std::vector<std::byte> bytes = address(control, options, known.key, channel, *known.session);
     known.sequence = control.sequence;
     is_sent = line.publish(channels::kControl, bytes);
   }
@@ -132,7 +154,7 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
   // sent once: an answer that is lost leaves it open whether the command was taken, and a second would act
   // twice
   if (!line.wait(timeout, [&] { return known.answer.has_value(); }))
-    return explain_silence(line, "sent, but no answer came");
+    return explain_silence(line, "sent, but no answer came", known.key.has_value());
   return print_answer(options, *known.answer);
 }
 
@@ -142,10 +164,11 @@ void take_answer(std::span<const std::byte> bytes, const PushOptions& options, E
     known.answer = ack;
 }
 
-int push_over_bus(const PushOptions& options) {
+int push_over_bus(PushOptions options) {
+  Exchange known;
+  if (!read_key(options, known.key)) return kExitUsage;
   Bus bus(options.bus);
   if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;
-  Exchange known;
   bus.subscribe(options.bus.prefix + channels::kStatus, [&](const BusMessage& message) {
     status_t status;
     if (io::decode_message(message.bytes, status))
@@ -239,6 +262,9 @@ void add_exchange_options(CLI::App& command, PushOptions& options) {
                                          : "found '" + name + "', must be 1 to 31 of A-Z a-z 0-9 _ . -";
       })
       ->type_name("NAME");
+  command.add_option("--key", options.key, "key file to seal the command with; its id is the sender")
+      ->check(file_name())
+      ->type_name("FILE");
   command.add_option("--timeout", options.timeout, "how long to wait for the daemon and for its answer [s]")
       ->check(positive_time())
       ->type_name("S")

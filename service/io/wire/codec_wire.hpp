@@ -1,4 +1,4 @@
-// The front of a command, read before any generated decode. Private to the codec.
+// The front of a command, read before any generated decode. For the codec and the verifier.
 #pragma once
 
 #include <cstddef>

@@ -39,6 +39,15 @@ constexpr std::array<NamedReason, kNumReasons> kNames = {{
     {Reason::kPointTorque, "point_torque"},
     {Reason::kNoKeys, "no_keys"},
     {Reason::kTooOld, "too_old"},
+    {Reason::kKeyRequired, "key_required"},
+    {Reason::kUnknownKey, "unknown_key"},
+    {Reason::kBadTag, "bad_tag"},
+    {Reason::kExpired, "expired"},
+    {Reason::kValidTooLong, "valid_too_long"},
+    {Reason::kKeyMismatch, "key_mismatch"},
+    {Reason::kNotGranted, "not_granted"},
+    {Reason::kOverKeyLimit, "over_key_limit"},
+    {Reason::kTooFast, "too_fast"},
 }};
 
 constexpr bool is_in_order() {

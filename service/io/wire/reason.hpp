@@ -35,8 +35,22 @@ enum class Reason : std::int32_t {
   kPointTorque = 26,     // a torque on a point, which has no inertia
   kNoKeys = 27,          // a signed command, and this daemon takes no keys
   kTooOld = 28,          // waited longer for its decision than the scene allows
+  // where keys are required
+  kKeyRequired = 29,   // a command without an envelope
+  kUnknownKey = 30,    // key id of none of the daemon's keys
+  kBadTag = 31,        // the envelope was not sealed with this key for this channel
+  kExpired = 32,       // valid_until has passed
+  kValidTooLong = 33,  // valid_until further ahead than kMaxValidity
+  kKeyMismatch = 34,   // sender or sequence of the command are not those of its envelope
+  kNotGranted = 35,    // the key may not use this channel, control, point, group or slot
+  kOverKeyLimit = 36,  // |force| or |torque| above the key's limit
+  kTooFast = 37,       // more commands a second than the key may send
 };
-inline constexpr int kNumReasons = static_cast<int>(Reason::kTooOld) + 1;
+inline constexpr int kNumReasons = static_cast<int>(Reason::kTooFast) + 1;
+
+/// [us] Furthest that valid_until may be ahead of the daemon's wall clock: as long as a command that is held
+/// back on its way can still take effect.
+inline constexpr std::int64_t kMaxValidity = 60'000'000;
 
 inline constexpr std::int64_t kMaxAheadTicks = 100'000'000;
 /// Longest duration or lease: 31,000 years at 1 kHz, and no sum of ticks overflows.

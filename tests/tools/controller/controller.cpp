@@ -1,12 +1,14 @@
 // Example controller: an active strut that damps vibration between two points.
 //
-//   controller POINT POINT GAIN
+//   controller POINT POINT GAIN [KEYFILE]
 //
 // It hears where the two points are (FREEFLEX_POINTS), and pushes both along the line between them against
 // the speed at which the line grows:
 //   force on the second point = -GAIN [N s/m] * d(length)/dt, and the opposite on the first (FREEFLEX_FORCE)
 // The pair has no resultant and no moment, so it damps elastic motion and leaves the rigid motion alone.
 // Feedback lags by one publication of FREEFLEX_POINTS and damps modes well below that rate.
+//
+// With a key file of `freeflex keygen` it seals its commands, as a daemon wants them that requires keys.
 //
 // Every command is under a lease: when this program dies, its force ends after kLease. It may be started
 // again at any time, and takes up a daemon that is started again. Ends with exit code 0 when the speed stays
@@ -17,6 +19,7 @@
 #include <cmath>
 #include <cstdio>
 #include <cstdlib>
+#include <fstream>
 #include <lcm/lcm-cpp.hpp>
 #include <optional>
 #include <set>
@@ -30,6 +33,7 @@
 #include "freeflex_msgs/scene_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "messages/channels.hpp"
+#include "messages/seal.hpp"
 
 namespace {
 
@@ -43,7 +47,23 @@ constexpr double kTimeLimit = 60.0;            // [s]
 constexpr std::chrono::seconds kPatience{10};  // without the points
 constexpr std::int32_t kWrongSession = 3;      // ack_t.reason
 const std::string kPrefix = channels::kDefaultPrefix;
+constexpr std::int64_t kValidity = 2'000'000;  // [us] of a sealed command: its way to the daemon
 const std::string kSender = "example-controller";
+
+/// What a key file says: lines "id: NAME" and "secret: 64 hexadecimal digits". Empty when it does not.
+std::optional<freeflex::SealingKey> read_key(const char* path) {
+  freeflex::SealingKey key;
+  std::size_t size = 0;
+  std::ifstream file(path);
+  for (std::string line; std::getline(file, line);) {
+    if (line.starts_with("id: ")) key.id = line.substr(4);
+    if (line.starts_with("secret: "))
+      sodium_hex2bin(key.secret.data(), key.secret.size(), line.data() + 8, line.size() - 8, nullptr, &size,
+                     nullptr);
+  }
+  if (key.id.empty() || size != key.secret.size()) return std::nullopt;
+  return key;
+}
 
 /// A point by its name; its index comes from FREEFLEX_SCENE, its motion from FREEFLEX_POINTS.
 struct End {
@@ -70,8 +90,14 @@ std::int64_t wall_clock_us() {
 
 class Controller {
  public:
-  Controller(lcm::LCM& bus, std::string first, std::string second, double gain)
-      : bus_(bus), first_{std::move(first), -1, {}}, second_{std::move(second), -1, {}}, gain_(gain) {
+  Controller(lcm::LCM& bus, std::string first, std::string second, double gain,
+             std::optional<freeflex::SealingKey> key)
+      : bus_(bus),
+        first_{std::move(first), -1, {}},
+        second_{std::move(second), -1, {}},
+        gain_(gain),
+        key_(std::move(key)),
+        sender_(key_ ? key_->id : kSender) {
     bus_.subscribe(kPrefix + channels::kStatus, &Controller::on_status, this);
     bus_.subscribe(kPrefix + channels::kScene, &Controller::on_scene, this);
     bus_.subscribe(kPrefix + channels::kPoints, &Controller::on_points, this);
@@ -142,7 +168,7 @@ class Controller {
 
   // a rejection says what is wrong with the command; the daemon that it was meant for may be gone
   void on_ack(const lcm::ReceiveBuffer*, const std::string&, const msgs::ack_t* ack) {
-    if (ack->sender != kSender || ack->reason == 0 || ack->reason == kWrongSession) return;
+    if (ack->sender != sender_ || ack->reason == 0 || ack->reason == kWrongSession) return;
     std::fprintf(stderr, "controller: rejected: %s\n", ack->text.c_str());
     exit_code_ = 1;
   }
@@ -162,7 +188,7 @@ class Controller {
 
     msgs::force_t command{};
     command.session = session_;
-    command.sender = kSender;
+    command.sender = sender_;
     command.sequence = ++sequence_;
     command.axes = 0;         // world
     command.start_tick = -1;  // at once
@@ -177,7 +203,17 @@ class Controller {
     }
     command.forces = {on_first, on_second};
     command.num_forces = 2;
-    bus_.publish(kPrefix + channels::kForce, &command);
+    publish(command);
+  }
+
+  void publish(const msgs::force_t& command) {
+    const std::string channel = kPrefix + channels::kForce;
+    if (!key_) {
+      bus_.publish(channel, &command);
+      return;
+    }
+    const auto sealed = freeflex::seal(command, channel, *key_, wall_clock_us() + kValidity);
+    bus_.publish(channel, sealed.data(), static_cast<unsigned>(sealed.size()));
   }
 
   // compares the largest speed of each window with that of the first
@@ -201,6 +237,8 @@ class Controller {
   lcm::LCM& bus_;
   End first_, second_;
   double gain_;  // [N s/m]
+  std::optional<freeflex::SealingKey> key_;
+  std::string sender_;
   std::int64_t session_ = 0;
   std::vector<msgs::scene_point_t> points_;  // of the session, as far as its pages came
   std::set<std::int32_t> pages_;
@@ -215,9 +253,15 @@ class Controller {
 }  // namespace
 
 int main(int argc, char** argv) {
-  const double gain = argc == 4 ? std::strtod(argv[3], nullptr) : 0.0;
+  const double gain = argc == 4 || argc == 5 ? std::strtod(argv[3], nullptr) : 0.0;
   if (!(gain > 0.0) || std::string(argv[1]) == argv[2]) {
-    std::fprintf(stderr, "usage: controller POINT POINT GAIN      (two points; GAIN in N s/m, > 0)\n");
+    std::fprintf(stderr,
+                 "usage: controller POINT POINT GAIN [KEYFILE]    (two points; GAIN in N s/m, > 0)\n");
+    return 2;
+  }
+  std::optional<freeflex::SealingKey> key;
+  if (argc == 5 && !(key = read_key(argv[4]))) {
+    std::fprintf(stderr, "controller: no key in %s: make one with freeflex keygen\n", argv[4]);
     return 2;
   }
   lcm::LCM bus;
@@ -225,7 +269,7 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "controller: no LCM network\n");
     return 1;
   }
-  Controller controller(bus, argv[1], argv[2], gain);
+  Controller controller(bus, argv[1], argv[2], gain, std::move(key));
   while (!controller.is_done()) {
     if (bus.handleTimeout(1'000) >= 0 && controller.silence() < kPatience) continue;
     std::fprintf(stderr,

@@ -1,0 +1,339 @@
+#include "service/keys.hpp"
+
+#include <dirent.h>
+#include <fcntl.h>
+#include <fmt/format.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
+#include <memory>
+#include <optional>
+#include <utility>
+
+#include "freeflex_msgs/control_t.hpp"
+#include "service/io/scene/fields.hpp"
+#include "service/io/scene/input.hpp"
+#include "service/io/wire/codec.hpp"
+#include "service/io/wire/operator_address.hpp"
+
+namespace freeflex::service {
+namespace {
+
+namespace reader = io::reader;
+using freeflex_msgs::control_t;
+
+constexpr const char* kEnding = ".key";                    // of the files of a folder
+constexpr std::size_t kDigits = 2 * crypto_auth_KEYBYTES;  // hexadecimal, of a secret
+
+/// An open file, closed at the end.
+class Descriptor {
+ public:
+  explicit Descriptor(int fd) : fd_(fd) {}
+  ~Descriptor() {
+    if (fd_ >= 0) close(fd_);
+  }
+  Descriptor(const Descriptor&) = delete;
+  Descriptor& operator=(const Descriptor&) = delete;
+  int get() const { return fd_; }
+  int release() { return std::exchange(fd_, -1); }
+
+ private:
+  int fd_;
+};
+
+int open_private(int folder, const char* name) {
+  // a named pipe must not be waited for, and a link may lead to what somebody else can change
+  return openat(folder, name, O_RDONLY | O_NOFOLLOW | O_CLOEXEC | O_NONBLOCK);
+}
+
+std::string explain_open(const std::string& path) {
+  if (errno == ELOOP) return path + ": error: is a symbolic link; give the file itself";
+  return path + ": error: cannot be read: " + std::strerror(errno);
+}
+
+/// Why what is open is not private, or empty. Of a folder it matters who may put a key into it.
+std::string find_exposure(const struct stat& status, const std::string& path) {
+  const bool is_folder = S_ISDIR(status.st_mode);
+  const bool has_owner = status.st_uid == geteuid() || (is_folder && status.st_uid == 0);
+  if (!has_owner)
+    return fmt::format("{}: error: belongs to user {}, must belong to {}, who runs this: chown {} '{}'", path,
+                       status.st_uid, geteuid(), geteuid(), path);
+  const unsigned mode = status.st_mode & 07777U;
+  if (is_folder && (mode & 022U) != 0)
+    return fmt::format("{}: error: mode {:04o}: others may put keys into it: chmod go-w '{}'", path, mode,
+                       path);
+  if (!is_folder && (mode & 077U) != 0)
+    return fmt::format("{}: error: mode {:04o}: others may use it: chmod 600 '{}'", path, mode, path);
+  return {};
+}
+
+/// The text with every run of hexadecimal digits that may be of a secret, wherever in the file that stood,
+/// taken out.
+std::string without_secret(const std::string& text) {
+  constexpr std::size_t kSuspect = 12;  // digits
+  std::string cleared;
+  std::size_t start = 0;
+  const auto is_digit = [](char c) { return std::isxdigit(static_cast<unsigned char>(c)) != 0; };
+  while (start < text.size()) {
+    const auto first = text.begin() + static_cast<std::ptrdiff_t>(start);
+    const auto run = static_cast<std::size_t>(std::find_if_not(first, text.end(), is_digit) - first);
+    cleared += run >= kSuspect ? "..." : text.substr(start, std::max<std::size_t>(run, 1));
+    start += std::max<std::size_t>(run, 1);
+  }
+  return cleared;
+}
+
+/// Reads one key out of the tree of its file.
+class KeyReader {
+ public:
+  /// \param plan  whose points and groups the allow-lists name; null: they are not looked at
+  KeyReader(reader::Report& report, const Plan* plan) : report_(report), plan_(plan) {}
+
+  Key read(const reader::Node& root) {
+    const reader::Fields fields(report_, root, "key",
+                                {"id", "secret", "channels", "controls", "points", "groups", "largest_force",
+                                 "largest_torque", "slots", "commands_per_second"});
+    if (!fields.is_mapping()) return {};
+    Key key;
+    read_id(fields, key.sealing.id);
+    read_secret(fields, key.sealing.secret);
+    if (plan_ != nullptr) read_grants(fields, key.grants);
+    return key;
+  }
+
+ private:
+  void read_id(const reader::Fields& fields, std::string& id) {
+    const reader::Node* node = fields.require("id", std::string("must be ") + kKeyIdAllowed);
+    if (node == nullptr) return;
+    const auto text = reader::read_text(report_, *node, "key: id");
+    if (!text) return;
+    id = *text;
+    if (!is_key_id(id))
+      report_.error(node->origin, "key: id " + reader::quote(id) + ", must be " + kKeyIdAllowed);
+  }
+
+  /// Says nothing of what stands there.
+  void read_secret(const reader::Fields& fields, std::array<unsigned char, crypto_auth_KEYBYTES>& secret) {
+    const reader::Node* node = fields.require("secret", "must be 64 hexadecimal digits");
+    if (node == nullptr) return;
+    std::size_t size = 0;
+    const bool is_read = node->kind == reader::Node::Kind::kText && node->text.size() == kDigits &&
+                         sodium_hex2bin(secret.data(), secret.size(), node->text.data(), node->text.size(),
+                                        nullptr, &size, nullptr) == 0;
+    if (!is_read || size != secret.size())
+      report_.error(node->origin,
+                    "key: secret must be 64 hexadecimal digits, as freeflex keygen writes them");
+  }
+
+  /// A list of words as bits of their places; nothing where the key is absent.
+  std::optional<std::uint32_t> read_words(const reader::Fields& fields, const char* name,
+                                          const std::vector<std::string_view>& words) {
+    const reader::Node* node = fields.find(name);
+    if (node == nullptr) return std::nullopt;
+    const std::string label = std::string("key: ") + name;
+    if (node->kind != reader::Node::Kind::kList) {
+      report_.error(node->origin, label + " is " + reader::describe(*node) + ", must be a list of " +
+                                      reader::join(words) + "; [] for none");
+      return std::nullopt;
+    }
+    std::uint32_t bits = 0;
+    for (const reader::Node* item : node->items)
+      if (const auto word = reader::read_word(report_, *item, label, words)) bits |= 1U << *word;
+    return bits;
+  }
+
+  template <class Item>
+  void read_items(const reader::Fields& fields, const char* name, const char* noun,
+                  const std::vector<Item>& items, std::vector<bool>& may) {
+    const reader::Node* node = fields.find(name);
+    if (node == nullptr) return;
+    reader::Names names(noun);
+    for (const Item& item : items) names.add(report_, item.name, {});
+    const auto selected = reader::read_selection(report_, *node, std::string("key: ") + name, names);
+    // never empty, which would be all
+    may.assign(std::max<std::size_t>(items.size(), 1), false);
+    if (!selected) return;
+    for (const int index : *selected) may[static_cast<std::size_t>(index)] = true;
+  }
+
+  void read_grants(const reader::Fields& fields, Grants& grants) {
+    using reader::Bound;
+    if (const auto channels = read_words(fields, "channels", {"FORCE", "CONTROL"})) {
+      grants.has_force = (*channels & 1U) != 0;
+      grants.has_control = (*channels & 2U) != 0;
+    }
+    // the first stands at bit 0, RUN is 1
+    static_assert(control_t::RUN == 1 && control_t::SCENE == 7);
+    if (const auto words =
+            read_words(fields, "controls", {"run", "hold", "step", "reset", "stop", "shapes", "scene"}))
+      grants.controls = *words << 1U;
+    read_items(fields, "points", "point", plan_->points, grants.points);
+    read_items(fields, "groups", "group", plan_->groups, grants.groups);
+    fields.read("largest_force", {"N", Bound::kPositive}, grants.largest_force);
+    fields.read("largest_torque", {"N m", Bound::kPositive}, grants.largest_torque);
+    fields.read("commands_per_second", {"1/s", Bound::kPositive}, grants.commands_per_second);
+    if (const reader::Node* slots = fields.find("slots")) {
+      const auto number = reader::parse_integer(slots->text, 1, kMaxSlotNumber + 1);
+      grants.num_slots = static_cast<int>(number.value_or(1));
+      if (!number)
+        report_.error(slots->origin,
+                      "key: slots is " + reader::describe(*slots) + ", must be a whole number from 1 to 64");
+    }
+    for (const char* name : {"points", "groups", "largest_force", "largest_torque", "slots"})
+      refuse_idle(fields, name, "FORCE", grants.has_force);
+    refuse_idle(fields, "controls", "CONTROL", grants.has_control);
+  }
+
+  void refuse_idle(const reader::Fields& fields, const char* name, const char* channel, bool has_channel) {
+    const reader::Node* node = fields.find(name);
+    if (node != nullptr && !has_channel)
+      report_.error(node->origin, std::string("key: ") + name + " has no effect: " + channel +
+                                      " is not among its channels; remove one of the two");
+  }
+
+  reader::Report& report_;
+  const Plan* plan_;
+};
+
+/// Appends the key of an open file, or what is wrong with it.
+void read_key(int fd, const std::string& path, const Plan* plan, KeysResult& result) {
+  struct stat status {};
+  std::string fault;
+  if (fstat(fd, &status) != 0) fault = explain_open(path);
+  if (fault.empty() && !S_ISREG(status.st_mode)) fault = path + ": error: is not a regular file";
+  if (fault.empty()) fault = find_exposure(status, path);
+  if (fault.empty()) {
+    reader::Report report;
+    reader::YamlTree tree;
+    // what was looked at is what is read, whatever its name leads to by now
+    const auto source = report.open("/proc/self/fd/" + std::to_string(fd), {});
+    const reader::Node* root = source ? tree.parse(report, *source) : nullptr;
+    if (root != nullptr) result.keys.push_back(KeyReader(report, plan).read(*root));
+    if (root != nullptr) result.keys.back().file = path;
+    // without the line of the source, which may hold the secret
+    for (Fault& found : report.take_faults()) {
+      found.message = without_secret(found.message);
+      fault += (fault.empty() ? "" : "\n") + io::format_fault(found, {path}, false);
+    }
+  }
+  if (!fault.empty()) result.faults += (result.faults.empty() ? "" : "\n") + fault;
+}
+
+void read_folder(int fd, const std::string& path, const Plan& plan, KeysResult& result) {
+  struct Close {
+    void operator()(DIR* folder) const { closedir(folder); }
+  };
+  const std::unique_ptr<DIR, Close> folder(fdopendir(fd));
+  if (!folder) {
+    result.faults = explain_open(path);
+    return;
+  }
+  std::vector<std::string> names;
+  while (const dirent* entry = readdir(folder.get())) {
+    const std::string name = entry->d_name;
+    if (name.ends_with(kEnding)) names.push_back(name);
+  }
+  std::sort(names.begin(), names.end());
+  for (const std::string& name : names) {
+    const std::string file = path + "/" + name;
+    const Descriptor key(open_private(fd, name.c_str()));
+    if (key.get() < 0)
+      result.faults += (result.faults.empty() ? "" : "\n") + explain_open(file);
+    else
+      read_key(key.get(), file, &plan, result);
+  }
+  if (names.empty())
+    result.faults = path + ": error: holds no key, that is no file *.key: make one with freeflex keygen";
+}
+
+/// Two keys that could stand for each other.
+void check_distinct(KeysResult& result) {
+  std::vector<Key>& keys = result.keys;
+  const auto add = [&result](const Key& a, const Key& b, const std::string& what) {
+    result.faults += (result.faults.empty() ? "" : "\n") + b.file + ": error: has the " + what + " of " +
+                     a.file + ": make a key of its own with freeflex keygen";
+  };
+  std::sort(keys.begin(), keys.end(), [](const Key& a, const Key& b) { return a.sealing.id < b.sealing.id; });
+  for (std::size_t i = 0; i < keys.size(); ++i) {
+    for (std::size_t j = i + 1; j < keys.size(); ++j) {
+      if (keys[i].sealing.id == keys[j].sealing.id)
+        add(keys[i], keys[j], "id");
+      else if (keys[i].sealing.secret == keys[j].sealing.secret)
+        add(keys[i], keys[j], "secret");
+    }
+  }
+}
+
+}  // namespace
+
+bool is_key_id(const std::string& id) { return io::is_valid_sender(id) && !id.starts_with(kOperatorSender); }
+
+KeysResult load_keys(const std::string& path, const Plan& plan) {
+  KeysResult result;
+  Descriptor file(open_private(AT_FDCWD, path.c_str()));
+  struct stat status {};
+  if (file.get() < 0 || fstat(file.get(), &status) != 0) {
+    result.faults = explain_open(path);
+  } else if (!S_ISDIR(status.st_mode)) {
+    read_key(file.get(), path, &plan, result);
+  } else {
+    result.faults = find_exposure(status, path);
+    if (result.faults.empty()) read_folder(file.release(), path, plan, result);
+  }
+  if (result.faults.empty()) check_distinct(result);
+  if (!result.faults.empty()) result.keys.clear();
+  return result;
+}
+
+KeysResult load_key(const std::string& path) {
+  KeysResult result;
+  const Descriptor file(open_private(AT_FDCWD, path.c_str()));
+  if (file.get() < 0)
+    result.faults = explain_open(path);
+  else
+    read_key(file.get(), path, nullptr, result);
+  if (!result.faults.empty()) result.keys.clear();
+  return result;
+}
+
+std::string make_key(const std::string& path, const std::string& id) {
+  if (!is_key_id(id)) return "name '" + id + "': must be " + kKeyIdAllowed;
+  if (sodium_init() < 0) return "libsodium does not start: no source of random numbers";
+  std::array<unsigned char, crypto_auth_KEYBYTES> secret{};
+  std::array<char, kDigits + 1> digits{};
+  crypto_auth_keygen(secret.data());
+  sodium_bin2hex(digits.data(), digits.size(), secret.data(), secret.size());
+  const std::string text = fmt::format(
+      R"(# A key for freeflexd --keys and freeflex push --key: whoever can read it can command in its name.
+id: {}
+secret: {}
+# What it may do; a line that is not there leaves what the scene lets commands do.
+# channels: [FORCE, CONTROL]
+# controls: [run, hold, step, reset, stop, shapes, scene]
+# points: [tip, hub]          # names and ranges a..b of the scene; [] for none
+# groups: []
+# largest_force: 10           # [N] of each entry of a command
+# largest_torque: 1           # [N m]
+# slots: 4                    # slots 0 to 3: forces in several slots add
+# commands_per_second: 200
+)",
+      id, digits.data());
+  // with no bits for others from the first moment, and only where there is no file yet
+  const Descriptor file(open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_NOFOLLOW | O_CLOEXEC, 0600));
+  if (file.get() < 0)
+    return path + ": " +
+           (errno == EEXIST ? "is there already, and a key is never written over"
+                            : std::string("cannot be written: ") + std::strerror(errno));
+  const bool is_whole = write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
+                        fsync(file.get()) == 0;
+  if (is_whole) return {};
+  const std::string fault = path + ": cannot be written: " + std::strerror(errno);
+  unlink(path.c_str());
+  return fault;
+}
+
+}  // namespace freeflex::service

@@ -1,0 +1,155 @@
+// Forged, replayed, re-channelled, expired commands, FREEFLEX_FORGERIES of them, between honest ones: none is
+// let through, each is counted once, and every honest one arrives.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+#include <random>
+
+#include "tests/service/verifier_rig.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using io::Reason;
+using service::Key;
+using Bytes = std::vector<std::byte>;
+
+constexpr int kKinds = 14;
+
+/// Makes what somebody without alice's secret can send: from nothing, or from what alice sent.
+class Forger {
+ public:
+  explicit Forger(VerifierRig& rig) : rig_(rig) {}
+
+  /// What alice sends, and the forger hears.
+  Bytes honest(bool is_force) {
+    ++sequence_;
+    heard_ = is_force ? seal(force(sequence_), kForceChannel, alice_.sealing, rig_.valid_until())
+                      : seal(control_of(sequence_), kControlChannel, alice_.sealing, rig_.valid_until());
+    heard_is_force_ = is_force;
+    return heard_;
+  }
+  std::int64_t sequence() const { return sequence_; }
+
+  void send(int kind) {
+    const std::int64_t next = sequence_ + 1 + below(1000);
+    const std::int64_t now = rig_.time.wall_us;
+    switch (kind) {
+      case 0: {  // any tag
+        Bytes bytes = seal(force(next), kForceChannel, thief_.sealing, rig_.valid_until());
+        for (std::size_t i = bytes.size() - 32; i < bytes.size(); ++i) bytes[i] = any_byte();
+        return rig_.deliver(bytes);
+      }
+      case 1:  // sealed with another secret under alice's name
+        return rig_.deliver(seal(force(next), kForceChannel, thief_.sealing, rig_.valid_until()));
+      case 2:  // sealed with the name of nobody
+        return rig_.deliver(seal(force(next), kForceChannel, stranger_.sealing, rig_.valid_until()));
+      case 3:  // heard, and sent again as it was
+        return rig_.deliver(heard_, heard_is_force_);
+      case 4: {  // heard, with a bit changed
+        Bytes bytes = heard_;
+        bytes[below(bytes.size())] ^= static_cast<std::byte>(1u << below(8));
+        return rig_.deliver(bytes, heard_is_force_);
+      }
+      case 5: {  // heard, with another sequence: its eight bytes stand behind fingerprint, id and session
+        Bytes bytes = heard_;
+        for (std::size_t i = 0; i < 8; ++i)
+          bytes[26 + i] = static_cast<std::byte>(static_cast<std::uint64_t>(next) >> (56 - 8 * i));
+        return rig_.deliver(bytes, heard_is_force_);
+      }
+      case 6:  // heard on the other channel
+        return rig_.deliver(heard_, !heard_is_force_);
+      case 7:  // alice's, for a daemon on another prefix
+        return rig_.deliver(seal(force(next), "OTHER_FORCE", alice_.sealing, rig_.valid_until()));
+      case 8: {  // alice's, of another session
+        freeflex_msgs::force_t old = force(next);
+        old.session = kSession - 1 - below(1000);
+        return rig_.deliver(seal(old, kForceChannel, alice_.sealing, rig_.valid_until()));
+      }
+      case 9:  // alice's, held back until it was no longer valid
+        ++sequence_;
+        return rig_.deliver(
+            seal(force(sequence_), kForceChannel, alice_.sealing, now - 1 - below(1'000'000)));
+      case 10:  // alice's, valid for too long
+        ++sequence_;
+        return rig_.deliver(
+            seal(force(sequence_), kForceChannel, alice_.sealing, now + io::kMaxValidity + 1 + below(1000)));
+      case 11:  // no envelope at all
+        return rig_.deliver(io::encode(force(next)));
+      case 12: {  // cut, or longer
+        Bytes bytes = heard_;
+        bytes.resize(below(2 * bytes.size()));
+        if (bytes.size() == heard_.size()) bytes.pop_back();
+        return rig_.deliver(bytes, heard_is_force_);
+      }
+      default:  // random parts of the heard one
+        Bytes bytes = heard_;
+        for (int n = 0; n < 3; ++n)
+          for (std::size_t i = below(bytes.size()), end = std::min(bytes.size(), i + 8); i < end; ++i)
+            bytes[i] = any_byte();
+        if (bytes == heard_) bytes[0] ^= std::byte{1};
+        return rig_.deliver(bytes, heard_is_force_);
+    }
+  }
+  std::uint64_t below(std::uint64_t limit) { return engine_() % limit; }
+
+ private:
+  freeflex_msgs::force_t force(std::int64_t sequence) const { return force_of(sequence); }
+  std::byte any_byte() { return static_cast<std::byte>(engine_() & 0xFFU); }
+  static Key named(Key key, const std::string& id) {
+    key.sealing.id = id;
+    return key;
+  }
+
+  VerifierRig& rig_;
+  std::mt19937_64 engine_{2026};
+  const Key alice_ = make_key("alice"), thief_ = named(make_key("thief"), "alice"),
+            stranger_ = make_key("stranger");
+  std::int64_t sequence_ = 0;
+  Bytes heard_;
+  bool heard_is_force_ = true;
+};
+
+TEST(FREEFLEX_FORGERY_NAME, NoneIsLetThroughAndEachIsCounted) {
+  VerifierRig rig({make_key("alice"), make_key("bob")});
+  Forger forger(rig);
+  int num_honest = 0;
+  for (int i = 0; i < FREEFLEX_FORGERIES; ++i) {
+    if (i % 100 == 0) {
+      const bool is_force = i % 200 == 0;
+      rig.deliver(forger.honest(is_force), is_force);
+      const auto command = rig.next_command();
+      ASSERT_TRUE(command) << i;
+      ASSERT_EQ(is_force ? command->force.sequence : command->control.sequence, forger.sequence());
+      ++num_honest;
+    }
+    forger.send(i % kKinds);
+    ASSERT_FALSE(rig.next_command()) << "forgery " << i << " of kind " << i % kKinds;
+    rig.time.wall_us += 10;
+    rig.time.now_ns += 10'000;
+    // an answer is only owed to alice, for what she sealed and nobody had sent before, or to who has no key
+    for (io::Admission answer = rig.next_answer(); answer.reason != Reason::kAccepted;
+         answer = rig.next_answer()) {
+      ASSERT_TRUE(answer.reason == Reason::kExpired || answer.reason == Reason::kValidTooLong ||
+                  answer.reason == Reason::kKeyRequired)
+          << io::reason_name(answer.reason);
+    }
+    rig.log.clear();
+  }
+  std::int64_t num_refused = 0;
+  for (int reason = 1; reason < io::kNumReasons; ++reason) {
+    const std::int64_t count = rig.count(static_cast<Reason>(reason));
+    num_refused += count;
+    if (count > 0) std::printf("%-16s %8ld\n", io::reason_name(static_cast<Reason>(reason)), count);
+  }
+  EXPECT_EQ(num_refused, FREEFLEX_FORGERIES);
+  EXPECT_EQ(rig.verifier->block().received.load(), FREEFLEX_FORGERIES + num_honest);
+  for (const Reason reason :
+       {Reason::kMalformed, Reason::kWrongType, Reason::kWrongSession, Reason::kStaleSequence,
+        Reason::kKeyRequired, Reason::kUnknownKey, Reason::kBadTag, Reason::kExpired, Reason::kValidTooLong})
+    EXPECT_GT(rig.count(reason), 0) << io::reason_name(reason);
+}
+
+}  // namespace
+}  // namespace freeflex::testing

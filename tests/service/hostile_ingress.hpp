@@ -1,0 +1,132 @@
+// An ingress in somebody else's hands: writes what it likes into everything it can reach.
+#pragma once
+
+#include <algorithm>
+#include <cstdint>
+#include <cstring>
+#include <iterator>
+#include <random>
+#include <span>
+#include <vector>
+
+#include "service/shared.hpp"
+
+namespace freeflex::testing {
+
+class HostileIngress {
+ public:
+  HostileIngress(service::SharedBlock& block, std::uint64_t seed) : block_(block), engine_(seed) {}
+
+  /// Bytes of a genuine message that it may send again, parts of it changed.
+  void overhear(std::span<const std::byte> bytes) { heard_.assign(bytes.begin(), bytes.end()); }
+
+  /// One act, random or crafted.
+  void act() {
+    switch (engine_() % 8) {
+      case 0:
+        return scribble(engine_() % 4096);
+      case 1:
+        return scribble(8);
+      case 2:
+        return write_indices();
+      case 3:
+        return write_counters();
+      case 4:
+        return push_command();
+      case 5:
+        return push_bytes();
+      case 6:
+        return push_answer();
+      default:
+        // now and then all of a ring at once, which is 10 MB
+        if (engine_() % 256 != 0) return scribble(64);
+        return fill(&block_.inbound, sizeof(block_.inbound), static_cast<int>(engine_() & 0xFFU));
+    }
+  }
+
+ private:
+  /// All that it maps for writing.
+  std::span<std::byte> reach() const { return {reinterpret_cast<std::byte*>(&block_), sizeof(block_)}; }
+  void scribble(std::size_t size) {
+    const std::span<std::byte> all = reach();
+    const std::size_t at = engine_() % (all.size() - size);
+    for (std::byte& byte : all.subspan(at, size)) byte = static_cast<std::byte>(engine_() & 0xFFU);
+  }
+  static void fill(void* to, std::size_t size, int value) { std::memset(to, value, size); }
+
+  /// head_ and tail_ are the first words of two lines of the cache.
+  void write_indices() {
+    constexpr std::size_t kLine = 64;
+    auto* ring = reinterpret_cast<std::byte*>(engine_() % 2 == 0 ? static_cast<void*>(&block_.inbound)
+                                                                 : static_cast<void*>(&block_.rejected));
+    const std::uint64_t values[] = {0, 1, 1023, 1024, 1025, ~0ULL, ~0ULL - 1023, 1ULL << 63, engine_()};
+    const std::uint64_t value = values[engine_() % std::size(values)];
+    std::memcpy(ring + (engine_() % 2) * kLine, &value, sizeof(value));
+  }
+  void write_counters() {
+    const auto any = static_cast<std::int64_t>(engine_());
+    block_.received.store(any);
+    block_.dropped_answers.store(any);
+    block_.rejections[engine_() % io::kNumReasons].store(any);
+    block_.senders.records[0].heard_ns.store(any);
+    block_.seats[engine_() % 2].lacks.store(static_cast<std::uint32_t>(any));
+    block_.other_session.store(any);
+  }
+  /// A command that a daemon without keys obeys, under the name of a key.
+  void push_command() {
+    service::InboundEntry entry{};
+    const char name[] = "test";
+    if (engine_() % 2 == 0) {
+      entry.kind = service::InboundKind::kForce;
+      std::memcpy(entry.force.sender.data(), name, sizeof(name));
+      entry.force.sequence = static_cast<std::int64_t>(engine_() >> 1);
+      entry.force.start_tick = -1;
+      entry.force.duration_ticks = 1000;
+      entry.force.num_points = 1;
+      entry.force.points[0] = {0, 0, {1.0, 2.0, 3.0}};
+    } else {
+      entry.kind = service::InboundKind::kControl;
+      std::memcpy(entry.control.sender.data(), name, sizeof(name));
+      entry.control.sequence = static_cast<std::int64_t>(engine_() >> 1);
+      entry.control.command = 1 + static_cast<std::int32_t>(engine_() % 5);  // STOP and RESET among them
+    }
+    block_.inbound.try_push(entry);
+  }
+  /// Bytes of any length that it claims, made from what it overheard.
+  void push_bytes() {
+    service::InboundEntry entry{};
+    entry.received_ns = static_cast<std::int64_t>(engine_());
+    entry.kind = static_cast<service::InboundKind>(3 + engine_() % 2);
+    const std::int32_t sizes[] = {-1,
+                                  0,
+                                  7,
+                                  8,
+                                  service::kMaxRawBytes,
+                                  service::kMaxRawBytes + 1,
+                                  INT32_MAX,
+                                  INT32_MIN,
+                                  static_cast<std::int32_t>(heard_.size())};
+    entry.num_raw_bytes = sizes[engine_() % std::size(sizes)];
+    std::copy(heard_.begin(), heard_.end(), entry.raw.begin());
+    if (!heard_.empty()) {
+      for (std::uint64_t n = engine_() % 4; n > 0; --n)
+        entry.raw[engine_() % heard_.size()] = static_cast<std::byte>(engine_() & 0xFFU);
+    }
+    block_.inbound.try_push(entry);
+  }
+  /// An answer that would tell a controller that its command was refused.
+  void push_answer() {
+    service::RejectionEntry entry{};
+    entry.admission.reason = static_cast<io::Reason>(engine_() % (io::kNumReasons + 3));
+    const char name[] = "test";
+    std::memcpy(entry.admission.sender.data(), name, sizeof(name));
+    entry.admission.sequence = static_cast<std::int64_t>(engine_() % 1000);
+    block_.rejected.try_push(entry);
+  }
+
+  service::SharedBlock& block_;
+  std::mt19937_64 engine_;
+  std::vector<std::byte> heard_;
+};
+
+}  // namespace freeflex::testing

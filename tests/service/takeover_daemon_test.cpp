@@ -1,0 +1,117 @@
+// The daemon with an ingress that was taken over: this program is the test, the daemon that it starts, and
+// that daemon's ingress, which writes what it likes into everything it can reach for as long as it lives.
+#include <gtest/gtest.h>
+#include <poll.h>
+#include <signal.h>
+#include <unistd.h>
+
+#include <array>
+#include <cstdio>
+#include <filesystem>
+#include <optional>
+#include <span>
+
+#include "service/bus_socket.hpp"
+#include "service/daemon.hpp"
+#include "service/ingress.hpp"
+#include "service/io/wire/lcm_packet.hpp"
+#include "service/keys.hpp"
+#include "service/log.hpp"
+#include "tests/service/bus_client.hpp"
+#include "tests/service/hostile_ingress.hpp"
+#include "tests/service/rig.hpp"
+#include "tests/support/private_network.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+std::string no_network;  // why there is none
+
+/// Is quiet until a FORCE comes: before the daemon runs a word of another one on its prefix keeps it from
+/// starting. It is confined as the honest one is, so that it makes no other system calls than that.
+service::IngressEnd be_hostile(service::SharedBlock& block, const service::IngressSettings& settings,
+                               int seat) {
+  static std::array<std::byte, 65536> buffer;  // UDP has no larger packet
+  HostileIngress hostile(block, 7);
+  std::atomic<std::uint64_t>& beat = block.seats[static_cast<std::size_t>(seat)].beat;
+  bool is_active = false;
+  bool is_hostile = false;
+  while (getppid() == settings.daemon_pid) {
+    beat.fetch_add(1);
+    if (!is_active) {
+      pollfd order{service::kOrderFd, POLLIN, 0};
+      is_active = poll(&order, 1, 10) == 1;
+    } else if (!is_hostile) {
+      const service::ReceivedPacket packet = service::receive_packet(service::kSocketFd, buffer);
+      const auto message =
+          packet.size > 0
+              ? service::read_lcm_packet(std::span(buffer).first(static_cast<std::size_t>(packet.size)))
+              : std::nullopt;
+      is_hostile = message && message->channel == "T_FORCE";
+    } else {
+      // some acts at a time: the daemon is to meet each state, also on one processor
+      for (int i = 0; i < 100; ++i) hostile.act();
+      poll(nullptr, 0, 1);
+    }
+  }
+  return service::IngressEnd::kDaemonGone;
+}
+
+/// This program as the daemon: PROGRAM daemon KEYS
+int be_daemon(const char* keys) {
+  service::DaemonOptions options;
+  options.input = scene_path("truss104.yaml");
+  options.prefix = "T";
+  options.keys = keys;
+  service::SignalWatch signals;
+  service::start_log("info");
+  const int status = service::run_daemon(options, signals);
+  service::end_log(status);
+  return status;
+}
+
+TEST(TakenOverDaemon, AppliesNothingAndRunsOn) {
+  if (!no_network.empty()) GTEST_SKIP() << no_network;
+  const std::filesystem::path folder =
+      std::filesystem::path(P_tmpdir) / ("freeflex-takeover-" + std::to_string(getpid()));
+  std::filesystem::create_directory(folder);
+  const std::string key = folder / "test.key";
+  ASSERT_EQ(service::make_key(key, "test"), "");
+  BusClient client("T");
+  Process daemon({std::filesystem::read_symlink("/proc/self/exe"), "daemon", key});
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  ASSERT_TRUE(client.until([&] { return client.statuses.back().mode == freeflex_msgs::status_t::RUNNING; }));
+  client.send(make_push(1));  // under no key
+  const auto num_refused = [&client] {
+    std::int64_t count = 0;
+    for (const auto& rejection : client.statuses.back().rejections)
+      if (rejection.reason != static_cast<std::int32_t>(io::Reason::kQueueFull)) count += rejection.count;
+    return count;
+  };
+  // ten thousand entries of its making were looked at, over a second of ticks and more
+  const std::int64_t from = client.statuses.back().tick;
+  EXPECT_TRUE(client.until([&] {
+    return num_refused() > 10'000 && client.statuses.back().tick > from + 1000;
+  })) << daemon.output();
+  daemon.signal(SIGINT);
+  EXPECT_EQ(daemon.wait(), 0) << daemon.output();
+  EXPECT_TRUE(client.until([&] { return client.statuses.back().mode == freeflex_msgs::status_t::STOPPED; }));
+  EXPECT_EQ(client.statuses.back().commands_accepted, 0);
+  EXPECT_EQ(client.statuses.back().epoch, 0);
+  EXPECT_EQ(client.statuses.back().ingress_restarts, 0) << "it was one hostile life";
+  EXPECT_TRUE(client.applied.empty());
+  EXPECT_TRUE(client.acks.empty()) << "nor does it answer in the daemon's name";
+  std::filesystem::remove_all(folder);
+}
+
+}  // namespace
+}  // namespace freeflex::testing
+
+int main(int argc, char** argv) {
+  if (const auto status = freeflex::service::run_if_ingress(argc, argv, freeflex::testing::be_hostile))
+    return *status;
+  if (argc == 3 && std::string(argv[1]) == "daemon") return freeflex::testing::be_daemon(argv[2]);
+  ::testing::InitGoogleTest(&argc, argv);
+  freeflex::testing::no_network = freeflex::testing::enter_private_network();
+  return RUN_ALL_TESTS();
+}
