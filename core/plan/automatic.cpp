@@ -51,14 +51,16 @@ PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung,
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
   Budget budget = make_budget(*plan);
+  // by what the rung neglects; what the rung beside it finds is held against the tolerances
   Judgement judgement(*plan);
-  judgement.take(state, budget);
+  Budget none;
+  judgement.take(state, none);
   StepReport report;
   const std::int64_t ticks = std::max<std::int64_t>(1, std::llround(scene.automatic->horizon / plan->period));
   for (std::int64_t k = 1, sample = 1; k <= ticks; ++k) {
     step(*plan, state, {}, workspace, budget, report);
     if (report.status != StepStatus::kOk || budget.is_lost) return result;
-    judgement.take(state, budget);
+    judgement.take(state, none);
     if (k * kRungSamples < sample * ticks) continue;
     ++sample;
     const ErrorSize error = read_budget(*plan, state, budget).total;

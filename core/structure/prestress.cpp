@@ -166,6 +166,9 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
       stiffness.has_unseen = true;
       continue;
     }
+    // a triangle's own bow is not in it
+    stiffness.has_unseen = stiffness.has_unseen ||
+                           std::holds_alternative<Plate>(scene.links[static_cast<std::size_t>(index)].kind);
     const RowRange range = factor.natural_of[static_cast<std::size_t>(index)];
     Eigen::MatrixXd forces(range.count, structure.omega.size());
     for (int k = 0; k < range.count; ++k) {

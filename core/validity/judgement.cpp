@@ -15,6 +15,8 @@ namespace {
 constexpr double kFadingPeriods = 30.0;
 // [-] of the size: displacements below that are rounding, and judged as if they were so large
 constexpr double kNothing = 1e-12;
+// more displacement where every link has its true geometry
+constexpr double kRoomOfTrueBars = 20.0;
 constexpr std::int64_t kLooksInHorizon = 8;
 // [-] size over distance of an attractor: the first term that is left out is as large beside the gradient
 constexpr double kNearAttractor = 0.02;
@@ -48,6 +50,11 @@ Judgement::Judgement(const Plan& plan) : plan_(plan) {
   const auto end = plan.decay.begin() + plan.num_elastic;
   const double slowest = plan.num_elastic > 0 ? *std::min_element(plan.decay.begin(), end) : 0.0;
   beside_fade_ = std::exp(-slowest * plan.budget.horizon);
+  const auto bends = [](const PlanLink& link) {
+    return link.kind != "spring" && link.kind != "bar" && link.kind != "dashpot";
+  };
+  if (traits_of(plan.fidelity).has_true_geometry && std::none_of(plan.links.begin(), plan.links.end(), bends))
+    room_ = kRoomOfTrueBars;
   look_every_ = std::max<std::int64_t>(1, plan.budget.horizon_ticks / kLooksInHorizon);
 }
 
@@ -73,7 +80,7 @@ void Judgement::take(const State& state, Budget& budget) noexcept {
   read_beside(state, budget);
   fall(state);
   if (!errors.is_round_over()) return;
-  peak_ = std::max(errors.size().displacement, peak_ * fade_);
+  peak_ = std::max(errors.size().envelope, peak_ * fade_);
   judge(state);
   if (now_.word > worst_.word) worst_ = now_;
 }
@@ -83,7 +90,9 @@ void Judgement::read_beside(const State& state, Budget& budget) noexcept {
   if (budget.shadows.empty() || budget.tick != state.tick || budget.epoch != state.epoch) return;
   const std::int64_t age = state.tick - budget.sync_tick;
   const bool is_over = age >= plan_.budget.horizon_ticks;
-  if (!is_over && age % look_every_ != 0) return;
+  // often while the horizon is young
+  const bool is_young = (age & (age - 1)) == 0;
+  if (!is_over && !is_young && age % look_every_ != 0) return;
   reading_ = read_budget(plan_, state, budget);
   running_ = {reading_.total.displacement, reading_.total.position};
   if (!is_over) return;
@@ -136,7 +145,7 @@ void Judgement::judge(const State& state) noexcept {
   note(grade(now_.error / now_.scale, kGoodElastic, kMostElastic), cause);
   if (size_ > 0.0) {
     note(grade(now_.position / size_, kGoodPosition, kMostPosition), Cause::kPosition);
-    note(grade(own.displacement / size_, kGoodDisplacement, kMostDisplacement), Cause::kSize);
+    note(grade(own.displacement / size_ / room_, kGoodDisplacement, kMostDisplacement), Cause::kSize);
   }
   // what cannot be known is at best watch
   if ((now_.error + now_.unseen) / now_.scale > kGoodElastic) note(Word::kWatch, Cause::kUnseen);

@@ -74,6 +74,7 @@ class Judgement {
   bool is_wide_ = false;
   std::int64_t epoch_ = -1, look_every_ = 1;
   double size_ = 0.0;
+  double room_ = 1.0;                      // for displacements beside the size
   double peak_ = 0.0;                      // [m] of the displacement, fading
   double fade_ = 1.0, beside_fade_ = 1.0;  // over a round, over a horizon
   Beside over_, running_;

@@ -194,10 +194,11 @@ void ModalErrors::look_at_mechanism(std::size_t l, double stiffness, const Motio
 
 void ModalErrors::finish_round(const MotionState& state) noexcept {
   const std::size_t n = flexibility_.size();
-  double all = 0.0, judged_swing = 0.0, seen = 0.0, amplitude = 0.0, spin = 0.0, hidden = 0.0, swing = 0.0,
-         spread = 0.0, slowest = 0.0;
+  double all = 0.0, envelope = 0.0, judged_swing = 0.0, seen = 0.0, amplitude = 0.0, spin = 0.0, hidden = 0.0,
+         swing = 0.0, spread = 0.0, slowest = 0.0;
   for (std::size_t u = 0; u < n; ++u) {
     all += square(state.q[u]);
+    envelope += square(state.q[u]) + (flexibility_[u] > 0.0 ? square(state.q_dot[u] / plan_.omega[u]) : 0.0);
     amplitude += square(0.5 * second_[u] * flexibility_[u]);
     double still = 0.0;
     for (std::size_t k = 0; k < 6 && !plan_.neglect.spin_loads.empty(); ++k)
@@ -232,6 +233,7 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
       std::min(2.0 * other_swing, (rest_ + fastest_ * round_ * other_swing) * std::exp(-slowest * round_));
   fastest_ = 0.0;
   size_.displacement = std::sqrt(all);
+  size_.envelope = std::sqrt(envelope);
   size_.amplitude = std::sqrt(amplitude);
   size_.spin = std::sqrt(spin);
   size_.seen = std::sqrt(seen + spread + amplitude + square(rest_) + std::max(0.0, spin - judged_spin));

@@ -11,6 +11,7 @@ namespace freeflex {
 /// Sizes over all points, weighted with their masses: |V|^2 = sum m V.V / M = sum q_l^2 [m].
 struct ModalErrorSize {
   double displacement = 0.0;  // [m] |V|
+  double envelope = 0.0;      // [m] the same of the amplitudes of what rings
   double seen = 0.0;          // [m] error by what is known of the links: estimate
   double unseen = 0.0;     // [m] error that links, modes or loads could hide: a bound by order of magnitude
   double amplitude = 0.0;  // [m] of `seen`, by second order of the displacements alone

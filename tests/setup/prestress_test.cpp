@@ -108,8 +108,8 @@ Scene free_beam(int elements) {
     Link link;
     link.name = "b" + std::to_string(k);
     link.points = {k, k + 1};
-    link.kind =
-        Beam{.EA = 1e7, .GJ = 50.0, .EI_y = kBeamEI, .EI_z = 1.5 * kBeamEI, .y_axis = Eigen::Vector3d::UnitY()};
+    link.kind = Beam{
+        .EA = 1e7, .GJ = 50.0, .EI_y = kBeamEI, .EI_z = 1.5 * kBeamEI, .y_axis = Eigen::Vector3d::UnitY()};
     scene.links.push_back(link);
   }
   return scene;

@@ -53,8 +53,8 @@ JSON fields:
                null when no points are published
   validity     0 good, 1 watch, 2 outside, at the end;  cause: why not good;  error, scale [m]: what the word
                compares;  worst: validity, tick and cause of the worst since the start
-  errors       null without error_budget in the scene, else: age [s], lost, and estimate, integration, truncation, model, each null when lost, else
-               position [m], attitude [rad], elastic
+  errors       null without error_budget in the scene, else: age [s], lost, and estimate, integration,
+               truncation, model, each null when lost, else position [m], attitude [rad], elastic
 Exit codes: 0 written, 1 not written or the state stopped being finite, 2 wrong arguments, scene or plan,
 3 --log damaged or incomplete, 130 interrupted: what was done stands in FILE.partial, which replay takes.)";
 

@@ -53,7 +53,7 @@ Outcome too_much_deformation(Fidelity rung, double force) {
   Scene scene = square_truss(5, 1e5);
   scene.fidelity = rung;
   add_force(scene, 18, force * Eigen::Vector3d(0.48, 0.6, 0.64));
-  return verdict_of(scene, "deformation");
+  return verdict_of(scene, "model");
 }
 
 /// The step leaves the state as it was and says so.

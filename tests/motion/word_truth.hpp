@@ -1,0 +1,213 @@
+// Random structures of every kind of link, and the word on their motion beside the truth of the reference at
+// true geometry, which shares no model with it.
+#pragma once
+
+#include <cmath>
+#include <cstdio>
+#include <random>
+
+#include "core/plan/make_plan.hpp"
+#include "core/validity/judgement.hpp"
+#include "tests/motion/rung_cases.hpp"
+
+namespace freeflex::testing {
+
+class RandomScene {
+ public:
+  RandomScene(std::uint64_t seed, bool has_plates) : engine_(seed), has_plates_(has_plates) {}
+
+  /// At rest but for spin, a load and what rings; its lowest frequency is some 10 rad/s.
+  Scene make() {
+    scene_ = {};
+    const int kind = whole(0, has_plates_ ? 4 : 3);
+    if (kind == 0) make_chain(false);
+    if (kind == 1) make_chain(true);
+    if (kind == 2) make_ladder();
+    if (kind == 3) make_cloud();
+    if (kind == 4) make_plates();
+    name_ = std::array{"chain", "angles", "ladder", "cloud", "plates"}[static_cast<std::size_t>(kind)];
+    for (std::size_t i = 0; i < scene_.points.size(); ++i)
+      scene_.publication.points.push_back(static_cast<int>(i));
+    Faults faults;
+    const auto structure = build_structure(scene_, faults);
+    EXPECT_FALSE(has_error(faults));
+    double lowest = 0.0;
+    for (const double omega : structure->omega)
+      if (omega > 0.0 && (lowest == 0.0 || omega < lowest)) lowest = omega;
+    double size = 0.0;
+    for (Eigen::Index i = 0; i < structure->mass_properties.r.cols(); ++i)
+      size = std::max(size, structure->mass_properties.r.col(i).norm());
+    end_ = decade(2.0, 30.0) * 2.0 * M_PI / lowest;
+    scene_.rate = std::clamp(structure->omega.maxCoeff() / 0.5, 20.0 * lowest / 6.28, 5000.0);
+    set_motion(lowest, size, *structure);
+    return scene_;
+  }
+  double end() const { return std::round(end_ * scene_.rate) / scene_.rate; }
+  const char* name() const { return name_; }
+
+ private:
+  double uniform(double a, double b) { return std::uniform_real_distribution<double>(a, b)(engine_); }
+  double decade(double a, double b) { return std::exp(uniform(std::log(a), std::log(b))); }
+  int whole(int a, int b) { return std::uniform_int_distribution<int>(a, b)(engine_); }
+  Eigen::Vector3d direction() {
+    std::normal_distribution<double> normal;
+    return Eigen::Vector3d(normal(engine_), normal(engine_), normal(engine_)).normalized();
+  }
+  int add_point(const Eigen::Vector3d& at) {
+    scene_.points.push_back({"p" + std::to_string(scene_.points.size()), decade(0.5, 2.0), at, {}});
+    return static_cast<int>(scene_.points.size()) - 1;
+  }
+  void join(std::vector<int> points, const LinkKind& kind) {
+    Link link;
+    link.name = "l" + std::to_string(scene_.links.size());
+    link.points = std::move(points);
+    link.kind = kind;
+    scene_.links.push_back(link);
+  }
+  Beam tube() {
+    const double EI = decade(200.0, 2000.0);
+    return Beam{.EA = EI * decade(30.0, 300.0),
+                .GJ = EI * uniform(0.3, 1.0),
+                .EI_y = EI,
+                .EI_z = EI * uniform(0.7, 1.5),
+                .y_axis = Eigen::Vector3d(0.1, 0.2, 1.0)};
+  }
+  void make_chain(bool of_angles) {
+    const int count = whole(4, 7);
+    Eigen::Vector3d at = Eigen::Vector3d::Zero();
+    for (int k = 0; k < count; ++k) {
+      add_point(at);
+      at += Eigen::Vector3d(1.0, uniform(-0.4, 0.4), uniform(-0.4, 0.4));
+    }
+    const Beam beam = tube();
+    for (int k = 0; k + 1 < count; ++k)
+      join({k, k + 1}, of_angles ? LinkKind(Spring{beam.EA}) : LinkKind(beam));
+    if (!of_angles) return;
+    for (int k = 0; k + 2 < count; ++k) join({k, k + 1, k + 2}, BendingSpring{beam.EI_y});
+    for (int k = 0; k + 3 < count; ++k) join({k, k + 1, k + 2, k + 3}, TorsionSpring{0.3 * beam.EI_y});
+  }
+  void make_ladder() {
+    const int bays = whole(2, 3);
+    for (int k = 0; k <= bays; ++k)
+      for (const double y : {0.0, 1.0}) add_point({1.0 * k, y, uniform(-0.2, 0.2)});
+    const Beam beam = tube();
+    for (int k = 0; k <= bays; ++k) join({2 * k, 2 * k + 1}, beam);
+    for (int k = 0; k < bays; ++k)
+      for (const int side : {0, 1}) join({2 * k + side, 2 * k + 2 + side}, beam);
+  }
+  void make_plates() {
+    const int bays = whole(1, 3);
+    for (int k = 0; k <= bays; ++k)
+      for (const double y : {0.0, 1.0}) add_point({1.0 * k, y, uniform(-0.1, 0.1)});
+    const double thickness = 0.02;
+    const Plate plate{
+        .E = 12.0 * decade(50.0, 500.0) / std::pow(thickness, 3), .nu = 0.3, .thickness = thickness};
+    for (int k = 0; k < bays; ++k) {
+      join({2 * k, 2 * k + 2, 2 * k + 1}, plate);
+      join({2 * k + 1, 2 * k + 2, 2 * k + 3}, plate);
+    }
+  }
+  void make_cloud() {
+    const int count = whole(5, 8);
+    while (static_cast<int>(scene_.points.size()) < count) {
+      const Eigen::Vector3d at(uniform(-2.0, 2.0), uniform(-0.6, 0.6), uniform(-0.6, 0.6));
+      bool is_free = true;
+      for (const PointMass& other : scene_.points) is_free = is_free && (other.position - at).norm() > 0.6;
+      if (is_free) add_point(at);
+    }
+    for (int a = 0; a < count; ++a)
+      for (int b = a + 1; b < count; ++b) join({a, b}, Spring{decade(1e3, 1e4)});
+  }
+  void set_motion(double lowest, double size, const Structure& structure) {
+    const double mass = structure.mass_properties.mass;
+    scene_.initial.angular_velocity = decade(1e-3, 0.4) * lowest * direction();
+    if (whole(0, 3) == 0) scene_.initial.angular_velocity.setZero();
+    const double amplitude = size * decade(1e-5, 1e-3);
+    const auto first = static_cast<Eigen::Index>(structure.mechanisms.size());
+    const Eigen::VectorXd V = amplitude * (uniform(-1.0, 1.0) * structure.shapes.col(first) +
+                                           uniform(-1.0, 1.0) * structure.shapes.col(first + 1));
+    for (int i = 0; i < static_cast<int>(scene_.points.size()); ++i)
+      scene_.initial.points.push_back({i, V.segment<3>(3 * Eigen::Index{i}), Eigen::Vector3d::Zero()});
+    if (whole(0, 2) == 0) return;
+    Load load;
+    load.axes = std::array{Axes::kWorld, Axes::kBody, Axes::kLocal}[static_cast<std::size_t>(whole(0, 2))];
+    load.forces = {{whole(0, static_cast<int>(scene_.points.size()) - 1),
+                    mass * lowest * lowest * size * decade(1e-5, 2e-2) * direction()}};
+    if (load.axes != Axes::kLocal && whole(0, 1) == 0) load.history = PulseHistory{0.0, 0.3 * end_};
+    scene_.loads = {load};
+  }
+
+  std::mt19937_64 engine_;
+  bool has_plates_;
+  Scene scene_;
+  double end_ = 0.0;
+  const char* name_ = "";
+};
+
+/// How often the word was wrong, of how many.
+struct WordCounts {
+  int all = 0, good = 0, false_good = 0, harmless = 0, silly = 0;
+  double worst_good = 0.0;  // [-] of the larger scale, largest error that was good
+};
+
+inline void judge_scene(std::uint64_t seed, bool has_plates, WordCounts& counts) {
+  RandomScene random(seed, has_plates);
+  const Scene scene = random.make();
+  std::string error;
+  const auto system = make_true_geometry(scene, error);
+  ASSERT_TRUE(system) << error;
+  const double times[] = {random.end()};
+  const ReferenceRun run = integrate(*system, times);
+  ASSERT_EQ(run.error, "") << seed;
+  const Eigen::Matrix3Xd& p_W = run.states.at(0).p_W;
+  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
+    Simulation simulation = run_rung(scene, rung, 1.0 / scene.rate, 0.0);
+    Budget none;
+    Judgement judgement(simulation.plan);
+    judgement.take(simulation.state, none);
+    const auto ticks = std::llround(random.end() * scene.rate);
+    while (simulation.state.tick < ticks) {
+      simulation.run(1);
+      judgement.take(simulation.state, none);
+    }
+    const auto n = static_cast<Eigen::Index>(scene.points.size());
+    Eigen::VectorXd mass(n);
+    Eigen::Matrix3Xd rest(3, n);
+    for (Eigen::Index i = 0; i < n; ++i) {
+      mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
+      rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
+    }
+    const Eigen::Matrix3Xd V = elastic_displacements(mass, rest, p_W),
+                           off = elastic_displacements(mass, rest, simulation.positions_W()) - V;
+    const auto size = [&](const Eigen::Matrix3Xd& field) {
+      return std::sqrt((field.colwise().squaredNorm() * mass)(0) / mass.sum());
+    };
+    const Verdict& verdict = judgement.now();
+    const double scale = std::max(verdict.scale, size(V)), share = size(off) / scale;
+    const bool is_good = verdict.word == Verdict::Word::kGood,
+               is_outside = verdict.word == Verdict::Word::kOutside;
+    ++counts.all;
+    counts.good += is_good;
+    counts.false_good += is_good && share > 0.05;
+    counts.harmless += share < 0.01;
+    counts.silly += is_outside && share < 0.01;
+    if (is_good) counts.worst_good = std::max(counts.worst_good, share);
+    std::printf("%llu %-6s %-11s error %.1e of the scale, estimate %.1e, %s\n",
+                static_cast<unsigned long long>(seed), random.name(), name_of(rung), share,
+                verdict.error / verdict.scale, name_of(verdict.word));
+    if (is_good && share > 0.05)
+      std::printf("    loads %zu, axes %d, spin %.2e, unseen %.1e\n", scene.loads.size(),
+                  scene.loads.empty() ? -1 : static_cast<int>(scene.loads[0].axes),
+                  scene.initial.angular_velocity.norm(), verdict.unseen / verdict.scale);
+  }
+}
+
+inline void expect_true_words(const WordCounts& counts) {
+  std::printf("%d words, %d good, largest error of them %.1e; %d of %d harmless ones outside\n", counts.all,
+              counts.good, counts.worst_good, counts.silly, counts.harmless);
+  EXPECT_EQ(counts.false_good, 0);
+  EXPECT_LE(counts.silly, 0.02 * counts.harmless);
+  EXPECT_GT(counts.good, counts.all / 10);
+}
+
+}  // namespace freeflex::testing
