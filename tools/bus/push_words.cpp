@@ -25,7 +25,7 @@ std::string with_names(const std::string& text, const std::string& list, const s
 
 std::string in_push_words(std::string text, std::span<const std::string> points,
                           std::span<const std::string> groups) {
-  static const std::array<std::pair<std::regex, const char*>, 12> kWords{
+  static const std::array<std::pair<std::regex, const char*>, 14> kWords{
       {{std::regex("name a later one, -1, or late_policy 1"), "name a later one, none, or add --late-ok"},
        {std::regex(R"(\bstart_tick\b)"), "--at-tick"},
        {std::regex(R"(^(\d+) forces\b)"), "$1 points"},
