@@ -104,7 +104,7 @@ TEST(Status, ModesLeftOutHaveNoBoundYet) {
   left_out.is_left_out = true;
   left_out.count = 1;
   report.motion.plan.parts.push_back(left_out);
-  StatusReporter lean{report.motion.plan, report.identity, *report.output, *report.shared, report.restarts};
+  StatusReporter lean{report.motion.plan, report.identity, *report.output, *report.shared, report.ingress};
   report.snapshot.motion = report.motion.state;
   EXPECT_EQ(lean.report(report.snapshot, 1).truncation_bound, -1.0);
 }
