@@ -140,7 +140,7 @@ Daemon::Daemon(const DaemonOptions& options, SignalWatch& signals)
       url_(choose_url(options.lcm_url)),
       output_(plan_) {
   identity_ = {make_session(), plan_fingerprint(plan_), std::filesystem::absolute(options.input).string(),
-               options.timing};
+               options.timing, plan_.command_limits};
   check_pace(options.timing, plan_.period);
   if (std::string fault = check_lcm_url(url_); !fault.empty()) throw StartFault(kUsage, fault);
 }
@@ -250,8 +250,10 @@ std::int64_t Daemon::listen(milliseconds time) {
 }
 
 void Daemon::start_simulation() {
-  const LoopSettings settings{
-      .timing = options_.timing, .starts_holding = options_.starts_holding, .until_tick = until_tick_};
+  const LoopSettings settings{.timing = options_.timing,
+                              .starts_holding = options_.starts_holding,
+                              .until_tick = until_tick_,
+                              .limits = plan_.command_limits};
   simulation_ = std::make_unique<Simulation>(plan_, settings, clock_, inbound().inbound, output_);
   if (!has_default_arithmetic()) {
     throw StartFault(kRuntimeFailure,

@@ -7,7 +7,7 @@
 #include <span>
 #include <vector>
 
-#include "core/step/command_limits.hpp"
+#include "core/command_limits.hpp"
 #include "core/step/step.hpp"
 #include "service/io/wire/operator_address.hpp"
 #include "service/io/wire/reason.hpp"

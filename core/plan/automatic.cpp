@@ -41,13 +41,18 @@ std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, 
   return plan;
 }
 
-/// \param why_outside  what the word on it says where that is outside
-PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung, std::string& why_outside,
-                  Faults& faults) {
-  PlanRung result;
+struct Tried {
+  PlanRung rung;
+  Verdict::Word word = Verdict::Word::kGood;  // the worst on it
+  std::string why;
+};
+
+Tried try_rung(const Scene& scene, const Structure& structure, Fidelity rung, Faults& faults) {
+  Tried tried;
+  PlanRung& result = tried.rung;
   result.rung = rung;
   const std::optional<Plan> plan = plan_to_try(scene, structure, rung, faults);
-  if (!plan) return result;
+  if (!plan) return tried;
   State state = make_state(*plan);
   Workspace workspace = make_workspace(*plan);
   Budget budget = make_budget(*plan);
@@ -59,7 +64,7 @@ PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung,
   const std::int64_t ticks = std::max<std::int64_t>(1, std::llround(scene.automatic->horizon / plan->period));
   for (std::int64_t k = 1, sample = 1; k <= ticks; ++k) {
     step(*plan, state, {}, workspace, budget, report);
-    if (report.status != StepStatus::kOk || budget.is_lost) return result;
+    if (report.status != StepStatus::kOk || budget.is_lost) return tried;
     judgement.take(state, none);
     if (k * kRungSamples < sample * ticks) continue;
     ++sample;
@@ -70,22 +75,23 @@ PlanRung try_rung(const Scene& scene, const Structure& structure, Fidelity rung,
   }
   result.is_finite = std::isfinite(result.position) && std::isfinite(result.elastic);
   const AutomaticRung& asked = *scene.automatic;
-  const Verdict& worst = judgement.worst();
-  if (worst.word == Verdict::Word::kOutside) why_outside = text_of(*plan, worst);
-  result.meets = result.is_finite && why_outside.empty() && is_within(result.position, asked.position) &&
-                 is_within(result.attitude, asked.attitude) && is_within(result.elastic, asked.elastic);
-  return result;
+  tried.word = judgement.worst().word;
+  tried.why = text_of(*plan, judgement.worst());
+  result.meets = result.is_finite && tried.word != Verdict::Word::kOutside &&
+                 is_within(result.position, asked.position) && is_within(result.attitude, asked.attitude) &&
+                 is_within(result.elastic, asked.elastic);
+  return tried;
 }
 
-std::string describe(const std::vector<PlanRung>& tried, const std::vector<std::string>& whys_outside) {
+std::string describe(const std::vector<Tried>& all) {
   std::string text;
-  for (std::size_t k = 0; k < tried.size(); ++k) {
-    const PlanRung& each = tried[k];
+  for (const Tried& tried : all) {
+    const PlanRung& each = tried.rung;
     text += (text.empty() ? "" : ", ") + std::string(name_of(each.rung));
     text += each.is_finite
                 ? join_text(" ", each.position, " m, ", each.attitude, " rad, elastic ", each.elastic)
                 : std::string(" leaves the numbers");
-    if (!whys_outside[k].empty()) text += " (outside by " + whys_outside[k] + ")";
+    if (tried.word == Verdict::Word::kOutside) text += " (outside by " + tried.why + ")";
   }
   return text;
 }
@@ -113,17 +119,26 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
                         " s or less, or name a rung in place of auto"));
     return std::nullopt;
   }
-  std::vector<std::string> whys_outside;
+  std::vector<Tried> all;
   for (const RungTraits& each : kRungs) {
     if (!each.is_tried) continue;
-    tried.push_back(try_rung(scene, structure, each.rung, whys_outside.emplace_back(), faults));
+    all.push_back(try_rung(scene, structure, each.rung, faults));
+    tried.push_back(all.back().rung);
     if (has_error(faults)) return std::nullopt;
-    if (tried.back().meets) return each.rung;
+    if (!tried.back().meets) continue;
+    if (all.back().word == Verdict::Word::kWatch)
+      add_warning(
+          faults, scene.automatic->origin,
+          join_text("fidelity: auto took ", name_of(each.rung),
+                    ", whose error by what is known meets the tolerance, but the word on its motion is "
+                    "watch: ",
+                    all.back().why));
+    return each.rung;
   }
   add_error(
       faults, scene.automatic->origin,
       join_text("fidelity: no rung meets the tolerance over ", scene.automatic->horizon,
-                " s: ", describe(tried, whys_outside),
+                " s: ", describe(all),
                 "; allow more, take a shorter horizon, raise the rate, load less, or take fidelity: full"));
   return std::nullopt;
 }

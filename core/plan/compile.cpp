@@ -235,6 +235,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   for (const Group& group : scene.groups)
     plan.groups.push_back(compile_group(scene, group, structure.mass_properties));
   plan.force_limit = scene.force_limit;
+  plan.command_limits = scene.command_limits;
   plan.torque_limit = scene.torque_limit;
   compile_start(scene, structure.mass_properties, plan);
   plan.initial.q = padded(plan, spec.initial.q(spec.modes));

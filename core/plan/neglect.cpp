@@ -151,9 +151,20 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   for (std::size_t k = 0; k < prestress.pairs.size(); ++k) {
     const auto [l, u] = prestress.pairs[k];
     const int at_l = place[static_cast<std::size_t>(l)], at_u = place[static_cast<std::size_t>(u)];
+    if (l == u && at_l < 0 && whole.omega[l] > 0.0) {
+      const double c = whole.mass_properties.mass * whole.omega[l] * whole.omega[l];
+      const auto left_out = static_cast<Eigen::Index>(k);
+      append(Eigen::RowVectorXd(rows.row(left_out)(spec.modes) / c), neglect.left_out_rows);
+      append(Products(spin.row(left_out, l, u) / c), neglect.left_out_spin);
+    }
     if (at_l < 0 || at_u < 0) continue;
     neglect.pairs.push_back({at_l, at_u});
-    neglect.num_judged += l == u ? 1 : 0;
+    if (l == u) {
+      const Eigen::VectorXd& root =
+          rung.has_true_geometry ? prestress.bent_root_quartic : prestress.root_quartic;
+      neglect.root_quartic.push_back(root[l]);
+      ++neglect.num_judged;
+    }
     const auto pair = static_cast<Eigen::Index>(k);
     append(Eigen::RowVectorXd(rows.row(pair)(spec.modes)), neglect.load_rows);
     Products products = spin.row(pair, l, u);
@@ -169,6 +180,13 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
     }
     append(products, neglect.spin_rows);
     append(s, neglect.coriolis_rows);
+  }
+  for (const Resonance& resonance : prestress.resonances) {
+    std::array<std::int32_t, 3> modes{};
+    for (std::size_t k = 0; k < 3; ++k) modes[k] = place[static_cast<std::size_t>(resonance.modes[k])];
+    if (modes[0] < 0 || modes[1] < 0 || modes[2] < 0) continue;
+    neglect.resonances.push_back(modes);
+    neglect.resonance_rows.push_back(rung.has_true_geometry ? resonance.bent_gamma : resonance.gamma);
   }
   if (rung.takes_spin_load || rung.couples) return;
   Eigen::Matrix<double, 6, 6> left_out = Eigen::Matrix<double, 6, 6>::Zero();

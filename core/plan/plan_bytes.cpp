@@ -160,11 +160,17 @@ void fields(Archive& archive, T& b) {
   all_of<PlanBudget>(archive, b.horizon, b.horizon_ticks, b.shadows);
 }
 
+template <typename Archive, Is<CommandLimits> T>
+void fields(Archive& archive, T& l) {
+  all_of<CommandLimits>(archive, l.max_age, l.sender_share);
+}
+
 template <typename Archive, Is<PlanNeglect> T>
 void fields(Archive& archive, T& n) {
   all_of<PlanNeglect>(archive, n.is_known, n.is_rigid, n.has_unseen, n.lacks_modes, n.tolerance, n.fast_loads,
                       n.num_judged, n.pairs, n.load_rows, n.spin_rows, n.coriolis_rows, n.coriolis_reach,
-                      n.spin_loads, n.spin_left_out);
+                      n.spin_loads, n.spin_left_out, n.root_quartic, n.resonances, n.resonance_rows,
+                      n.left_out_rows, n.left_out_spin);
 }
 
 template <typename Archive, Is<Plan> T>
@@ -174,10 +180,10 @@ void fields(Archive& archive, T& p) {
                p.num_moving, p.num_padded, p.omega, p.decay, p.frequency_accuracy, p.conditioning,
                p.propagator, p.mixing, p.coupled, p.fidelity, p.has_spin_load, p.field_rows, p.points,
                p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs, p.mechanisms,
-               p.histories, p.feedbacks, p.force_limit, p.torque_limit, p.initial, p.state_rate,
-               p.points_rate, p.loads_rate, p.status_rate, p.published_points, p.published_groups, p.damps,
-               p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers, p.scope, p.wide_modes,
-               p.wide, p.tried_rungs, p.budget, p.neglect);
+               p.histories, p.feedbacks, p.force_limit, p.torque_limit, p.command_limits, p.initial,
+               p.state_rate, p.points_rate, p.loads_rate, p.status_rate, p.published_points,
+               p.published_groups, p.damps, p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers,
+               p.scope, p.wide_modes, p.wide, p.tried_rungs, p.budget, p.neglect);
 }
 
 template <typename T>
@@ -190,11 +196,14 @@ using BitsOf = std::conditional_t<sizeof(T) == 1, std::uint8_t,
 // appends values, least significant byte first
 class Writer {
  public:
-  // without what judges a motion: a fingerprint is of what moves
+  // without what judges a motion or a sender: a fingerprint is of what moves
   explicit Writer(bool has_neglect = true) : has_neglect_(has_neglect) {}
 
   void operator()(const PlanNeglect& neglect) {
     if (has_neglect_) fields(*this, neglect);
+  }
+  void operator()(const CommandLimits& limits) {
+    if (has_neglect_) fields(*this, limits);
   }
   // one that plans of before would not have does not change their fingerprints
   void operator()(const PlanStiffening& stiffening) {
@@ -242,6 +251,9 @@ class Reader {
   }
   void operator()(PlanStiffening& stiffening) {
     if (has_neglect_) fields(*this, stiffening);
+  }
+  void operator()(CommandLimits& limits) {
+    if (has_neglect_) fields(*this, limits);
   }
   template <typename T>
   void operator()(T& value) {

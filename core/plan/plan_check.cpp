@@ -130,16 +130,31 @@ void PlanCheck::check_neglect() {
         is_index(l, n) && is_index(u, n) && (l == u) == (k < static_cast<std::size_t>(neglect.num_judged)),
         "a pair of judged modes is none of the plan");
   }
+  for (const auto& [l, u, v] : neglect.resonances) {
+    const auto is_judged = [&](std::int32_t mode) {
+      const auto end = neglect.pairs.begin() + std::max(0, neglect.num_judged);
+      return error_.empty() &&
+             std::any_of(neglect.pairs.begin(), end, [&](const auto& pair) { return pair[0] == mode; });
+    };
+    require(l <= u && u < v && is_judged(l) && is_judged(u) && is_judged(v),
+            "modes in resonance are not among those that are judged");
+  }
   require(neglect.load_rows.size() == num_pairs * n && neglect.spin_rows.size() == num_pairs * 6 &&
               neglect.coriolis_rows.size() == num_pairs * 3 &&
+              neglect.resonance_rows.size() == neglect.resonances.size() &&
+              neglect.root_quartic.size() == static_cast<std::size_t>(neglect.num_judged) &&
               (neglect.coriolis_reach.empty() ||
                neglect.coriolis_reach.size() == static_cast<std::size_t>(neglect.num_judged) * 6) &&
+              neglect.left_out_spin.size() % 6 == 0 &&
+              neglect.left_out_rows.size() == neglect.left_out_spin.size() / 6 * n &&
               (neglect.spin_loads.empty() || neglect.spin_loads.size() == n * 6) &&
               (neglect.spin_left_out.empty() || neglect.spin_left_out.size() == 36),
           "what the rung neglects does not have the size of its modes");
   require(are_finite(neglect.load_rows) && are_finite(neglect.spin_rows) &&
               are_finite(neglect.coriolis_rows) && are_finite(neglect.coriolis_reach) &&
-              are_finite(neglect.spin_loads) && are_finite(neglect.spin_left_out),
+              are_finite(neglect.spin_loads) && are_finite(neglect.spin_left_out) &&
+              are_finite(neglect.root_quartic) && are_finite(neglect.resonance_rows) &&
+              are_finite(neglect.left_out_rows) && are_finite(neglect.left_out_spin),
           "what the rung neglects is not finite");
 }
 
@@ -369,6 +384,9 @@ void PlanCheck::check_publication() {
               is_at_least(plan_.loads_rate, 0.0) && is_at_least(plan_.status_rate, 0.0),
           "a publication rate is not >= 0");
   require(is_at_least(plan_.force_limit, 0.0) && is_at_least(plan_.torque_limit, 0.0), "a limit is not >= 0");
+  const CommandLimits& limits = plan_.command_limits;
+  require(is_positive(limits.max_age) && is_positive(limits.sender_share) && limits.sender_share <= 1.0,
+          "the limits of commands are out of range");
   require(are_indices(plan_.published_points, plan_.points.size()), "a published point is not there");
   require(are_indices(plan_.published_groups, plan_.groups.size()), "a published group is not there");
   if (!error_.empty()) return;

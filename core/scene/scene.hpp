@@ -12,6 +12,7 @@
 #include <variant>
 #include <vector>
 
+#include "core/command_limits.hpp"
 #include "core/scene/products.hpp"
 #include "core/words.hpp"
 
@@ -273,6 +274,7 @@ struct Scene {
   std::vector<int> pushable;  // points that commands may name, indices into points
   double force_limit = 0.0;   // [N] largest |force| a command may put on a point or wrench; 0: none
   double torque_limit = 0.0;  // [N m] same for torques; 0: none
+  CommandLimits command_limits;
 };
 
 }  // namespace freeflex

@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "core/command_limits.hpp"
 #include "core/step/array.hpp"
 #include "core/words.hpp"
 
@@ -252,9 +253,15 @@ struct PlanNeglect {
   Array load_rows;      // [N/m^2] (pairs x num_elastic) stiffness per static elastic coordinate
   Array spin_rows;      // [N s^2/m] (pairs x 6) stiffness per product of the spin
   Array coriolis_rows;  // [-] (pairs x 3) sum m b_l x b_u / M; zero for (l, l) and on rungs that have it
+  Array root_quartic;   // [sqrt(N/m^3)] (judged) root of the stiffness per square of the own displacement
+  std::vector<std::array<std::int32_t, 3>> resonances;  // modes l <= u < v, judged, in the order of v
+  Array resonance_rows;                                 // [N/m^2] gamma of each   (THEORY X147)
   // [s^2] (judged x 6) square of the share of a ringing mode that Coriolis forces put into others, per
   // product of the spin; empty on rungs that have them
   Array coriolis_reach;
+  // of the lowest modes that are left out, [-] what they lose or gain of their stiffness, each over its own
+  Array left_out_rows;  // [1/m] (left out x num_elastic) per static elastic coordinate
+  Array left_out_spin;  // [s^2] (left out x 6) per product of the spin
   // centrifugal load; both empty on rungs that have it
   Array spin_loads;     // [kg m] (num_elastic x 6)
   Array spin_left_out;  // [m^2 s^4] (6 x 6) square of the static answer of modes left out, per two products
@@ -305,6 +312,7 @@ struct Plan {
   std::vector<PlanHistory> histories;
   std::vector<PlanFeedback> feedbacks;
   double force_limit = 0.0, torque_limit = 0.0;  // 0: none
+  CommandLimits command_limits;
   // initial state and publication
   PlanInitial initial;
   double state_rate = 0.0, points_rate = 0.0, loads_rate = 0.0, status_rate = 0.0;  // [Hz]

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
 
 #include "core/structure/link_factor.hpp"
 #include "core/structure/true_deformation.hpp"
@@ -22,6 +23,25 @@ constexpr int kMostPartners = 2;
 // Modes that the internal forces of follower loads stiffen: on a free beam under end thrust frequencies come
 // within 1e-4 with eight.
 constexpr int kMostFollowed = 24;
+
+// X147: omega_l + omega_u and omega_v differ by at most this share. Further off, the answer is at most five
+// times the static one.
+constexpr double kResonant = 0.1;
+constexpr int kMostMixed = 12;  // of the lowest modes, l and u may differ
+constexpr std::size_t kMostResonances = 128;
+
+std::vector<Resonance> choose_resonances(const Structure& structure, int num_modes) {
+  const auto first = static_cast<int>(structure.mechanisms.size());
+  const Eigen::VectorXd& omega = structure.omega;
+  std::vector<Resonance> all;
+  for (int v = first; v < num_modes; ++v)
+    for (int l = first; l < v; ++l)
+      for (int u = l; u < v && all.size() < kMostResonances; ++u)
+        if ((l == u || v < first + kMostMixed) &&
+            std::abs(omega[l] + omega[u] - omega[v]) <= kResonant * omega[v])
+          all.push_back({{l, u, v}});
+  return all;
+}
 
 std::vector<Prestress::Pair> choose_pairs(const Structure& structure, int& num_modes) {
   const auto num_mechanisms = static_cast<int>(structure.mechanisms.size());
@@ -117,46 +137,59 @@ Eigen::VectorXd second_order(const TrueLink& link, double span, const Eigen::Mat
 
 namespace {
 
+// second order of the natural deformations of one link along pairs of modes, each found once
+class SecondOrders {
+ public:
+  SecondOrders(const Scene& scene, int index, const Freedoms& freedoms, const LocalShapes& local)
+      : link_(scene.links[static_cast<std::size_t>(index)]),
+        true_(scene, index, freedoms),
+        local_(local),
+        index_(index) {
+    for (const int point : link_.points)
+      span_ = std::max(span_, (scene.points[static_cast<std::size_t>(point)].position -
+                               scene.points[static_cast<std::size_t>(link_.points.front())].position)
+                                  .norm());
+  }
+  int size() const { return true_.num_deformations(); }
+  // h_lu of X140
+  const Eigen::VectorXd& of(int l, int u) {
+    const auto found = known_.find({l, u});
+    if (found != known_.end()) return found->second;
+    Eigen::VectorXd h;
+    if (l == u) {
+      h = second_order(true_, span_, local_.displacements(link_, l), local_.rotations(index_, l));
+    } else {
+      const Eigen::Matrix3Xd V = local_.displacements(link_, l) + local_.displacements(link_, u),
+                             theta = local_.rotations(index_, l) + local_.rotations(index_, u);
+      h = 0.5 * (second_order(true_, span_, V, theta) - of(l, l) - of(u, u));
+    }
+    return known_[{l, u}] = std::move(h);
+  }
+
+ private:
+  const Link& link_;
+  TrueLink true_;
+  const LocalShapes& local_;
+  int index_;
+  double span_ = 0.0;
+  std::map<Prestress::Pair, Eigen::VectorXd> known_;
+};
+
 // E of pairs under static answers, without axial links and with them; h_lu of X140 a column a pair
 struct PairStiffness {
-  Eigen::MatrixXd axial, bent;  // (pairs x answers)
+  Eigen::MatrixXd axial, bent;                  // (pairs x answers)
+  Eigen::VectorXd axial_quartic, bent_quartic;  // sum D h_lu^2, [N/m^3] (pairs)
   bool has_unseen = false;
 };
 
-Eigen::MatrixXd second_orders(const Scene& scene, int index, const Freedoms& freedoms,
-                              const LocalShapes& local, const std::vector<Prestress::Pair>& pairs,
-                              int num_modes) {
-  const Link& link = scene.links[static_cast<std::size_t>(index)];
-  const TrueLink true_link(scene, index, freedoms);
-  double span = 0.0;
-  for (const int point : link.points)
-    span = std::max(span, (scene.points[static_cast<std::size_t>(point)].position -
-                           scene.points[static_cast<std::size_t>(link.points.front())].position)
-                              .norm());
-  Eigen::MatrixXd own(true_link.num_deformations(), num_modes);  // h_ll
-  for (int l = 0; l < num_modes; ++l)
-    own.col(l) = second_order(true_link, span, local.displacements(link, l), local.rotations(index, l));
-  Eigen::MatrixXd h(own.rows(), static_cast<Eigen::Index>(pairs.size()));
-  for (Eigen::Index pair = 0; pair < h.cols(); ++pair) {
-    const auto [l, u] = pairs[static_cast<std::size_t>(pair)];
-    if (l == u) {
-      h.col(pair) = own.col(l);
-      continue;
-    }
-    const Eigen::Matrix3Xd V = local.displacements(link, l) + local.displacements(link, u),
-                           theta = local.rotations(index, l) + local.rotations(index, u);
-    h.col(pair) = 0.5 * (second_order(true_link, span, V, theta) - own.col(l) - own.col(u));
-  }
-  return h;
-}
-
 // \param answers  [m] (n x answers) elastic coordinates that strain the links
 PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const Structure& structure,
-                           const std::vector<Prestress::Pair>& pairs, int num_modes,
-                           const Eigen::MatrixXd& answers) {
+                           const std::vector<Prestress::Pair>& pairs, const Eigen::MatrixXd& answers,
+                           std::vector<Resonance>& resonances) {
   PairStiffness stiffness;
   stiffness.axial = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(pairs.size()), answers.cols());
   stiffness.bent = stiffness.axial;
+  stiffness.axial_quartic = stiffness.bent_quartic = Eigen::VectorXd::Zero(stiffness.axial.rows());
   const Freedoms freedoms(scene);
   const LocalShapes local(scene, freedoms, factor, structure);
   for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
@@ -171,14 +204,45 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
                            std::holds_alternative<Plate>(scene.links[static_cast<std::size_t>(index)].kind);
     const RowRange range = factor.natural_of[static_cast<std::size_t>(index)];
     Eigen::MatrixXd forces(range.count, structure.omega.size());
+    Eigen::VectorXd D(range.count);
     for (int k = 0; k < range.count; ++k) {
       const DeformationRow& row = natural_row(factor, range, k);
-      forces.row(k) = row.root_stiffness * row.root_stiffness * local.deformation(row);
+      D[k] = row.root_stiffness * row.root_stiffness;
+      forces.row(k) = D[k] * local.deformation(row);
     }
-    const Eigen::MatrixXd h = second_orders(scene, index, freedoms, local, pairs, num_modes);
+    SecondOrders second(scene, index, freedoms, local);
+    Eigen::MatrixXd h(second.size(), static_cast<Eigen::Index>(pairs.size()));
+    for (Eigen::Index pair = 0; pair < h.cols(); ++pair) {
+      const auto [l, u] = pairs[static_cast<std::size_t>(pair)];
+      h.col(pair) = second.of(l, u);
+    }
     (kind.is_axial ? stiffness.axial : stiffness.bent).noalias() += h.transpose() * (forces * answers);
+    (kind.is_axial ? stiffness.axial_quartic : stiffness.bent_quartic) += h.cwiseAbs2().transpose() * D;
+    for (Resonance& resonance : resonances) {
+      const auto [l, u, v] = resonance.modes;
+      double gamma = forces.col(v).dot(second.of(l, u)) + forces.col(l).dot(second.of(u, v)) +
+                     forces.col(u).dot(second.of(l, v));
+      if (l == u) gamma *= 0.5;
+      resonance.gamma += gamma;
+      if (!kind.is_axial) resonance.bent_gamma += gamma;
+    }
   }
   return stiffness;
+}
+
+// X146: what is left when all other modes give way to the forces of second order
+Eigen::VectorXd root_quartic(const Structure& structure, const Eigen::VectorXd& held,
+                             const Eigen::MatrixXd& rows, int num_modes) {
+  Eigen::VectorXd root(num_modes);
+  for (Eigen::Index l = 0; l < num_modes; ++l) {
+    double left = held[l];
+    for (Eigen::Index v = 0; v < structure.omega.size(); ++v)
+      if (const double c = structure.mass_properties.mass * structure.omega[v] * structure.omega[v];
+          v != l && c > 0.0)
+        left -= rows(l, v) * rows(l, v) / c;
+    root[l] = std::sqrt(std::max(0.0, 0.5 * left));
+  }
+  return root;
 }
 
 }  // namespace
@@ -187,11 +251,16 @@ Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Str
   Prestress prestress;
   prestress.pairs = choose_pairs(structure, prestress.num_modes);
   const Eigen::Index n = structure.omega.size();
-  PairStiffness stiffness = stiffness_of(scene, factor, structure, prestress.pairs, prestress.num_modes,
-                                         Eigen::MatrixXd::Identity(n, n));
+  prestress.resonances = choose_resonances(structure, prestress.num_modes);
+  PairStiffness stiffness = stiffness_of(scene, factor, structure, prestress.pairs,
+                                         Eigen::MatrixXd::Identity(n, n), prestress.resonances);
   prestress.has_unseen = stiffness.has_unseen;
   prestress.rows = stiffness.axial + stiffness.bent;
   prestress.bent_rows = std::move(stiffness.bent);
+  prestress.root_quartic = root_quartic(structure, stiffness.axial_quartic + stiffness.bent_quartic,
+                                        prestress.rows, prestress.num_modes);
+  prestress.bent_root_quartic =
+      root_quartic(structure, stiffness.bent_quartic, prestress.bent_rows, prestress.num_modes);
   return prestress;
 }
 
@@ -220,7 +289,8 @@ std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const
     for (int l = 0; l < num_modes; ++l) all.back().modes.push_back(l);
   }
   if (all.empty()) return all;
-  const PairStiffness stiffness = stiffness_of(scene, factor, structure, pairs, num_modes, answers);
+  std::vector<Resonance> none;
+  const PairStiffness stiffness = stiffness_of(scene, factor, structure, pairs, answers, none);
   for (std::size_t k = 0; k < all.size(); ++k)
     for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
       const auto [l, u] = pairs[pair];
@@ -258,8 +328,38 @@ void reduce_follower_stiffness(const std::vector<int>& kept, FollowerStiffness& 
   stiffness.modes = std::move(modes);
 }
 
+namespace {
+
+// modes of the cluster swing alike, so each may have all that its fellows have together
+void bound_resonances(int first, int count, std::vector<Resonance>& resonances) {
+  const auto place = [&](int mode) { return mode >= first && mode < first + count ? first : mode; };
+  const std::vector<Resonance> before = resonances;
+  for (Resonance& to : resonances) {
+    double square = 0.0, bent_square = 0.0;
+    for (const Resonance& from : before) {
+      bool is_alike = true;
+      for (std::size_t k = 0; k < 3; ++k) is_alike = is_alike && place(from.modes[k]) == place(to.modes[k]);
+      if (!is_alike) continue;
+      square += from.gamma * from.gamma;
+      bent_square += from.bent_gamma * from.bent_gamma;
+    }
+    if (std::any_of(to.modes.begin(), to.modes.end(),
+                    [&](int mode) { return mode >= first && mode < first + count; }))
+      to.gamma = std::sqrt(square), to.bent_gamma = std::sqrt(bent_square);
+  }
+}
+
+}  // namespace
+
 void turn_prestress(const Eigen::MatrixXd& turn, int first, Prestress& prestress) {
   const auto count = static_cast<int>(turn.rows());
+  // of any mode of their space, at most that
+  for (Eigen::VectorXd* root : {&prestress.root_quartic, &prestress.bent_root_quartic}) {
+    const Eigen::Index num_judged = std::clamp<Eigen::Index>(root->size() - first, 0, count);
+    if (num_judged > 0)
+      root->segment(first, num_judged).setConstant(root->segment(first, num_judged).maxCoeff());
+  }
+  bound_resonances(first, count, prestress.resonances);
   for (Eigen::MatrixXd* rows : {&prestress.rows, &prestress.bent_rows}) {
     rows->middleCols(first, count) = (rows->middleCols(first, count) * turn).eval();
     // E <- turn^T E turn over the pairs that are there

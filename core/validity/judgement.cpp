@@ -17,6 +17,8 @@ constexpr double kFadingPeriods = 30.0;
 constexpr double kNothing = 1e-12;
 // more displacement where every link has its true geometry
 constexpr double kRoomOfTrueBars = 20.0;
+// [-] of the stiffness of a mode, lost to internal forces and spin: at 1 it buckles
+constexpr double kGoodSoftening = 0.5, kMostSoftening = 1.0;
 constexpr std::int64_t kLooksInHorizon = 8;
 // [-] size over distance of an attractor: the first term that is left out is as large beside the gradient
 constexpr double kNearAttractor = 0.02;
@@ -85,6 +87,13 @@ void Judgement::take(const State& state, Budget& budget) noexcept {
   if (now_.word > worst_.word) worst_ = now_;
 }
 
+void Judgement::take_steady(const State& state) noexcept {
+  begin(state);
+  is_steady_ = true;
+  errors_.front().settle(state);
+  judge(state);
+}
+
 /// The error budget: horizons that begin anew add up.
 void Judgement::read_beside(const State& state, Budget& budget) noexcept {
   if (budget.shadows.empty() || budget.tick != state.tick || budget.epoch != state.epoch) return;
@@ -130,6 +139,7 @@ void Judgement::judge(const State& state) noexcept {
     if (word > now_.word) now_.word = word, now_.cause = cause;
   };
   if (reading_.is_lost) note(Word::kOutside, Cause::kLost);
+  if (reading_.unresolved > kGoodElastic) note(Word::kWatch, Cause::kUnresolved);
   Cause cause = Cause::kStiffness;
   if (beside > own.seen) {
     const double model = reading_.model.elastic, integration = reading_.integration.elastic,
@@ -143,6 +153,7 @@ void Judgement::judge(const State& state) noexcept {
     cause = Cause::kSpinLoad;
   }
   note(grade(now_.error / now_.scale, kGoodElastic, kMostElastic), cause);
+  note(grade(own.softening, kGoodSoftening, kMostSoftening), Cause::kBuckling);
   if (size_ > 0.0) {
     note(grade(now_.position / size_, kGoodPosition, kMostPosition), Cause::kPosition);
     note(grade(own.displacement / size_ / room_, kGoodDisplacement, kMostDisplacement), Cause::kSize);
@@ -151,13 +162,23 @@ void Judgement::judge(const State& state) noexcept {
   if ((now_.error + now_.unseen) / now_.scale > kGoodElastic) note(Word::kWatch, Cause::kUnseen);
   if (plan_.neglect.has_unseen && size_ > 0.0 && own.displacement / size_ > kGoodUnseen)
     note(Word::kWatch, Cause::kUnseen);
-  if (reading_.unresolved > kGoodElastic) note(Word::kWatch, Cause::kUnresolved);
   if (fall_ > kGoodPosition * size_ || attractor_share_ > kNearAttractor)
     note(Word::kWatch, Cause::kAttractor);
-  if (!plan_.neglect.fast_loads.empty()) note(Word::kWatch, Cause::kFastLoad);
+  if (!is_steady_ && !plan_.neglect.fast_loads.empty()) note(Word::kWatch, Cause::kFastLoad);
   if (plan_.neglect.is_rigid && (!is_zero(state.force_W) || !is_zero(state.H_W)))
     note(Word::kWatch, Cause::kRigid);
   if (!plan_.neglect.is_known) note(Word::kWatch, Cause::kUnknown);
+}
+
+Verdict judge_steady(const Plan& plan, const State& state) {
+  Judgement judgement(plan);
+  judgement.take_steady(state);
+  return judgement.now();
+}
+
+std::string describe(const Plan& plan, const Verdict& verdict) {
+  const std::string cause = text_of(plan, verdict);
+  return name_of(verdict.word) + (cause.empty() ? "" : ": " + cause);
 }
 
 std::string text_of(const Plan& plan, const Verdict& verdict) {
@@ -169,6 +190,10 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
       return {};
     case Cause::kStiffness:
       return "model: what loads and spin change of the stiffness, and Coriolis forces" + error;
+    case Cause::kBuckling:
+      return "model: loads or spin take half the stiffness of a mode away or more; without any it buckles, "
+             "from "
+             "however little";
     case Cause::kSpinLoad:
       return "model, by spin: the deformation by centrifugal forces is missing" + error;
     case Cause::kDeformation:

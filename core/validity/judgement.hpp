@@ -17,6 +17,7 @@ struct Verdict {
   enum class Cause : std::int32_t {
     kNone,
     kStiffness,    // internal forces of loads and spin, and Coriolis forces, change how it vibrates
+    kBuckling,     // they take the stiffness of a mode away
     kSpinLoad,     // centrifugal forces deform it
     kDeformation,  // second order of the displacements
     kSize,         // displacements beside the size of the body
@@ -47,6 +48,12 @@ struct Verdict {
 const char* name_of(Verdict::Word word);
 /// The cause in words, with the way out; empty when the word is good.
 std::string text_of(const Plan& plan, const Verdict& verdict);
+/// "good", or the word and its cause.
+std::string describe(const Plan& plan, const Verdict& verdict);
+
+/// The word on a steady answer (X69): nothing rings, and loads of the scene take no part.  \pre quasi_static
+/// gave the state
+Verdict judge_steady(const Plan& plan, const State& state);
 
 /// Judges one motion from its first tick on. Allocates nothing after construction.
 class Judgement {
@@ -55,6 +62,8 @@ class Judgement {
 
   /// The state at the start of an epoch, and after every tick.
   void take(const State& state, Budget& budget) noexcept;
+  /// A state that is held for ever.
+  void take_steady(const State& state) noexcept;
   const Verdict& now() const noexcept { return now_; }
   /// The worst since the epoch began: the first of the worst word; tick -1: every word was good.
   const Verdict& worst() const noexcept { return worst_; }
@@ -71,7 +80,7 @@ class Judgement {
 
   const Plan& plan_;
   std::vector<ModalErrors> errors_;  // of the plan, of its wide one
-  bool is_wide_ = false;
+  bool is_wide_ = false, is_steady_ = false;
   std::int64_t epoch_ = -1, look_every_ = 1;
   double size_ = 0.0;
   double room_ = 1.0;                      // for displacements beside the size

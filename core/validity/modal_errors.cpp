@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/step/history.hpp"
 #include "core/step/readout.hpp"
@@ -19,6 +20,9 @@ constexpr double kUnseenSpin = 4.0, kUnseenLoad = 4.0;
 
 // of the stiffness by followers that the plan is taken to have: the rest counts as neglected
 constexpr double kFollowerShare = 0.9;
+
+// [rad] between two looks at a mode: what swings twice as fast is told from what stands
+constexpr double kResolved = 0.5;
 
 double square(double x) { return x * x; }
 
@@ -55,13 +59,37 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan) {
       if (plan.neglect.pairs[pair][0] == plan.neglect.pairs[l][0]) by_mode_.push_back(pair);
   }
   first_pair_.push_back(by_mode_.size());
+  find_resonances();
+}
+
+void ModalErrors::find_resonances() {
+  const PlanNeglect& neglect = plan_.neglect;
+  const auto place = [&](std::int32_t mode) {
+    std::size_t l = 0;
+    while (neglect.pairs[l][0] != mode) ++l;
+    return l;
+  };
+  for (std::size_t v = 0; v < modes_.size(); ++v) {
+    first_resonance_.push_back(resonances_.size());
+    for (std::size_t k = 0; k < neglect.resonances.size(); ++k) {
+      const auto [l, u, third] = neglect.resonances[k];
+      if (third != neglect.pairs[v][0]) continue;
+      const auto omega = [&](std::int32_t mode) { return plan_.omega[static_cast<std::size_t>(mode)]; };
+      const double off = (omega(l) + omega(u) - omega(third)) * round_;
+      const std::complex<double> i(0.0, 1.0);
+      const std::complex<double> mean = std::abs(off) < 1e-6 ? 1.0 : (std::exp(i * off) - 1.0) / (i * off);
+      resonances_.push_back({place(l), place(u), v, neglect.resonance_rows[k], round_ * mean});
+    }
+  }
+  first_resonance_.push_back(resonances_.size());
 }
 
 void ModalErrors::clear() noexcept {
-  for (Mode& mode : modes_) mode.ring = 0.0, mode.most = mode.still = mode.spread = mode.unseen = 0.0;
+  for (Mode& mode : modes_)
+    mode.ring = 0.0, mode.most = mode.driven = mode.still = mode.spread = mode.unseen = 0.0;
   std::fill(second_.begin(), second_.end(), 0.0);
   std::fill(swing_.begin(), swing_.end(), std::complex<double>{});
-  rest_ = fastest_ = 0.0;
+  rest_ = fastest_ = softest_ = quartic_ = next_quartic_ = 0.0;
   chunk_ = 0;
   size_ = {};
 }
@@ -109,6 +137,16 @@ void ModalErrors::take(const MotionState& state) noexcept {
 }
 
 /// E of X140 and X141.
+void ModalErrors::settle(const MotionState& state) noexcept {
+  clear();
+  for (std::int64_t look = 0; look < num_chunks_; ++look) take(state);
+  // once more, with the squares that were added up
+  for (std::size_t l = 0; l < modes_.size(); ++l) look_at(l, state);
+  for (Mode& mode : modes_) mode.ring = mode.unseen = 0.0;
+  rest_ = 0.0;
+  finish_round(state);
+}
+
 double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   const std::size_t n = flexibility_.size();
   const double* const load_row = plan_.neglect.load_rows.data() + pair * n;
@@ -130,11 +168,18 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   return sum;
 }
 
+/// What other modes add to the error of one: no more than the strongest of them has.
+void ModalErrors::drive(std::size_t l, const std::complex<double>& share, double most) noexcept {
+  modes_[l].ring += share;
+  modes_[l].driven = std::min(modes_[l].driven + std::abs(share), most);
+}
+
 void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   const PlanNeglect& neglect = plan_.neglect;
   Mode& mode = modes_[l];
   const auto at = static_cast<std::size_t>(neglect.pairs[l][0]);
-  const double omega = plan_.omega[at], stiffness = stiffness_of(l);
+  const double omega = plan_.omega[at];
+  double stiffness = stiffness_of(l);
   // X143: what the mode's displacement does to the others at second order
   const double* const row = neglect.load_rows.data() + l * flexibility_.size();
   for (std::size_t u = 0; u < second_.size(); ++u) second_[u] += row[u] * square(state.q[at]);
@@ -142,8 +187,16 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
 
   const std::complex<double> i(0.0, 1.0);
   swing_[l] = {state.q[at] - still_[at], state.q_dot[at] / omega};
+  // X146: as much as a spring of third order on average, and with the others three times as much
+  const double root = neglect.root_quartic[l],
+               own = root * square(std::abs(swing_[l]) + std::abs(still_[at]));
+  next_quartic_ += own;
+  stiffness += root * (1.5 * std::max(0.0, quartic_ - own) + 0.75 * own);
   const double share = stiffness * flexibility_[at];
+  softest_ = std::max(softest_, -share);
   std::complex<double> gain = -0.5 * i * omega * share * swing_[l];
+  // a stiffness that pulsates twice as fast as the mode acts on the part that turns the other way
+  if (omega * round_ <= kResolved) gain -= 0.5 * i * omega * share * std::conj(swing_[l]);
   for (std::size_t k = first_pair_[l]; k < first_pair_[l + 1]; ++k) {
     const std::size_t pair = by_mode_[k];
     for (std::size_t u = 0; u < modes_.size(); ++u) {
@@ -152,12 +205,13 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
       const double coriolis = neglect.coriolis_rows[3 * pair] * w_[0] +
                               neglect.coriolis_rows[3 * pair + 1] * w_[1] +
                               neglect.coriolis_rows[3 * pair + 2] * w_[2];
-      gain += (-i * coupling / omega - coriolis) * swing_[u];
-      modes_[u].ring +=
-          round_ * (-i * coupling / plan_.omega[static_cast<std::size_t>(neglect.pairs[u][0])] + coriolis) *
-          swing_[l];
+      const double omega_u = plan_.omega[static_cast<std::size_t>(neglect.pairs[u][0])];
+      const double most = std::max(mode.most, modes_[u].most);
+      drive(l, round_ * (-i * coupling / omega - coriolis) * swing_[u], most);
+      drive(u, round_ * (-i * coupling / omega_u + coriolis) * swing_[l], most);
     }
   }
+  drive_resonances(l);
   double still = -share * still_[at];
   for (std::size_t k = 0; k < 6 && !neglect.spin_loads.empty(); ++k)
     still += neglect.spin_loads[6 * at + k] * products_[k] * flexibility_[at];
@@ -166,7 +220,9 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   // no motion of the mode's amplitude can be off by more than twice that
   mode.most =
       std::max(std::abs(swing_[l]) + std::abs(still_[at]) + std::abs(still), mode.most * std::abs(mode.turn));
-  if (const double size = std::abs(mode.ring); size > 2.0 * mode.most) mode.ring *= 2.0 * mode.most / size;
+  mode.driven *= std::abs(mode.turn);
+  if (const double size = std::abs(mode.ring), most = std::max(2.0 * mode.most, mode.driven); size > most)
+    mode.ring *= most / size;
   // shapes change with the stiffness, and Coriolis forces make the others swing along
   double reach = 0.0;
   for (std::size_t k = 0; k < 6 && !neglect.coriolis_reach.empty(); ++k)
@@ -178,6 +234,25 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   mode.unseen =
       std::min(2.0 * mode.most,
                (mode.unseen + 0.5 * omega * unseen * round_ * std::abs(swing_[l])) * std::abs(mode.turn));
+}
+
+/// X147: two modes drive a third that swings as fast as both together, and it drives each by way of the
+/// other.
+void ModalErrors::drive_resonances(std::size_t v) noexcept {
+  const std::complex<double> i(0.0, 1.0);
+  const auto omega = [this](std::size_t l) {
+    return plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])];
+  };
+  for (std::size_t k = first_resonance_[v]; k < first_resonance_[v + 1]; ++k) {
+    const Resonance& each = resonances_[k];
+    const std::complex<double> a_l = swing_[each.l], a_u = swing_[each.u], a_v = swing_[v];
+    const std::complex<double> force = -i * each.gamma / (4.0 * plan_.mass);
+    // not beyond what the strongest of them has
+    const double most = std::max({modes_[each.l].most, modes_[each.u].most, modes_[v].most});
+    drive(v, each.span * force / omega(v) * a_l * a_u, most);
+    drive(each.l, std::conj(each.span) * force / omega(each.l) * a_v * std::conj(a_u), most);
+    drive(each.u, std::conj(each.span) * force / omega(each.u) * a_v * std::conj(a_l), most);
+  }
 }
 
 /// A mode without stiffness has what prestress gives it alone: error and its rate stand in `ring`.
@@ -192,8 +267,21 @@ void ModalErrors::look_at_mechanism(std::size_t l, double stiffness, const Motio
   mode.ring = {std::clamp(mode.ring.real() + rate * round_, -2.0 * size_of_body_, 2.0 * size_of_body_), rate};
 }
 
+/// A mode that is left out since nothing reaches it buckles as others do.
+void ModalErrors::look_at_left_out() noexcept {
+  const PlanNeglect& neglect = plan_.neglect;
+  const std::size_t n = flexibility_.size();
+  for (std::size_t l = 0; l < neglect.left_out_spin.size() / 6; ++l) {
+    double share = 0.0;
+    for (std::size_t u = 0; u < n; ++u) share += neglect.left_out_rows[l * n + u] * still_[u];
+    for (std::size_t k = 0; k < 6; ++k) share += neglect.left_out_spin[6 * l + k] * products_[k];
+    softest_ = std::max(softest_, -share);
+  }
+}
+
 void ModalErrors::finish_round(const MotionState& state) noexcept {
   const std::size_t n = flexibility_.size();
+  look_at_left_out();
   double all = 0.0, envelope = 0.0, judged_swing = 0.0, seen = 0.0, amplitude = 0.0, spin = 0.0, hidden = 0.0,
          swing = 0.0, spread = 0.0, slowest = 0.0;
   for (std::size_t u = 0; u < n; ++u) {
@@ -232,6 +320,8 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
   rest_ =
       std::min(2.0 * other_swing, (rest_ + fastest_ * round_ * other_swing) * std::exp(-slowest * round_));
   fastest_ = 0.0;
+  quartic_ = std::exchange(next_quartic_, 0.0);
+  size_.softening = std::exchange(softest_, 0.0);
   size_.displacement = std::sqrt(all);
   size_.envelope = std::sqrt(envelope);
   size_.amplitude = std::sqrt(amplitude);

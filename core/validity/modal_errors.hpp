@@ -15,6 +15,7 @@ struct ModalErrorSize {
   double seen = 0.0;          // [m] error by what is known of the links: estimate
   double unseen = 0.0;     // [m] error that links, modes or loads could hide: a bound by order of magnitude
   double amplitude = 0.0;  // [m] of `seen`, by second order of the displacements alone
+  double softening = 0.0;  // [-] largest share of its stiffness that a mode loses; 1: it buckles
   double spin = 0.0;       // [m] of `seen`, the displacement by centrifugal forces that the rung leaves out
 };
 
@@ -27,6 +28,8 @@ class ModalErrors {
 
   /// The state after a tick of this plan, ticks in order.
   void take(const MotionState& state) noexcept;
+  /// A state that is held until nothing rings any more.
+  void settle(const MotionState& state) noexcept;
   /// True after the tick at which every mode was looked at once more; then size() is new.
   bool is_round_over() const noexcept { return chunk_ == 0; }
   double round() const noexcept { return round_; }  // [s] between two looks at a mode
@@ -40,18 +43,28 @@ class ModalErrors {
   struct Mode {
     std::complex<double> ring;  // [m] error of the ringing: amplitude and phase, q + i q' / omega
     double most = 0.0;          // [m] largest amplitude of the mode itself, fading with its decay
+    double driven = 0.0;        // [m] what other modes may have added to `ring`, at most
     double still = 0.0;         // [m] error of the static part
     double spread = 0.0;        // [m] bound on what of the ringing and the static part other modes take
     double unseen = 0.0;        // [m] bound on the ringing's error by what is not known
     std::complex<double> turn;  // of free motion over a round, with its decay
   };
+  struct Resonance {
+    std::size_t l, u, v;        // judged modes
+    double gamma;               // [N/m^2]
+    std::complex<double> span;  // [s] a round as the third feels it
+  };
   struct Follower {
     const PlanHistory* history;
     double amplitude;  // of the round
   };
+  void find_resonances();
   void look_at(std::size_t l, const MotionState& state) noexcept;
+  void drive(std::size_t l, const std::complex<double>& share, double most) noexcept;
+  void drive_resonances(std::size_t v) noexcept;
   void look_at_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept;
   double stiffness_of(std::size_t pair) const noexcept;
+  void look_at_left_out() noexcept;
   void finish_round(const MotionState& state) noexcept;
 
   const Plan& plan_;
@@ -62,16 +75,20 @@ class ModalErrors {
   std::vector<Mode> modes_;              // judged ones
   std::vector<std::size_t> first_pair_;  // (judged + 1) pairs (l, u) of mode l, u > l, in by_mode_
   std::vector<std::size_t> by_mode_;
-  std::vector<double> flexibility_;          // [m/N] 1 / (M omega^2), 0 of mechanisms
-  std::vector<double> still_;                // [m] static answer to the loads that the rung has
-  std::vector<double> second_;               // [N] generalized forces of second order
-  std::vector<std::complex<double>> swing_;  // [m] ringing of the judged modes, as `ring`
+  std::vector<Resonance> resonances_;         // by v
+  std::vector<std::size_t> first_resonance_;  // (judged + 1) those of mode v
+  std::vector<double> flexibility_;           // [m/N] 1 / (M omega^2), 0 of mechanisms
+  std::vector<double> still_;                 // [m] static answer to the loads that the rung has
+  std::vector<double> second_;                // [N] generalized forces of second order
+  std::vector<std::complex<double>> swing_;   // [m] ringing of the judged modes, as `ring`
   std::vector<Follower> followers_;
-  std::array<double, 6> products_{};  // [1/s^2] of the spin
-  Vec3 w_{};                          // [rad/s]
-  double unseen_share_ = 0.0;         // [1/s^2] of omega_1 omega_l: stiffness that could be there
-  double fastest_ = 0.0;              // [1/s] phase error of any judged mode
-  double rest_ = 0.0;                 // [m] ringing error of all other modes
+  std::array<double, 6> products_{};           // [1/s^2] of the spin
+  Vec3 w_{};                                   // [rad/s]
+  double unseen_share_ = 0.0;                  // [1/s^2] of omega_1 omega_l: stiffness that could be there
+  double quartic_ = 0.0, next_quartic_ = 0.0;  // [sqrt(N m)] root_quartic times squares of amplitudes
+  double softest_ = 0.0;                       // [-] largest share of its stiffness that a judged mode loses
+  double fastest_ = 0.0;                       // [1/s] phase error of any judged mode
+  double rest_ = 0.0;                          // [m] ringing error of all other modes
   ModalErrorSize size_;
 };
 

@@ -2,9 +2,12 @@
 // the 20-point truss.
 #include <benchmark/benchmark.h>
 
+#include <string>
+
 #include "core/plan/make_plan.hpp"
 #include "core/step/budget.hpp"
 #include "core/structure/structure.hpp"
+#include "core/validity/judgement.hpp"
 #include "service/io/scene/input.hpp"
 
 namespace {
@@ -54,6 +57,26 @@ void tick_with_budget(benchmark::State& bench) {
 BENCHMARK(tick_with_budget)
     ->DenseRange(static_cast<int>(Fidelity::kSeparated), static_cast<int>(Fidelity::kFull))
     ->ArgName("rung");
+
+// what judging the motion adds to a tick, against the scene's modes
+void judge(benchmark::State& bench) {
+  const char* const names[] = {"truss-s1", "truss104", "truss-s3"};
+  const char* const name = names[bench.range(0)];
+  Faults faults;
+  const Scene scene =
+      *io::read_scene(std::string(FREEFLEX_SOURCE_DIR "/service/scenes/") + name + ".yaml").scene;
+  const auto structure = build_structure(scene, faults);
+  const Plan plan = *make_whole_plan(scene, *structure, Fidelity::kSeparated, faults);
+  State state = make_state(plan);
+  Workspace workspace = make_workspace(plan);
+  Judgement judgement(plan);
+  Budget none;
+  StepReport report;
+  step(plan, state, {}, workspace, report);
+  for (auto _ : bench) judgement.take(state, none);
+  bench.SetLabel(std::string(name) + ", " + std::to_string(plan.num_elastic) + " modes");
+}
+BENCHMARK(judge)->DenseRange(0, 2)->ArgName("scene");
 
 // errors as the status publishes them
 void read_out_budget(benchmark::State& bench) {

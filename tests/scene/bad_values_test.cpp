@@ -318,6 +318,14 @@ INSTANTIATE_TEST_SUITE_P(
              "scene.yaml:6:29: error: feedback 1: velocity has 4 items, must be a number, a list of 3 "
              "(one for each body axis) or 3 lists of 3 (rows of a matrix) [N s/m]: a comma parts items, "
              "write 1.5"}},
+        BadScene{"LimitsOfCommands",
+                 {{"scene.yaml",
+                   "points: {mass: 2, at: [0, 0, 0]}\n"
+                   "commands:\n"
+                   "  max_age: 0\n"
+                   "  sender_share: 1.5\n"}},
+                 {"scene.yaml:3:12: error: commands: max_age 0 s, must be > 0",
+                  "scene.yaml:4:17: error: commands: sender_share is 1.5, must be a share, at most 1"}},
         BadScene{
             "CommasOfOtherKinds",
             {{"scene.yaml",

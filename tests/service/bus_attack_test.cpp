@@ -1,13 +1,16 @@
 // The real freeflexd while its receiving processes are killed again and again, and while packets that kill
-// liblcm come at 1 to 1000 a second: how soon input is back, how many commands are heard, whether a bit
-// changes. FREEFLEX_ATTACK_KILLS and FREEFLEX_ATTACK_SECONDS say how much of it.
+// liblcm come at 1 to 1000 a second, or hostile ones as fast as they can be sent: how soon input is back, how
+// many commands are heard, whether a bit changes. FREEFLEX_ATTACK_KILLS and FREEFLEX_ATTACK_SECONDS say how
+// much of it.
 #include <gtest/gtest.h>
 #include <signal.h>
 
 #include <algorithm>
+#include <atomic>
 #include <chrono>
 #include <fstream>
 #include <set>
+#include <thread>
 
 #include "messages/channels.hpp"
 #include "tests/service/daemon_fixture.hpp"
@@ -112,15 +115,121 @@ TEST_F(FREEFLEX_ATTACK_NAME, InputIsBackAfterEachKillAndEveryTickIsExecuted) {
   EXPECT_EQ(daemon.wait(), 0) << daemon.output();
 }
 
+// What hangs is found by its silence: 100 ms when it was stopped.
+TEST_F(FREEFLEX_ATTACK_NAME, InputIsBackAfterEachHang) {
+  BusClient client("AH");
+  Process daemon(command_line("AH"));
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  constexpr int kHangs = kKills / 10;
+  std::vector<milliseconds::rep> hung_us;
+  for (int i = 0; i < kHangs; ++i) {
+    const std::vector<pid_t> children = find_children(daemon);
+    ASSERT_FALSE(children.empty()) << i;
+    const auto stopped = steady_clock::now();
+    ASSERT_TRUE(send_signal(children[0], SIGSTOP));
+    hung_us.push_back(wait_for_input(client, stopped));
+    const auto end = steady_clock::now() + milliseconds(50);
+    ASSERT_TRUE(client.until([&] { return steady_clock::now() >= end; }));
+  }
+  print_us("input back, the one that receives stopped", hung_us);
+  ASSERT_TRUE(client.until([&] { return client.statuses.back().ingress_hangs >= kHangs; }));
+  EXPECT_EQ(client.statuses.back().ingress_hangs, kHangs);
+}
+
+enum class Flood {
+  kNone,
+  kCutChannel,
+  kWrappingFragment,
+  kRunt,
+  kDuplicate,
+  kEmptyFragment,
+  kHugeClaim,
+  kChannels,
+  kNegativeLengths
+};
+constexpr const char* kFloods[] = {"none",
+                                   "channel without its NUL",
+                                   "fragment offsets that wrap",
+                                   "runt fragments",
+                                   "duplicates of a command",
+                                   "fragments of length zero",
+                                   "first fragments of 256 MB",
+                                   "channel names",
+                                   "negative lengths"};
+
+/// Sends packets of one kind as fast as the system takes them, from a thread of its own.
+class Flooder {
+ public:
+  Flooder(Flood kind, const std::string& prefix, std::int64_t session)
+      : kind_(kind), channel_(prefix + channels::kForce) {
+    freeflex_msgs::force_t message = io::to_message(make_idle(1), session, 0);
+    message.sender = "copy";
+    bytes_ = io::encode(message);
+    negative_ = bytes_;
+    // num_forces, num_wrenches and num_torques are the last twelve bytes of a command without any
+    for (std::size_t i = negative_.size() - 12; i < negative_.size(); ++i) negative_[i] = std::byte{0xFF};
+    if (kind != Flood::kNone) thread_ = std::thread([this] { run(); });
+  }
+  ~Flooder() { stop(); }
+  void stop() {
+    is_stopping_ = true;
+    if (thread_.joinable()) thread_.join();
+  }
+  std::int64_t num_sent() const { return num_sent_; }
+
+ private:
+  void run() {
+    PacketSender packets;
+    for (; !is_stopping_; ++num_sent_) {
+      switch (kind_) {
+        case Flood::kNone:
+          break;
+        case Flood::kCutChannel:
+          packets.send_cut_channel(channel_);
+          break;
+        case Flood::kWrappingFragment:
+          packets.send_wrapping_fragment(channel_);
+          break;
+        case Flood::kRunt:
+          packets.send_fragment_runt(channel_);
+          break;
+        case Flood::kDuplicate:
+          packets.publish(channel_, bytes_);
+          break;
+        case Flood::kEmptyFragment:
+          packets.send_first_fragment(channel_, 1000, 0);
+          break;
+        case Flood::kHugeClaim:
+          packets.send_first_fragment(channel_, 256U << 20, 1000);
+          break;
+        case Flood::kChannels:
+          packets.publish("C" + std::to_string(num_sent_.load()), bytes_);
+          break;
+        case Flood::kNegativeLengths:
+          packets.publish(channel_, negative_);
+          break;
+      }
+    }
+  }
+
+  Flood kind_;
+  std::string channel_;
+  std::vector<std::byte> bytes_, negative_;
+  std::atomic<bool> is_stopping_{false};
+  std::atomic<std::int64_t> num_sent_{0};
+  std::thread thread_;
+};
+
 /// What a run of kSeconds left.
 struct Attacked {
   std::map<std::int64_t, state_t> states;
-  std::int64_t num_sent = 0, num_heard = 0;
+  std::int64_t num_sent = 0, num_heard = 0, num_flooded = 0;
   status_t first{}, last{};
 };
 
-/// Ten commands with ticks of their own, then 100 idle ones a second, and so many crafted packets a second.
-Attacked run_attacked(int packets_a_second) {
+/// Ten commands with ticks of their own, then 100 idle ones a second, and so many crafted packets a second,
+/// or a flood.
+Attacked run_attacked(int packets_a_second, Flood flood = Flood::kNone) {
   Attacked run;
   BusClient client("AP");
   Process daemon(command_line("AP"));
@@ -137,6 +246,7 @@ Attacked run_attacked(int packets_a_second) {
   const std::string channel = std::string("AP") + channels::kForce;
   const auto begin = steady_clock::now();
   std::int64_t num_packets = 0;
+  Flooder flooder(flood, "AP", client.session);
   EXPECT_TRUE(client.until([&] {
     const auto passed = steady_clock::now() - begin;
     for (; milliseconds(10) * run.num_sent < passed && passed < kSeconds; ++run.num_sent)
@@ -147,18 +257,54 @@ Attacked run_attacked(int packets_a_second) {
       if (num_packets % 3 == 1) client.packets.send_fragment_runt(channel);
       if (num_packets % 3 == 2) client.packets.send_cut_channel(channel);
     }
+    if (passed >= kSeconds) flooder.stop();
     return passed >= kSeconds + milliseconds(500);
   }));
+  run.num_flooded = flooder.num_sent();
+  // answers are lost on their way through a flood: what was heard the daemon's count tells
   std::set<std::int64_t> heard;
   for (std::size_t i = num_acks; i < client.acks.size(); ++i)
     if (client.acks[i].sequence >= first_sequence && client.acks[i].reason == 0)
       heard.insert(client.acks[i].sequence);
-  run.num_heard = static_cast<std::int64_t>(heard.size());
+  const std::int64_t utime = client.statuses.back().utime;
+  EXPECT_TRUE(client.until([&] { return client.statuses.back().utime > utime; }));
   run.last = client.statuses.back();
+  run.num_heard = flood == Flood::kNone ? static_cast<std::int64_t>(heard.size())
+                                        : run.last.commands_accepted - run.first.commands_accepted;
   daemon.signal(SIGINT);
   EXPECT_EQ(daemon.wait(), 0) << daemon.output();
   run.states = std::move(client.states);
   return run;
+}
+
+/// Every state that both have has the same bits.
+void expect_same_motion(const Attacked& run, const Attacked& peaceful) {
+  int num_compared = 0;
+  for (const auto& [tick, state] : run.states) {
+    const auto same = peaceful.states.find(tick);
+    if (same == peaceful.states.end()) continue;
+    ++num_compared;
+    ASSERT_EQ(motion(state), motion(same->second)) << "tick " << tick;
+  }
+  EXPECT_GE(num_compared, 10);
+}
+
+TEST_F(FREEFLEX_ATTACK_NAME, FloodsCostNoTickNoProcessAndNoBit) {
+  const Attacked peaceful = run_attacked(0);
+  for (int kind = 0; kind <= static_cast<int>(Flood::kNegativeLengths); ++kind) {
+    SCOPED_TRACE(kFloods[kind]);
+    const Attacked run = run_attacked(0, static_cast<Flood>(kind));
+    std::printf("%-27s %8.0f/s: %lld of %lld commands heard, %lld restarts, %lld overruns, %lld slips\n",
+                kFloods[kind],
+                static_cast<double>(run.num_flooded) / std::chrono::duration<double>(kSeconds).count(),
+                static_cast<long long>(run.num_heard), static_cast<long long>(run.num_sent),
+                static_cast<long long>(run.last.ingress_restarts),
+                static_cast<long long>(run.last.overruns - run.first.overruns),
+                static_cast<long long>(run.last.slips - run.first.slips));
+    EXPECT_EQ(run.last.ingress_restarts, 0);
+    EXPECT_GT(run.num_heard, 0);
+    expect_same_motion(run, peaceful);
+  }
 }
 
 TEST_F(FREEFLEX_ATTACK_NAME, CraftedPacketsCostNoCommandNoProcessAndNoBit) {
@@ -174,14 +320,8 @@ TEST_F(FREEFLEX_ATTACK_NAME, CraftedPacketsCostNoCommandNoProcessAndNoBit) {
         static_cast<long long>(run.last.overruns - run.first.overruns), run.last.lateness_us[2]);
     EXPECT_GE(run.num_heard * 100, run.num_sent * 95) << rate;
     EXPECT_EQ(run.last.ingress_restarts, 0) << rate;
-    int num_compared = 0;
-    for (const auto& [tick, state] : run.states) {
-      const auto same = peaceful.states.find(tick);
-      if (same == peaceful.states.end()) continue;
-      ++num_compared;
-      ASSERT_EQ(motion(state), motion(same->second)) << rate << " a second, tick " << tick;
-    }
-    EXPECT_GE(num_compared, 10) << rate;
+    SCOPED_TRACE(rate);
+    expect_same_motion(run, peaceful);
   }
 }
 

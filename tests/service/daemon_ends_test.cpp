@@ -132,6 +132,32 @@ TEST_F(Daemon, CommandsThatWaitedWhileItWasStoppedAreRefusedAsTooOld) {
   }
 }
 
+TEST_F(Daemon, TheSceneSaysHowOldACommandMayBeAndWhatOneSenderHas) {
+  const std::string scene = temporary_path("limits.yaml");
+  std::ofstream(scene) << "points: [{mass: 1, at: [0, 0, 0]}, {mass: 1, at: [1, 0, 0]}]\n"
+                          "links: [{spring: [1, 2], stiffness: 100}]\n"
+                          "commands: {max_age: 0.2, sender_share: 0.03125}\n";
+  BusClient client("Y2");
+  Process daemon({program("freeflexd"), scene, "--prefix", "Y2"});
+  ASSERT_TRUE(client.meet()) << daemon.output();
+  for (const int slot : {0, 1, 2}) {
+    ForceCommand push = make_push(client.next_sequence++);
+    push.slot = slot;
+    client.send(push);
+    EXPECT_EQ(client.answer(push.sequence).reason, slot < 2 ? 0 : static_cast<int>(io::Reason::kNoSlotFree))
+        << "64 slots are shared, 2 of them for one";
+  }
+  daemon.signal(SIGSTOP);
+  const std::int64_t control = client.send_control(freeflex_msgs::control_t::RESET);
+  const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(400);
+  ASSERT_TRUE(client.until([&] { return std::chrono::steady_clock::now() > end; }));
+  daemon.signal(SIGCONT);
+  const auto refused = client.answer(control);
+  EXPECT_EQ(refused.reason, static_cast<int>(io::Reason::kTooOld));
+  EXPECT_NE(refused.text.find("for its decision, at most 0.2 s"), std::string::npos) << refused.text;
+  std::filesystem::remove(scene);
+}
+
 TEST_F(Daemon, EndsAfterOneTickWhenUntilIsShorter) {
   Process daemon(command_line("M", {"--until", "1e-9"}));
   EXPECT_EQ(daemon.wait(), 0);

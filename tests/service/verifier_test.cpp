@@ -215,7 +215,7 @@ TEST_F(VerifierTest, TheCommandInsideIsCheckedAsWithoutKeys) {
   rig_.seal_and_deliver(far, kAlice);
   EXPECT_EQ(refused(Reason::kUnknownPoint, 1), "forces[1]: point 300, the scene has 0 to 299");
   control_t odd = control_of(2);
-  odd.command = 7;
+  odd.command = 99;
   rig_.seal_and_deliver(odd, kAlice);
   refused(Reason::kBadControl, 2);
   // a control command sealed for FORCE

@@ -75,6 +75,13 @@ class PacketSender {
     packet.u32(kShort).u32(sequence_++).append(std::as_bytes(std::span(channel.data(), channel.size() / 2)));
     return send(packet.bytes);
   }
+  /// A first fragment of a message of so many bytes, with so many of them.
+  bool send_first_fragment(const std::string& channel, std::uint32_t message_size, std::size_t part_size) {
+    Packet packet;
+    packet.u32(kFragment).u32(sequence_++).u32(message_size).u32(0).u16(0).u16(2).text(channel);
+    packet.bytes.resize(packet.bytes.size() + part_size);
+    return send(packet.bytes);
+  }
 
  private:
   static constexpr std::uint32_t kShort = 0x4c433032;     // "LC02"

@@ -12,6 +12,7 @@
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/structure/structure.hpp"
+#include "core/validity/judgement.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
@@ -35,6 +36,7 @@ JSON fields:
   name         of the scene;  force [N] and torque [N m]: the resultant about the centre of mass, body axes
   points       of each: name, displacement [m], body axes, in the frame of mean axes
   links        of each: name, kind, values [N, N m] by kind (messages/README.md, section 7)
+  validity     0 good, 1 watch, 2 outside;  cause: why not good;  error, scale [m]: what the word compares
 Exit codes: 0 done, 2 the scene, plan or load has errors.)";
 
 /// Index of a name among items, or -1.
@@ -124,6 +126,11 @@ void print_loads_json(const Plan& plan, const State& state) {
   for (const LinkForce& force : link_forces(plan, state))
     links.push_back({{"name", force.name}, {"kind", force.kind}, {"values", force.values}});
   out["links"] = links;
+  const Verdict verdict = judge_steady(plan, state);
+  out["validity"] = static_cast<int>(verdict.word);
+  out["cause"] = text_of(plan, verdict);
+  out["error"] = verdict.error;
+  out["scale"] = verdict.scale;
   print_json(out);
 }
 
@@ -147,6 +154,7 @@ void print_loads(const Plan& plan, const State& state) {
       std::printf("%s% .6e", k > 0 && k % 6 == 0 ? "\n                            " : " ", force.values[k]);
     std::printf("\n");
   }
+  std::printf("word: %s\n", describe(plan, judge_steady(plan, state)).c_str());
 }
 
 /// The plan with every part in it: the load asked about need not be one that the scene knows. Prints the

@@ -255,18 +255,12 @@ Json json_of(const ErrorSize& error, bool is_lost) {
   return {{"position", error.position}, {"attitude", error.attitude}, {"elastic", error.elastic}};
 }
 
-/// "good", or the word and why.
-std::string word_text(const Plan& plan, const Verdict& verdict) {
-  const std::string cause = text_of(plan, verdict);
-  return name_of(verdict.word) + (cause.empty() ? "" : ": " + cause);
-}
-
 /// The word at the end of a run, and the worst where that is another.
 void print_word(std::FILE* to, const Plan& plan, const Verdict& verdict, const Verdict& worst) {
-  std::fprintf(to, "word at the end: %s\n", word_text(plan, verdict).c_str());
+  std::fprintf(to, "word at the end: %s\n", describe(plan, verdict).c_str());
   if (worst.word > verdict.word)
     std::fprintf(to, "the worst, at %.6g s: %s\n", static_cast<double>(worst.tick) * plan.period,
-                 word_text(plan, worst).c_str());
+                 describe(plan, worst).c_str());
 }
 
 /// The error budget at the end of a run.

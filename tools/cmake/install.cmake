@@ -26,7 +26,7 @@ install(TARGETS freeflex_cli freeflex_study RUNTIME DESTINATION ${CMAKE_INSTALL_
 if(TARGET freeflexd)
   install(TARGETS freeflexd RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 endif()
-install(FILES core/limits.hpp core/rounding.hpp core/words.hpp DESTINATION ${header_dir}/core)
+install(FILES core/command_limits.hpp core/limits.hpp core/rounding.hpp core/words.hpp DESTINATION ${header_dir}/core)
 foreach(folder core/step core/scene core/structure core/plan core/validity service/io messages)
   install(DIRECTORY ${folder}/ DESTINATION ${header_dir}/${folder} FILES_MATCHING PATTERN "*.hpp")
 endforeach()

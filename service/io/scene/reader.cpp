@@ -272,12 +272,18 @@ void SceneReader::read_publish(const Node* node) {
 void SceneReader::read_commands(const Node* node) {
   scene_.pushable = every(scene_.points.size());
   if (!node) return;
-  const Fields fields(report_, *node, "commands", {"points", "force_limit", "torque_limit"});
+  const Fields fields(report_, *node, "commands",
+                      {"points", "force_limit", "torque_limit", "max_age", "sender_share"});
   if (const Node* points = fields.find("points"))
     if (auto selection = read_selection(report_, *points, "commands: points", points_))
       scene_.pushable = std::move(*selection);
   fields.read("force_limit", {"N", Bound::kPositive}, scene_.force_limit);
   fields.read("torque_limit", {"N m", Bound::kPositive}, scene_.torque_limit);
+  fields.read("max_age", {"s", Bound::kPositive}, scene_.command_limits.max_age);
+  fields.read("sender_share", {"-", Bound::kPositive}, scene_.command_limits.sender_share);
+  if (const double share = scene_.command_limits.sender_share; share > 1.0)
+    report_.error(fields.find("sender_share")->origin,
+                  "commands: sender_share is " + format_number(share) + ", must be a share, at most 1");
 }
 
 }  // namespace reader

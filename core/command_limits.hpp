@@ -4,8 +4,8 @@
 namespace freeflex {
 
 struct CommandLimits {
-  double max_age = 1.0;        // [s] from reception to decision
-  double sender_share = 0.25;  // [-] of slots and waiting commands, for one sender; > 0, <= 1
+  double max_age = 1.0;        // [s] > 0, from reception to decision
+  double sender_share = 0.25;  // [-] of slots and waiting commands, for one sender on the bus; > 0, <= 1
   bool operator==(const CommandLimits&) const = default;
 };
 

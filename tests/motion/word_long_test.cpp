@@ -1,0 +1,23 @@
+// The word beside the truth on three hundred random structures of every kind of link, and on as many of a
+// second seed, on which nothing was set.
+#include <gtest/gtest.h>
+
+#include "tests/motion/word_truth.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+TEST(WordLong, IsTrueOfThreeHundredRandomStructures) {
+  WordCounts counts;
+  for (std::uint64_t seed = 1; seed <= 300; ++seed) judge_scene(seed, counts);
+  expect_true_words(counts);
+}
+
+TEST(WordLong, IsTrueOfThreeHundredOthers) {
+  WordCounts counts;
+  for (std::uint64_t seed = 0; seed < 300; ++seed) judge_scene(20261122'000 + seed, counts);
+  expect_true_words(counts);
+}
+
+}  // namespace
+}  // namespace freeflex::testing
