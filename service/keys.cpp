@@ -124,6 +124,9 @@ class KeyReader {
     const bool is_read = node->kind == reader::Node::Kind::kText && node->text.size() == kDigits &&
                          sodium_hex2bin(secret.data(), secret.size(), node->text.data(), node->text.size(),
                                         nullptr, &size, nullptr) == 0;
+    if (is_read && sodium_is_zero(secret.data(), secret.size()) != 0)
+      report_.error(node->origin,
+                    "key: secret is zero, which anybody would try first: make one with freeflex keygen");
     if (!is_read || size != secret.size())
       report_.error(node->origin,
                     "key: secret must be 64 hexadecimal digits, as freeflex keygen writes them");
@@ -172,6 +175,7 @@ class KeyReader {
             read_words(fields, "controls", {"run", "hold", "step", "reset", "stop", "shapes", "scene"}))
       grants.controls = *words << 1U;
     read_items(fields, "points", "point", plan_->points, grants.points);
+    refuse_unpushable(fields, grants.points);
     read_items(fields, "groups", "group", plan_->groups, grants.groups);
     fields.read("largest_force", {"N", Bound::kPositive}, grants.largest_force);
     fields.read("largest_torque", {"N m", Bound::kPositive}, grants.largest_torque);
@@ -186,6 +190,17 @@ class KeyReader {
     for (const char* name : {"points", "groups", "largest_force", "largest_torque", "slots"})
       refuse_idle(fields, name, "FORCE", grants.has_force);
     refuse_idle(fields, "controls", "CONTROL", grants.has_control);
+  }
+
+  void refuse_unpushable(const reader::Fields& fields, const std::vector<bool>& may) {
+    const reader::Node* node = fields.find("points");
+    if (node == nullptr || node->text == "all") return;
+    for (std::size_t i = 0; i < plan_->points.size(); ++i)
+      if (may[i] && !plan_->points[i].pushable)
+        report_.error(node->origin,
+                      "key: points: " + plan_->points[i].name +
+                          " is not among commands: points of the scene, so no command may push it; remove "
+                          "it here or add it there");
   }
 
   void refuse_idle(const reader::Fields& fields, const char* name, const char* channel, bool has_channel) {

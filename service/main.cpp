@@ -51,10 +51,9 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->type_name("NAME")
       ->default_val(freeflex::channels::kDefaultPrefix)
       ->check(freeflex::service::channel_prefix());
-  app.add_option(
-         "--socket", options.socket,
-         "where this user's commands are taken beside the bus; none: nowhere. Default\n"
-         "$XDG_RUNTIME_DIR/freeflexd-PREFIX.sock, else /tmp/freeflexd-UID/PREFIX.sock")
+  app.add_option("--socket", options.socket,
+                 "where this user's commands are taken beside the bus; none: nowhere. Default\n"
+                 "$XDG_RUNTIME_DIR/freeflexd-PREFIX.sock, else /tmp/freeflexd-UID/PREFIX.sock")
       ->type_name("PATH");
   app.add_option("--rate", options.rate, "ticks per simulated second [Hz] in place of the scene's")
       ->type_name("HZ")
@@ -66,9 +65,8 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->type_name("S")
       ->check(freeflex::service::must_be("a number > 0 [s]", [](double time) { return time > 0.0; }));
   app.add_flag("--hold", options.starts_holding, "start holding: wait for RUN or STEP");
-  app.add_option(
-         "--ingress-user", options.ingress_user,
-         "user whose rights the process has that reads the network; where root starts it: nobody")
+  app.add_option("--ingress-user", options.ingress_user,
+                 "user whose rights the process has that reads the network; where root starts it: nobody")
       ->type_name("NAME");
   app.add_flag("--take-over", options.takes_over,
                "start although another freeflexd is heard on the prefix: it may be a stranger's invention");

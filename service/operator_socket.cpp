@@ -33,9 +33,14 @@ std::string make_folder(const std::string& folder) {
   if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) return call_fault(kNoSocket, "mkdir");
   struct stat found {};
   if (lstat(folder.c_str(), &found) != 0) return call_fault(kNoSocket, "lstat");
-  if (!S_ISDIR(found.st_mode) || found.st_uid != geteuid() || (found.st_mode & 077) != 0)
-    return fmt::format("{}: {} is not a folder of this user alone: remove it, or give --socket PATH",
-                       kNoSocket, folder);
+  if (!S_ISDIR(found.st_mode) || found.st_uid != geteuid())
+    return fmt::format(
+        "{}: {} is not a folder of this user, somebody else made it: give --socket PATH, a path that only "
+        "this user can write to",
+        kNoSocket, folder);
+  if ((found.st_mode & 077) != 0)
+    return fmt::format("{}: others may look into {}: chmod 700 {}, or give --socket PATH", kNoSocket, folder,
+                       folder);
   return {};
 }
 
@@ -78,7 +83,10 @@ OperatorSocket::~OperatorSocket() {
   for (const Connection& connection : connections_) ::close(connection.fd);
   if (fd_ < 0) return;
   ::close(fd_);
-  unlink(path_.c_str());
+  // somebody may have put another one there
+  struct stat found {};
+  if (lstat(path_.c_str(), &found) == 0 && std::pair(found.st_dev, found.st_ino) == place_)
+    unlink(path_.c_str());
 }
 
 std::string OperatorSocket::open(const std::string& path, bool is_default) {
@@ -99,10 +107,13 @@ std::string OperatorSocket::open(const std::string& path, bool is_default) {
   else if (listen(fd, kBacklog) != 0)
     failed = "listen";
   if (failed != nullptr) {
-    std::string fault = call_fault(kNoSocket, failed) + " (" + path + ")";
+    std::string fault =
+        call_fault(kNoSocket, failed) + " (" + path + "): give --socket PATH, or --socket none";
     ::close(fd);
     return fault;
   }
+  struct stat bound {};
+  if (lstat(path.c_str(), &bound) == 0) place_ = {bound.st_dev, bound.st_ino};
   fd_ = fd;
   path_ = path;
   return {};
@@ -177,11 +188,20 @@ void OperatorSocket::take(Connection& connection, std::span<const std::byte> byt
       refuse(Reason::kStaleSequence,
              fmt::format("sequence {} of {}, must be greater than {}", admission.sequence,
                          admission.sender.data(), connection.last_sequence));
+    else if (find_asker({admission.sender, admission.sequence}) != nullptr)
+      refuse(
+          Reason::kStaleSequence,
+          fmt::format(
+              "sequence {} of {} came over another connection, and answers could not be told apart: take a "
+              "name of your own, or sequences from a clock",
+              admission.sequence, admission.sender.data()));
   }
   if (admission.reason == Reason::kAccepted) {
-    connection.sender = admission.sender;
     connection.last_sequence = admission.sequence;
+    connection.asked.push_back({admission.sender, admission.sequence});
+    if (connection.asked.size() > kMostAsked) connection.asked.pop_front();
     if (output_.operator_commands.try_push(*entry_)) return;
+    connection.asked.pop_back();
     refuse(Reason::kQueueFull, "the loop has not yet looked at those before: send again later");
   }
   output_.operator_rejected[static_cast<std::size_t>(admission.reason)].fetch_add(1,
@@ -190,11 +210,18 @@ void OperatorSocket::take(Connection& connection, std::span<const std::byte> byt
       io::encode(make_ack(admission, output_.tick.load(std::memory_order_relaxed), identity_.session)));
 }
 
-/// What the loop decided goes to who has sent under that name.
+OperatorSocket::Connection* OperatorSocket::find_asker(const Asked& asked) {
+  for (Connection& connection : connections_)
+    if (std::find(connection.asked.rbegin(), connection.asked.rend(), asked) != connection.asked.rend())
+      return &connection;
+  return nullptr;
+}
+
+/// What the loop decided goes to the connection over which the command came.
 void OperatorSocket::deliver_answers() {
   for (AckEntry entry; output_.operator_acks.try_pop(entry);)
-    for (Connection& connection : connections_)
-      if (connection.sender == entry.sender) put(connection, io::encode(make_ack(entry, identity_)));
+    if (Connection* const connection = find_asker({entry.sender, entry.sequence}); connection != nullptr)
+      put(*connection, io::encode(make_ack(entry, identity_)));
 }
 
 void OperatorSocket::put(Connection& connection, std::vector<std::byte> bytes) {

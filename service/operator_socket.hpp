@@ -34,10 +34,17 @@ class OperatorSocket {
   void serve(std::chrono::milliseconds time);
 
  private:
+  /// A command, as its answer names it.
+  struct Asked {
+    std::array<char, kSenderSize> sender;
+    std::int64_t sequence;
+    bool operator==(const Asked&) const = default;
+  };
+  static constexpr std::size_t kMostAsked = 1024;  // four times as many as the loop lets wait
   struct Connection {
     int fd = -1;
-    std::array<char, kSenderSize> sender{};  // of its latest command
     std::int64_t last_sequence = 0;
+    std::deque<Asked> asked;  // what the loop has of it, the latest kMostAsked
     std::deque<std::vector<std::byte>> outbox;
   };
   void accept_one();
@@ -45,6 +52,7 @@ class OperatorSocket {
   void take(Connection& connection, std::span<const std::byte> bytes, std::int64_t received_ns);
   bool flush(Connection& connection);  // false: it has gone
   void deliver_answers();
+  Connection* find_asker(const Asked& asked);  // null: it has gone
   void put(Connection& connection, std::vector<std::byte> bytes);
 
   const Plan& plan_;
@@ -53,7 +61,8 @@ class OperatorSocket {
   std::unique_ptr<io::NameTable> names_;
   std::unique_ptr<InboundEntry> entry_;
   std::vector<std::byte> buffer_;
-  std::string path_;  // "": nothing is open
+  std::string path_;                 // "": nothing is open
+  std::pair<dev_t, ino_t> place_{};  // what was bound there
   int fd_ = -1;
   std::vector<Connection> connections_;
 };

@@ -49,7 +49,7 @@ std::string reason_text(const AckEntry& entry, const CommandLimits& limits) {
     case Reason::kEpochEnded:
       return fmt::format("a reset came before start_tick {}: send again in the new epoch", entry.found);
     case Reason::kTooOld:
-      return fmt::format("waited {:.3f} s for its decision, at most {:g} s: send it again if it still holds",
+      return fmt::format("waited {:.3g} s for its decision, at most {:g} s: send it again if it still holds",
                          1e-3 * static_cast<double>(entry.found), limits.max_age);
     case Reason::kBadControl:
       if (entry.command == freeflex_msgs::control_t::SCENE)

@@ -147,6 +147,12 @@ bool Verifier::take(const Time& time) {
   const bool is_raw = kind == InboundKind::kRawForce || kind == InboundKind::kRawControl;
   if (!is_raw || size < 0 || size > kMaxRawBytes) {
     count(Reason::kMalformed);
+    log_.say(
+        LineKind::kRefused, time.now_ns,
+        fmt::format(
+            "a message on FORCE or CONTROL is longer than any sealed command, {} bytes, or none at all: its "
+            "tag was not looked at",
+            kMaxRawBytes));
   } else {
     verified_->received_ns = std::clamp<std::int64_t>(taken_->received_ns, 0, time.now_ns);
     verify(std::span(taken_->raw).first(static_cast<std::size_t>(size)), kind == InboundKind::kRawForce,

@@ -25,6 +25,8 @@ constexpr double kFollowerShare = 0.9;
 constexpr double kResolved = 0.5;
 
 double square(double x) { return x * x; }
+// without the care of std::abs for what overflows, which takes longer than all else
+double length(const std::complex<double>& z) { return std::sqrt(std::norm(z)); }
 
 }  // namespace
 
@@ -54,21 +56,24 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan) {
     const double omega = plan.omega[mode], decay = plan.decay[mode];
     const double turn = std::sqrt(std::max(0.0, square(omega) - square(decay))) * round_;
     modes_[l].turn = std::polar(std::exp(-decay * round_), -turn);
-    first_pair_.push_back(by_mode_.size());
+    first_pair_.push_back(partners_.size());
     for (std::size_t pair = num_judged; pair < num_pairs; ++pair)
-      if (plan.neglect.pairs[pair][0] == plan.neglect.pairs[l][0]) by_mode_.push_back(pair);
+      if (plan.neglect.pairs[pair][0] == plan.neglect.pairs[l][0])
+        partners_.push_back({pair, judged_place(plan.neglect.pairs[pair][1])});
   }
-  first_pair_.push_back(by_mode_.size());
+  first_pair_.push_back(partners_.size());
   find_resonances();
+}
+
+/// Judged mode of a mode of the plan.
+std::size_t ModalErrors::judged_place(std::int32_t mode) const {
+  std::size_t l = 0;
+  while (plan_.neglect.pairs[l][0] != mode) ++l;
+  return l;
 }
 
 void ModalErrors::find_resonances() {
   const PlanNeglect& neglect = plan_.neglect;
-  const auto place = [&](std::int32_t mode) {
-    std::size_t l = 0;
-    while (neglect.pairs[l][0] != mode) ++l;
-    return l;
-  };
   for (std::size_t v = 0; v < modes_.size(); ++v) {
     first_resonance_.push_back(resonances_.size());
     for (std::size_t k = 0; k < neglect.resonances.size(); ++k) {
@@ -77,8 +82,10 @@ void ModalErrors::find_resonances() {
       const auto omega = [&](std::int32_t mode) { return plan_.omega[static_cast<std::size_t>(mode)]; };
       const double off = (omega(l) + omega(u) - omega(third)) * round_;
       const std::complex<double> i(0.0, 1.0);
-      const std::complex<double> mean = std::abs(off) < 1e-6 ? 1.0 : (std::exp(i * off) - 1.0) / (i * off);
-      resonances_.push_back({place(l), place(u), v, neglect.resonance_rows[k], round_ * mean});
+      const std::complex<double> mean = std::abs(off) < 1e-6 ? 1.0 : -i * (std::exp(i * off) - 1.0) / off;
+      const std::complex<double> rate = -i * (round_ * neglect.resonance_rows[k] / (4.0 * plan_.mass));
+      resonances_.push_back({judged_place(l), judged_place(u), rate * std::conj(mean) / omega(l),
+                             rate * std::conj(mean) / omega(u), rate * mean / omega(third)});
     }
   }
   first_resonance_.push_back(resonances_.size());
@@ -171,7 +178,7 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
 /// What other modes add to the error of one: no more than the strongest of them has.
 void ModalErrors::drive(std::size_t l, const std::complex<double>& share, double most) noexcept {
   modes_[l].ring += share;
-  modes_[l].driven = std::min(modes_[l].driven + std::abs(share), most);
+  modes_[l].driven = std::min(modes_[l].driven + length(share), most);
 }
 
 void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
@@ -188,8 +195,7 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   const std::complex<double> i(0.0, 1.0);
   swing_[l] = {state.q[at] - still_[at], state.q_dot[at] / omega};
   // X146: as much as a spring of third order on average, and with the others three times as much
-  const double root = neglect.root_quartic[l],
-               own = root * square(std::abs(swing_[l]) + std::abs(still_[at]));
+  const double root = neglect.root_quartic[l], own = root * square(length(swing_[l]) + std::abs(still_[at]));
   next_quartic_ += own;
   stiffness += root * (1.5 * std::max(0.0, quartic_ - own) + 0.75 * own);
   const double share = stiffness * flexibility_[at];
@@ -198,18 +204,15 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   // a stiffness that pulsates twice as fast as the mode acts on the part that turns the other way
   if (omega * round_ <= kResolved) gain -= 0.5 * i * omega * share * std::conj(swing_[l]);
   for (std::size_t k = first_pair_[l]; k < first_pair_[l + 1]; ++k) {
-    const std::size_t pair = by_mode_[k];
-    for (std::size_t u = 0; u < modes_.size(); ++u) {
-      if (neglect.pairs[u][0] != neglect.pairs[pair][1]) continue;
-      const double coupling = 0.5 * stiffness_of(pair) / plan_.mass;
-      const double coriolis = neglect.coriolis_rows[3 * pair] * w_[0] +
-                              neglect.coriolis_rows[3 * pair + 1] * w_[1] +
-                              neglect.coriolis_rows[3 * pair + 2] * w_[2];
-      const double omega_u = plan_.omega[static_cast<std::size_t>(neglect.pairs[u][0])];
-      const double most = std::max(mode.most, modes_[u].most);
-      drive(l, round_ * (-i * coupling / omega - coriolis) * swing_[u], most);
-      drive(u, round_ * (-i * coupling / omega_u + coriolis) * swing_[l], most);
-    }
+    const auto [pair, u] = partners_[k];
+    const double coupling = 0.5 * stiffness_of(pair) / plan_.mass;
+    const double coriolis = neglect.coriolis_rows[3 * pair] * w_[0] +
+                            neglect.coriolis_rows[3 * pair + 1] * w_[1] +
+                            neglect.coriolis_rows[3 * pair + 2] * w_[2];
+    const double omega_u = plan_.omega[static_cast<std::size_t>(neglect.pairs[u][0])];
+    const double most = std::max(mode.most, modes_[u].most);
+    drive(l, round_ * (-i * coupling / omega - coriolis) * swing_[u], most);
+    drive(u, round_ * (-i * coupling / omega_u + coriolis) * swing_[l], most);
   }
   drive_resonances(l);
   double still = -share * still_[at];
@@ -219,39 +222,32 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   mode.still = still;
   // no motion of the mode's amplitude can be off by more than twice that
   mode.most =
-      std::max(std::abs(swing_[l]) + std::abs(still_[at]) + std::abs(still), mode.most * std::abs(mode.turn));
-  mode.driven *= std::abs(mode.turn);
-  if (const double size = std::abs(mode.ring), most = std::max(2.0 * mode.most, mode.driven); size > most)
+      std::max(length(swing_[l]) + std::abs(still_[at]) + std::abs(still), mode.most * length(mode.turn));
+  mode.driven *= length(mode.turn);
+  if (const double size = length(mode.ring), most = std::max(2.0 * mode.most, mode.driven); size > most)
     mode.ring *= most / size;
   // shapes change with the stiffness, and Coriolis forces make the others swing along
   double reach = 0.0;
   for (std::size_t k = 0; k < 6 && !neglect.coriolis_reach.empty(); ++k)
     reach += neglect.coriolis_reach[6 * l + k] * products_[k];
-  mode.spread = std::abs(share) * (std::abs(swing_[l]) + std::abs(still_[at])) +
-                std::sqrt(2.0 * std::max(0.0, reach)) * std::abs(swing_[l]);
+  mode.spread = std::abs(share) * (length(swing_[l]) + std::abs(still_[at])) +
+                std::sqrt(2.0 * std::max(0.0, reach)) * length(swing_[l]);
   fastest_ = std::max(fastest_, 0.5 * omega * std::abs(share));
   const double unseen = unseen_share_ / (omega_1_ * omega);
-  mode.unseen =
-      std::min(2.0 * mode.most,
-               (mode.unseen + 0.5 * omega * unseen * round_ * std::abs(swing_[l])) * std::abs(mode.turn));
+  mode.unseen = std::min(
+      2.0 * mode.most, (mode.unseen + 0.5 * omega * unseen * round_ * length(swing_[l])) * length(mode.turn));
 }
 
 /// X147: two modes drive a third that swings as fast as both together, and it drives each by way of the
 /// other.
 void ModalErrors::drive_resonances(std::size_t v) noexcept {
-  const std::complex<double> i(0.0, 1.0);
-  const auto omega = [this](std::size_t l) {
-    return plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])];
-  };
   for (std::size_t k = first_resonance_[v]; k < first_resonance_[v + 1]; ++k) {
     const Resonance& each = resonances_[k];
     const std::complex<double> a_l = swing_[each.l], a_u = swing_[each.u], a_v = swing_[v];
-    const std::complex<double> force = -i * each.gamma / (4.0 * plan_.mass);
-    // not beyond what the strongest of them has
     const double most = std::max({modes_[each.l].most, modes_[each.u].most, modes_[v].most});
-    drive(v, each.span * force / omega(v) * a_l * a_u, most);
-    drive(each.l, std::conj(each.span) * force / omega(each.l) * a_v * std::conj(a_u), most);
-    drive(each.u, std::conj(each.span) * force / omega(each.u) * a_v * std::conj(a_l), most);
+    drive(v, each.to_v * a_l * a_u, most);
+    drive(each.l, each.to_l * a_v * std::conj(a_u), most);
+    drive(each.u, each.to_u * a_v * std::conj(a_l), most);
   }
 }
 

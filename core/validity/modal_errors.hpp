@@ -50,14 +50,17 @@ class ModalErrors {
     std::complex<double> turn;  // of free motion over a round, with its decay
   };
   struct Resonance {
-    std::size_t l, u, v;        // judged modes
-    double gamma;               // [N/m^2]
-    std::complex<double> span;  // [s] a round as the third feels it
+    std::size_t l, u;                       // judged modes; the third is v
+    std::complex<double> to_l, to_u, to_v;  // [1/m] what a round adds to `ring`, per product of the other two
+  };
+  struct Partner {
+    std::size_t pair, u;  // of the plan's pairs; judged mode
   };
   struct Follower {
     const PlanHistory* history;
     double amplitude;  // of the round
   };
+  std::size_t judged_place(std::int32_t mode) const;
   void find_resonances();
   void look_at(std::size_t l, const MotionState& state) noexcept;
   void drive(std::size_t l, const std::complex<double>& share, double most) noexcept;
@@ -73,8 +76,8 @@ class ModalErrors {
   double omega_1_ = 0.0;  // [rad/s] lowest that is not zero; 0: none
   double size_of_body_ = 0.0;
   std::vector<Mode> modes_;              // judged ones
-  std::vector<std::size_t> first_pair_;  // (judged + 1) pairs (l, u) of mode l, u > l, in by_mode_
-  std::vector<std::size_t> by_mode_;
+  std::vector<std::size_t> first_pair_;  // (judged + 1) pairs (l, u) of mode l, u > l, in partners_
+  std::vector<Partner> partners_;
   std::vector<Resonance> resonances_;         // by v
   std::vector<std::size_t> first_resonance_;  // (judged + 1) those of mode v
   std::vector<double> flexibility_;           // [m/N] 1 / (M omega^2), 0 of mechanisms

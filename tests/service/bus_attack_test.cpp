@@ -26,6 +26,7 @@ using std::chrono::microseconds;
 using std::chrono::milliseconds;
 using std::chrono::steady_clock;
 
+constexpr bool kIsQuick = FREEFLEX_ATTACK_KILLS < 100;
 constexpr int kKills = FREEFLEX_ATTACK_KILLS;
 constexpr std::chrono::seconds kSeconds{FREEFLEX_ATTACK_SECONDS};
 
@@ -240,6 +241,7 @@ Attacked run_attacked(int packets_a_second, Flood flood = Flood::kNone) {
     client.send(push);
     EXPECT_EQ(client.answer(push.sequence).reason, 0);
   }
+  EXPECT_TRUE(client.until([&] { return client.statuses.back().commands_accepted >= 10; }));
   run.first = client.statuses.back();
   const std::int64_t first_sequence = client.next_sequence;
   const std::size_t num_acks = client.acks.size();
@@ -292,6 +294,10 @@ void expect_same_motion(const Attacked& run, const Attacked& peaceful) {
 TEST_F(FREEFLEX_ATTACK_NAME, FloodsCostNoTickNoProcessAndNoBit) {
   const Attacked peaceful = run_attacked(0);
   for (int kind = 0; kind <= static_cast<int>(Flood::kNegativeLengths); ++kind) {
+    // one of those that kill liblcm, one for the filter, one for the codec
+    if (kIsQuick && kind != static_cast<int>(Flood::kWrappingFragment) &&
+        kind != static_cast<int>(Flood::kChannels) && kind != static_cast<int>(Flood::kNegativeLengths))
+      continue;
     SCOPED_TRACE(kFloods[kind]);
     const Attacked run = run_attacked(0, static_cast<Flood>(kind));
     std::printf("%-27s %8.0f/s: %lld of %lld commands heard, %lld restarts, %lld overruns, %lld slips\n",
@@ -310,6 +316,7 @@ TEST_F(FREEFLEX_ATTACK_NAME, FloodsCostNoTickNoProcessAndNoBit) {
 TEST_F(FREEFLEX_ATTACK_NAME, CraftedPacketsCostNoCommandNoProcessAndNoBit) {
   const Attacked peaceful = run_attacked(0);
   for (const int rate : {0, 1, 20, 100, 1000}) {
+    if (kIsQuick && (rate == 1 || rate == 100)) continue;
     const Attacked run = rate == 0 ? peaceful : run_attacked(rate);
     std::printf(
         "%4d crafted packets a second: %lld of %lld commands heard, %lld restarts, %lld ticks, %lld "

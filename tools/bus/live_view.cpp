@@ -22,6 +22,7 @@
 namespace freeflex::tools {
 namespace {
 
+constexpr std::int64_t kTwoDaemons = 2'000'000;  // [us] in which both of two daemons are heard
 constexpr double kSilent = 2.0;  // [s] without a word of a daemon that speaks ten times a second
 
 constexpr std::size_t kMaxNotes = 6;
@@ -98,9 +99,12 @@ void Screen::show(const std::string& text) {
 void LiveView::take(const std::string& suffix, const BusMessage& message) {
   if (suffix == channels::kStatus) {
     freeflex_msgs::status_t status;
-    if (io::decode_message(message.bytes, status))
+    if (io::decode_message(message.bytes, status)) {
+      for (std::string* text : {&status.fault, &status.time_mode, &status.replan, &status.validity_cause,
+                                &status.worst_validity_cause})
+        *text = printable(*text);
       take_status(status);
-    else
+    } else
       unread_ = io::explain_unread(message.bytes);
   } else if (suffix == channels::kState) {
     freeflex_msgs::state_t state;
@@ -119,6 +123,15 @@ void LiveView::take(const std::string& suffix, const BusMessage& message) {
 }
 
 void LiveView::take_status(const freeflex_msgs::status_t& status) {
+  const std::int64_t now_us = wall_clock_us();
+  if (status_ && status_->session != status.session) {
+    // one that is started again is not heard from under its old session
+    if (now_us - other_heard_us_ < kTwoDaemons && other_session_ == status.session) sees_two_ = true;
+    other_session_ = status_->session;
+    other_heard_us_ = now_us;
+  } else if (now_us - other_heard_us_ > kTwoDaemons) {
+    sees_two_ = false;
+  }
   if (status_ && status_->session == status.session && status_->mode == status.mode &&
       status.utime > status_->utime) {
     const double seconds = static_cast<double>(status.utime - status_->utime) * 1e-6;
@@ -159,13 +172,18 @@ double LiveView::silence_in_seconds() const {
 }
 
 std::string LiveView::header_text() const {
-  const std::string name = scene_.is_complete() ? scene_.head().name : "?";
+  const std::string name = scene_.is_complete() ? printable(scene_.head().name) : "?";
   const double silence = silence_in_seconds();
   std::string out = bold(name + ": " + mode_name(status_->mode) + ", " + status_->time_mode) +
                     format_text("   tick %lld   time %.3f s   epoch %lld\n",
                                 static_cast<long long>(state_ ? state_->tick : status_->tick),
                                 state_ ? state_->time : 0.0, static_cast<long long>(status_->epoch));
   if (!status_->fault.empty()) out += std::string(kAlarm) + "fault      " + status_->fault + kPlain + "\n";
+  if (sees_two_)
+    out += std::string(kAlarm) +
+           format_text("two        daemons publish on this prefix, sessions %lld and %lld: stop one",
+                       static_cast<long long>(status_->session), static_cast<long long>(other_session_)) +
+           kPlain + "\n";
   if (silence > kSilent)
     out += std::string(kAlarm) + format_text("silent     for %.0f s", silence) + kPlain + "\n";
   out += "rate       " + bold(rate_text()) + format_text(" of %.10g Hz   ", status_->rate) +
@@ -302,6 +320,7 @@ std::string LiveView::line() const {
   }
   out += format_text(", largest displacement %.4e m",
                      largest_point_ >= 0 ? largest_displacement_ : status_->max_displacement);
+  if (sees_two_) out += ", two daemons publish on this prefix";
   if (const double silence = silence_in_seconds(); silence > kSilent)
     out += format_text(", silent for %.0f s", silence);
   return out;

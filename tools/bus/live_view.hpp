@@ -61,7 +61,10 @@ class LiveView {
   std::int32_t largest_point_ = -1;
   std::int64_t last_heard_us_ = 0;  // [us] wall clock
   std::deque<std::string> notes_;   // latest commands and answers
-  std::string unread_;              // why the last STATUS could not be read, while none was
+  std::int64_t other_session_ = 0;  // of the status before those of this session
+  std::int64_t other_heard_us_ = 0;
+  bool sees_two_ = false;  // both are heard
+  std::string unread_;     // why the last STATUS could not be read, while none was
 };
 
 }  // namespace freeflex::tools

@@ -352,7 +352,7 @@ DecodedMessage decode_as(std::span<const std::byte> bytes) {
     return out;
   }
   out.fields = fields_of(message);
-  out.summary = summary_of(message);
+  out.summary = printable(summary_of(message));
   number_message(message, out);
   return out;
 }
@@ -368,7 +368,7 @@ DecodedMessage decode_command(std::span<const std::byte> bytes) {
   out.fields = {
       {"key_id", envelope.key_id},           {"session", envelope.session}, {"sequence", envelope.sequence},
       {"valid_until", envelope.valid_until}, {"body", out.fields},          {"tag", tag}};
-  out.summary = "signed with key " + envelope.key_id + ": " + out.summary;
+  out.summary = "signed with key " + printable(envelope.key_id) + ": " + out.summary;
   return out;
 }
 

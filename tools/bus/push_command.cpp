@@ -8,6 +8,7 @@
 #include <string_view>
 #include <utility>
 
+#include "core/step/command.hpp"
 #include "service/io/scene/text.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/usage.hpp"
@@ -189,6 +190,11 @@ std::string find_push_fault(const CLI::App& command, const PushOptions& options)
            "numbers from 1 to " +
            std::to_string(kMaxCount);
   }
+  if (options.points.size() > std::size_t{kMaxCommandPoints} ||
+      options.groups.size() > std::size_t{kMaxCommandWrenches})
+    return std::to_string(options.points.size()) + " points and " + std::to_string(options.groups.size()) +
+           " groups: one command takes at most " + std::to_string(kMaxCommandPoints) + " and " +
+           std::to_string(kMaxCommandWrenches) + "; send the others in another --slot";
   return options.clear ? std::string() : find_force_fault(options);
 }
 

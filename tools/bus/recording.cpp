@@ -215,15 +215,6 @@ const RecordedSession* choose_session(const Recording& recording, std::optional<
   return nullptr;
 }
 
-std::string printable(std::string_view text) {
-  std::string out;
-  for (const char c : text) {
-    const bool is_plain = c >= ' ' && c <= '~';
-    out += is_plain ? std::string(1, c) : format_text("\\x%02x", static_cast<unsigned char>(c));
-  }
-  return out;
-}
-
 CommandFeed::CommandFeed(io::LogReader& log, const RecordedSession& session, const Plan& plan)
     : log_(log), session_(session) {
   io::fill_name_table(plan, names_);

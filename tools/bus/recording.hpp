@@ -70,10 +70,6 @@ inline constexpr std::int64_t kMostUnseenTicks = 10'000'000'000;
 /// \param period  [s] of a tick; 0: not known, gaps alone are looked at
 std::string find_time_flaw(const RecordedSession& session, double period);
 
-/// Text of a damaged message as it can be printed: bytes that are not of ASCII's printable ones in
-/// hexadecimal.
-std::string printable(std::string_view text);
-
 /// Hands out the records of a session in the order in which they took effect.
 class CommandFeed {
  public:

@@ -104,7 +104,8 @@ class Overview {
   std::string table(std::optional<double> seconds, const std::string& bus) {
     std::string out = format_text("%-20s %9s %10s %8s %15s %6s  %s\n", "channel", "rate [Hz]", "[kB/s]",
                                   "count", "size [B]", "gaps", "last message");
-    for (auto& [name, channel] : channels_) {
+    for (auto& [name_as_sent, channel] : channels_) {
+      const std::string name = printable(name_as_sent);
       const std::string sizes = channel.smallest == channel.largest ? std::to_string(channel.largest)
                                                                     : std::to_string(channel.smallest) + "-" +
                                                                           std::to_string(channel.largest);

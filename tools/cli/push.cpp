@@ -46,7 +46,7 @@ JSON fields:
   accepted     true or false;  tick: from which it acts, or at which it was rejected
   reason       accepted, or a name of messages/README.md, section 6;  text: the same in words
   sequence, session
-               of the command and of the daemon
+               of the command and of the daemon that answered
 The command is sent once.
 Exit codes: 0 accepted, 1 rejected or not answered, 2 wrong arguments or names.)";
 
@@ -57,7 +57,10 @@ struct Exchange {
   SceneCatalogue scene;
   std::optional<SealingKey> key;  // of --key
   std::int64_t sequence = 0;      // of our command
+  std::int64_t sent_to = 0;       // the session that it names
   std::optional<freeflex_msgs::ack_t> answer;
+  // of another session: of a daemon that was started again meanwhile, or of a second one on the prefix
+  std::optional<freeflex_msgs::ack_t> answer_of_other;
 };
 
 /// The way to a daemon: the bus, or the operator's socket.
@@ -94,7 +97,7 @@ bool read_key(PushOptions& options, std::optional<SealingKey>& key) {
 }
 
 int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack) {
-  const std::string text = in_push_words(ack.text, point_names(options), options.groups);
+  const std::string text = printable(in_push_words(ack.text, point_names(options), options.groups));
   const bool is_accepted = ack.reason == 0;
   const bool is_known = ack.reason >= 0 && ack.reason < io::kNumReasons;
   const std::string reason = is_known ? io::reason_name(static_cast<io::Reason>(ack.reason))
@@ -136,6 +139,7 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
     return explain_silence(line, known.session ? "a daemon is there, but its scene did not come" : unread);
   }
   bool is_sent = false;
+  known.sent_to = *known.session;
   if (needs_scene) {
     std::optional<force_t> force = make_force(options, known.scene);
     if (!force) return kExitUsage;
@@ -153,15 +157,17 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
   if (!is_sent) return print_error("the command could not be sent (" + line.description + ")"), kExitDiffers;
   // sent once: an answer that is lost leaves it open whether the command was taken, and a second would act
   // twice
-  if (!line.wait(timeout, [&] { return known.answer.has_value(); }))
-    return explain_silence(line, "sent, but no answer came", known.key.has_value());
+  if (!line.wait(timeout, [&] { return known.answer.has_value(); }) && known.answer_of_other)
+    return print_answer(options, *known.answer_of_other);
+  if (!known.answer) return explain_silence(line, "sent, but no answer came", known.key.has_value());
   return print_answer(options, *known.answer);
 }
 
 void take_answer(std::span<const std::byte> bytes, const PushOptions& options, Exchange& known) {
   freeflex_msgs::ack_t ack;
-  if (io::decode_message(bytes, ack) && ack.sender == options.sender && ack.sequence == known.sequence)
-    known.answer = ack;
+  if (!io::decode_message(bytes, ack) || ack.sender != options.sender || ack.sequence != known.sequence)
+    return;
+  (ack.session == known.sent_to ? known.answer : known.answer_of_other) = ack;
 }
 
 int push_over_bus(PushOptions options) {
@@ -206,7 +212,7 @@ int push_over_socket(const PushOptions& options) {
   };
   const Line line{[&](auto time, const auto& done) { return link.wait(time, done, take); },
                   [&](const char*, std::span<const std::byte> bytes) { return link.send(bytes); }, path,
-                  "The daemon holds eight such connections at most."};
+                  "Is it stopped? It also holds eight such connections at most."};
   return push_over(line, options, known);
 }
 

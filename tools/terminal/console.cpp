@@ -177,4 +177,13 @@ void Progress::draw() const {
   std::fflush(stderr);
 }
 
+std::string printable(std::string_view text) {
+  std::string out;
+  for (const char c : text) {
+    const bool is_plain = c >= ' ' && c <= '~';
+    out += is_plain ? std::string(1, c) : format_text("\\x%02x", static_cast<unsigned char>(c));
+  }
+  return out;
+}
+
 }  // namespace freeflex::tools

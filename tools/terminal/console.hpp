@@ -83,4 +83,8 @@ class Progress {
   std::jthread drawer_;             // last: its end comes before that of what it reads
 };
 
+/// Text of a message, which anybody may have sent, as it can be shown: bytes that are not of ASCII's
+/// printable ones in hexadecimal, so that none of them moves a cursor or begins a line.
+std::string printable(std::string_view text);
+
 }  // namespace freeflex::tools

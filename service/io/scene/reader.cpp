@@ -281,6 +281,12 @@ void SceneReader::read_commands(const Node* node) {
   fields.read("torque_limit", {"N m", Bound::kPositive}, scene_.torque_limit);
   fields.read("max_age", {"s", Bound::kPositive}, scene_.command_limits.max_age);
   fields.read("sender_share", {"-", Bound::kPositive}, scene_.command_limits.sender_share);
+  constexpr double kShortestAge = 0.1;  // [s] a loop of slow ticks looks at its commands every 50 ms
+  if (const double age = scene_.command_limits.max_age; age < kShortestAge && fields.find("max_age"))
+    report_.error(fields.find("max_age")->origin,
+                  "commands: max_age is " + format_number(age) +
+                      " s, must be at least 0.1 s: between slow ticks commands "
+                      "are looked at every 50 ms");
   if (const double share = scene_.command_limits.sender_share; share > 1.0)
     report_.error(fields.find("sender_share")->origin,
                   "commands: sender_share is " + format_number(share) + ", must be a share, at most 1");
