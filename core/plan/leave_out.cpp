@@ -194,6 +194,7 @@ bool leave_out_small_modes(const Scene& scene, const Plan& plan, LeanSpec& lean)
                                       is_told_to_stay ? 0.0 : scene.leave_out.tolerance);
   if (is_told_to_stay) small.part.why = "told to stay";
   lean.horizon = small.horizon;
+  lean.small_size = small.size;
   lean.parts[static_cast<std::size_t>(Part::kSmallModes)] = small.part;
   if (!small.part.is_left_out) return false;
   std::vector<int> kept;

@@ -19,6 +19,7 @@ struct LeanSpec {
   MotionScope motion;   // what the scene, with or without commands, can do
   std::vector<PlanPart> parts;  // by Part
   double horizon = 0.0;         // [s] over which small modes were judged
+  double small_size = 0.0;      // [m] rms over all points of small modes that go
 };
 
 /// The rungs that lack modes or code only where a scene needs neither; the others are advanced whole.

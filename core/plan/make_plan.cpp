@@ -54,6 +54,7 @@ std::optional<Plan> compile_lean(const Scene& scene, const Structure& structure,
     if (!plan) return std::nullopt;
   }
   plan->parts = lean.parts;
+  plan->neglect.left_out = lean.small_size;
   plan->tolerance = scene.leave_out.tolerance;
   plan->horizon = lean.horizon;
   if (const std::optional<PlanSpec> open = wide_spec(scene, lean)) {

@@ -66,9 +66,17 @@ class SpinRows {
     // its loads
     prestress_ = Eigen::MatrixXd::Zero(rows.rows(), 6);
     if (rung.takes_spin_load) return;
+    const Prestress& prestress = whole.prestress;
     for (Eigen::Index v = 0; v < whole.omega.size(); ++v)
-      if (const double c = whole.mass_properties.mass * whole.omega[v] * whole.omega[v]; c > 0.0)
-        prestress_ += rows.col(v) * of_spin(field_of(scene, whole, v) / c);
+      if (const double c = whole.mass_properties.mass * whole.omega[v] * whole.omega[v]; c > 0.0) {
+        Eigen::VectorXd column = rows.col(v);
+        // among shadowed modes that is in the third derivatives
+        for (std::size_t k = 0; k < prestress.pairs.size() && v < prestress.num_shadowed; ++k)
+          if (prestress.pairs[k][0] < prestress.num_shadowed &&
+              prestress.pairs[k][1] < prestress.num_shadowed)
+            column[static_cast<Eigen::Index>(k)] = 0.0;
+        prestress_ += column * of_spin(field_of(scene, whole, v) / c);
+      }
   }
 
   Products row(Eigen::Index pair, int l, int u) const {
@@ -127,6 +135,32 @@ bool outruns_ticks(const History& history, double rate) {
   return false;
 }
 
+// X147: third derivatives of the strain energy along the lowest modes that the plan has
+void fill_shadow(const Prestress& prestress, const Eigen::MatrixXd& rows, const std::vector<int>& modes,
+                 PlanNeglect& neglect) {
+  const auto row_of = [&](int l, int u) {
+    const Prestress::Pair pair{std::min(l, u), std::max(l, u)};
+    return std::find(prestress.pairs.begin(), prestress.pairs.end(), pair) - prestress.pairs.begin();
+  };
+  const auto n = static_cast<std::size_t>(
+      std::lower_bound(modes.begin(), modes.end(), prestress.num_shadowed) - modes.begin());
+  neglect.num_shadowed = static_cast<std::int32_t>(n);
+  Eigen::MatrixXi row(n, n);
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = 0; b < n; ++b)
+      row(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) =
+          static_cast<int>(row_of(modes[a], modes[b]));
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = a; b < n; ++b)
+      for (std::size_t c = 0; c < n; ++c) {
+        const auto i = static_cast<Eigen::Index>(a), j = static_cast<Eigen::Index>(b),
+                   k = static_cast<Eigen::Index>(c);
+        const double third =
+            rows(row(i, j), modes[c]) + rows(row(j, k), modes[a]) + rows(row(i, k), modes[b]);
+        neglect.shadow_rows.push_back(a == b ? 0.5 * third : third);
+      }
+}
+
 }  // namespace
 
 void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec& spec, Plan& plan) {
@@ -181,13 +215,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
     append(products, neglect.spin_rows);
     append(s, neglect.coriolis_rows);
   }
-  for (const Resonance& resonance : prestress.resonances) {
-    std::array<std::int32_t, 3> modes{};
-    for (std::size_t k = 0; k < 3; ++k) modes[k] = place[static_cast<std::size_t>(resonance.modes[k])];
-    if (modes[0] < 0 || modes[1] < 0 || modes[2] < 0) continue;
-    neglect.resonances.push_back(modes);
-    neglect.resonance_rows.push_back(rung.has_true_geometry ? resonance.bent_gamma : resonance.gamma);
-  }
+  fill_shadow(prestress, rows, spec.modes, neglect);
   if (rung.takes_spin_load || rung.couples) return;
   Eigen::Matrix<double, 6, 6> left_out = Eigen::Matrix<double, 6, 6>::Zero();
   for (int mode = 0; mode < static_cast<int>(whole.omega.size()); ++mode) {

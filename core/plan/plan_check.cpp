@@ -119,6 +119,7 @@ class PlanCheck {
 void PlanCheck::check_neglect() {
   const PlanNeglect& neglect = plan_.neglect;
   const auto n = static_cast<std::size_t>(plan_.num_elastic), num_pairs = neglect.pairs.size();
+  require(is_at_least(neglect.left_out, 0.0), "what is left out is out of range");
   require(is_at_least(neglect.tolerance, 0.0), "the tolerance is out of range");
   require(are_ascending(neglect.fast_loads) && are_indices(neglect.fast_loads, plan_.histories.size()),
           "a fast load is none of the plan");
@@ -130,18 +131,16 @@ void PlanCheck::check_neglect() {
         is_index(l, n) && is_index(u, n) && (l == u) == (k < static_cast<std::size_t>(neglect.num_judged)),
         "a pair of judged modes is none of the plan");
   }
-  for (const auto& [l, u, v] : neglect.resonances) {
-    const auto is_judged = [&](std::int32_t mode) {
-      const auto end = neglect.pairs.begin() + std::max(0, neglect.num_judged);
-      return error_.empty() &&
-             std::any_of(neglect.pairs.begin(), end, [&](const auto& pair) { return pair[0] == mode; });
-    };
-    require(l <= u && u < v && is_judged(l) && is_judged(u) && is_judged(v),
-            "modes in resonance are not among those that are judged");
-  }
+  const auto num_shadowed = static_cast<std::size_t>(std::max(0, neglect.num_shadowed));
+  require(neglect.num_shadowed >= 0 &&
+              neglect.num_shadowed <= std::min(neglect.num_judged, kMostShadowedModes) &&
+              neglect.shadow_rows.size() == num_shadowed * (num_shadowed + 1) / 2 * num_shadowed,
+          "what is judged by its own motion does not have the size of its modes");
+  for (std::size_t l = 0; l < num_shadowed && error_.empty(); ++l)
+    require(neglect.pairs[l][0] == static_cast<std::int32_t>(l),
+            "modes judged by their own motion are not the first");
   require(neglect.load_rows.size() == num_pairs * n && neglect.spin_rows.size() == num_pairs * 6 &&
               neglect.coriolis_rows.size() == num_pairs * 3 &&
-              neglect.resonance_rows.size() == neglect.resonances.size() &&
               neglect.root_quartic.size() == static_cast<std::size_t>(neglect.num_judged) &&
               (neglect.coriolis_reach.empty() ||
                neglect.coriolis_reach.size() == static_cast<std::size_t>(neglect.num_judged) * 6) &&
@@ -153,7 +152,7 @@ void PlanCheck::check_neglect() {
   require(are_finite(neglect.load_rows) && are_finite(neglect.spin_rows) &&
               are_finite(neglect.coriolis_rows) && are_finite(neglect.coriolis_reach) &&
               are_finite(neglect.spin_loads) && are_finite(neglect.spin_left_out) &&
-              are_finite(neglect.root_quartic) && are_finite(neglect.resonance_rows) &&
+              are_finite(neglect.root_quartic) && are_finite(neglect.shadow_rows) &&
               are_finite(neglect.left_out_rows) && are_finite(neglect.left_out_spin),
           "what the rung neglects is not finite");
 }

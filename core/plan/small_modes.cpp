@@ -289,6 +289,7 @@ SmallModes find_small_modes(const Scene& scene, const Structure& structure, cons
   small.part.why = join_text("together at most ", tolerance,
                              " of the displacements of the points that are read or pushed");
   choice.account(structure, left_out, small.part);
+  small.size = choice.swings().whole(left_out).norm();
   return small;
 }
 

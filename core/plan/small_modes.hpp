@@ -13,6 +13,7 @@ namespace freeflex {
 struct SmallModes {
   std::vector<int> kept;  // ascending
   PlanPart part;
+  double size = 0.0;  // [m] rms over all points, by mass, of what the others do under built-in loads, at most
   double horizon = 0.0;  // [s] over which built-in loads were followed
 };
 

@@ -239,6 +239,8 @@ struct PlanBudget {
   std::vector<PlanShadow> shadows;
 };
 
+inline constexpr std::int32_t kMostShadowedModes = 32;  // of PlanNeglect
+
 /// What the rung neglects of the motion: nothing that steps it, but what judges it   (THEORY X140, X141).
 /// Products of the spin stand in the order xx, yy, zz, xy, xz, yz of w w^T.
 struct PlanNeglect {
@@ -247,6 +249,7 @@ struct PlanNeglect {
   bool has_unseen = false;               // links whose second order nothing tells: matrices, rigid links
   bool lacks_modes = false;              // small modes are left out, and what they carry
   double tolerance = 0.0;                // [m] of the scene; 0: none
+  double left_out = 0.0;                 // [m] rms over all points of small modes that are left out
   std::vector<std::int32_t> fast_loads;  // histories that change faster than ticks follow
   std::int32_t num_judged = 0;           // pairs (l, l), which come first
   std::vector<std::array<std::int32_t, 2>> pairs;  // modes of this plan
@@ -254,8 +257,10 @@ struct PlanNeglect {
   Array spin_rows;      // [N s^2/m] (pairs x 6) stiffness per product of the spin
   Array coriolis_rows;  // [-] (pairs x 3) sum m b_l x b_u / M; zero for (l, l) and on rungs that have it
   Array root_quartic;   // [sqrt(N/m^3)] (judged) root of the stiffness per square of the own displacement
-  std::vector<std::array<std::int32_t, 3>> resonances;  // modes l <= u < v, judged, in the order of v
-  Array resonance_rows;                                 // [N/m^2] gamma of each   (THEORY X147)
+  // the first modes, whose error is integrated: third derivatives of the strain energy along pairs a <= b and
+  // a third mode, half of them where a is b   (THEORY X147)
+  std::int32_t num_shadowed = 0;
+  Array shadow_rows;  // [N/m^2] (num_shadowed (num_shadowed + 1) / 2 x num_shadowed)
   // [s^2] (judged x 6) square of the share of a ringing mode that Coriolis forces put into others, per
   // product of the spin; empty on rungs that have them
   Array coriolis_reach;

@@ -19,40 +19,26 @@ constexpr double kAmplitude = 1e-3;
 constexpr int kMostModes = 48;
 constexpr double kNear = 0.05;  // [-] frequencies of a pair differ by at most this
 constexpr int kMostPartners = 2;
+constexpr int kMostShadowed = 16;  // their error is integrated at every tick, by the cube of their number
 
 // Modes that the internal forces of follower loads stiffen: on a free beam under end thrust frequencies come
 // within 1e-4 with eight.
 constexpr int kMostFollowed = 24;
 
-// X147: omega_l + omega_u and omega_v differ by at most this share. Further off, the answer is at most five
-// times the static one.
-constexpr double kResonant = 0.1;
-constexpr int kMostMixed = 12;  // of the lowest modes, l and u may differ
-constexpr std::size_t kMostResonances = 128;
-
-std::vector<Resonance> choose_resonances(const Structure& structure, int num_modes) {
-  const auto first = static_cast<int>(structure.mechanisms.size());
-  const Eigen::VectorXd& omega = structure.omega;
-  std::vector<Resonance> all;
-  for (int v = first; v < num_modes; ++v)
-    for (int l = first; l < v; ++l)
-      for (int u = l; u < v && all.size() < kMostResonances; ++u)
-        if ((l == u || v < first + kMostMixed) &&
-            std::abs(omega[l] + omega[u] - omega[v]) <= kResonant * omega[v])
-          all.push_back({{l, u, v}});
-  return all;
-}
-
-std::vector<Prestress::Pair> choose_pairs(const Structure& structure, int& num_modes) {
+void choose_pairs(const Structure& structure, Prestress& prestress) {
   const auto num_mechanisms = static_cast<int>(structure.mechanisms.size());
   const auto n = static_cast<int>(structure.omega.size());
-  num_modes = std::min(n, num_mechanisms + kMostModes);
-  std::vector<Prestress::Pair> pairs;
+  const int num_modes = prestress.num_modes = std::min(n, num_mechanisms + kMostModes);
+  const int num_shadowed = prestress.num_shadowed =
+      std::min(n, std::min(num_mechanisms, kMostShadowed) + kMostShadowed);
+  std::vector<Prestress::Pair>& pairs = prestress.pairs;
   for (int l = 0; l < num_modes; ++l) pairs.push_back({l, l});
+  for (int l = 0; l < num_shadowed; ++l)
+    for (int u = l + 1; u < num_shadowed; ++u) pairs.push_back({l, u});
   for (int l = num_mechanisms; l < num_modes; ++l)
-    for (int u = l + 1; u < std::min(num_modes, l + 1 + kMostPartners); ++u)
+    for (int u = std::max(l + 1, l < num_shadowed ? num_shadowed : 0);
+         u < std::min(num_modes, l + 1 + kMostPartners); ++u)
       if (structure.omega[u] - structure.omega[l] <= kNear * structure.omega[u]) pairs.push_back({l, u});
-  return pairs;
 }
 
 // The freedoms of one link in every mode: displacements of its points, rotations of the joints at its ends.
@@ -96,6 +82,7 @@ class LocalShapes {
     return V;
   }
 
+  // of the joints at its ends
   Eigen::Matrix3Xd rotations(int index, int mode) const {
     const Link& link = scene_.links[static_cast<std::size_t>(index)];
     Eigen::Matrix3Xd theta = Eigen::Matrix3Xd::Zero(3, static_cast<Eigen::Index>(link.points.size()));
@@ -104,16 +91,23 @@ class LocalShapes {
     for (Eigen::Index k = 0; k < theta.cols(); ++k)
       theta.col(k) =
           turns_.block<3, 1>(freedoms_.rotation(link.points[static_cast<std::size_t>(k)]) - before, mode);
+    return theta;
+  }
+
+  // how a beam's ends turn by their own where the joints do not hold them
+  Eigen::Matrix3Xd own_rotations(int index, int mode) const {
+    const Link& link = scene_.links[static_cast<std::size_t>(index)];
     const auto* beam = std::get_if<Beam>(&link.kind);
-    if (beam == nullptr) return theta;
-    // an end turns by its own where the joint does not hold it
+    if (beam == nullptr || beam->released == std::array<std::array<bool, 3>, 2>{}) return {};
+    const Eigen::Matrix3Xd theta = rotations(index, mode);
+    Eigen::Matrix3Xd own = Eigen::Matrix3Xd::Zero(3, 2);
     const Eigen::Matrix3d axes = beam_axes(span_of(scene_, link), beam->y_axis);
     for (int end = 0; end < 2; ++end)
       for (int axis = 0; axis < 3; ++axis)
-        if (const int own = freedoms_.released(index, end, axis); own >= 0)
-          theta.col(end) +=
-              axes.col(axis) * (turns_(own - before, mode) - axes.col(axis).dot(theta.col(end)));
-    return theta;
+        if (const int freedom = freedoms_.released(index, end, axis); freedom >= 0)
+          own.col(end) += axes.col(axis) * (turns_(freedom - freedoms_.num_displacements(), mode) -
+                                            axes.col(axis).dot(theta.col(end)));
+    return own;
   }
 
  private:
@@ -123,13 +117,23 @@ class LocalShapes {
   Eigen::MatrixXd turns_;  // [1/m] (num_rotations x n)
 };
 
+// how a link moves in a mode
+struct LocalShape {
+  Eigen::Matrix3Xd V, theta, own;
+  LocalShape operator+(const LocalShape& other) const {
+    return {V + other.V, theta + other.theta, own.cols() > 0 ? Eigen::Matrix3Xd(own + other.own) : own};
+  }
+};
+
 // second derivative of the natural deformations along a displacement
-Eigen::VectorXd second_order(const TrueLink& link, double span, const Eigen::Matrix3Xd& V,
-                             const Eigen::Matrix3Xd& theta) {
-  const double size = std::max(V.colwise().norm().maxCoeff() / span, theta.colwise().norm().maxCoeff());
+Eigen::VectorXd second_order(const TrueLink& link, double span, const LocalShape& shape) {
+  const double own = shape.own.cols() > 0 ? shape.own.colwise().norm().maxCoeff() : 0.0;
+  const double size =
+      std::max({shape.V.colwise().norm().maxCoeff() / span, shape.theta.colwise().norm().maxCoeff(), own});
   if (size == 0.0) return Eigen::VectorXd::Zero(link.num_deformations());
   const double scale = kAmplitude / size;
-  return (link.deformations(scale * V, scale * theta) + link.deformations(-scale * V, -scale * theta)) /
+  return (link.deformations(scale * shape.V, scale * shape.theta, scale * shape.own) +
+          link.deformations(-scale * shape.V, -scale * shape.theta, -scale * shape.own)) /
          (scale * scale);
 }
 
@@ -155,18 +159,18 @@ class SecondOrders {
   const Eigen::VectorXd& of(int l, int u) {
     const auto found = known_.find({l, u});
     if (found != known_.end()) return found->second;
-    Eigen::VectorXd h;
-    if (l == u) {
-      h = second_order(true_, span_, local_.displacements(link_, l), local_.rotations(index_, l));
-    } else {
-      const Eigen::Matrix3Xd V = local_.displacements(link_, l) + local_.displacements(link_, u),
-                             theta = local_.rotations(index_, l) + local_.rotations(index_, u);
-      h = 0.5 * (second_order(true_, span_, V, theta) - of(l, l) - of(u, u));
-    }
-    return known_[{l, u}] = std::move(h);
+    const Eigen::VectorXd h =
+        l == u
+            ? second_order(true_, span_, shape(l))
+            : Eigen::VectorXd(0.5 * (second_order(true_, span_, shape(l) + shape(u)) - of(l, l) - of(u, u)));
+    return known_[{l, u}] = h;
   }
 
  private:
+  LocalShape shape(int mode) const {
+    return {local_.displacements(link_, mode), local_.rotations(index_, mode),
+            local_.own_rotations(index_, mode)};
+  }
   const Link& link_;
   TrueLink true_;
   const LocalShapes& local_;
@@ -184,8 +188,7 @@ struct PairStiffness {
 
 // \param answers  [m] (n x answers) elastic coordinates that strain the links
 PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const Structure& structure,
-                           const std::vector<Prestress::Pair>& pairs, const Eigen::MatrixXd& answers,
-                           std::vector<Resonance>& resonances) {
+                           const std::vector<Prestress::Pair>& pairs, const Eigen::MatrixXd& answers) {
   PairStiffness stiffness;
   stiffness.axial = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(pairs.size()), answers.cols());
   stiffness.bent = stiffness.axial;
@@ -218,29 +221,34 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
     }
     (kind.is_axial ? stiffness.axial : stiffness.bent).noalias() += h.transpose() * (forces * answers);
     (kind.is_axial ? stiffness.axial_quartic : stiffness.bent_quartic) += h.cwiseAbs2().transpose() * D;
-    for (Resonance& resonance : resonances) {
-      const auto [l, u, v] = resonance.modes;
-      double gamma = forces.col(v).dot(second.of(l, u)) + forces.col(l).dot(second.of(u, v)) +
-                     forces.col(u).dot(second.of(l, v));
-      if (l == u) gamma *= 0.5;
-      resonance.gamma += gamma;
-      if (!kind.is_axial) resonance.bent_gamma += gamma;
-    }
   }
   return stiffness;
 }
 
-// X146: what is left when all other modes give way to the forces of second order
-Eigen::VectorXd root_quartic(const Structure& structure, const Eigen::VectorXd& held,
-                             const Eigen::MatrixXd& rows, int num_modes) {
-  Eigen::VectorXd root(num_modes);
-  for (Eigen::Index l = 0; l < num_modes; ++l) {
+// X146: what is left when the modes that its square drives give way, at rest and at twice its frequency
+Eigen::VectorXd root_quartic(const Structure& structure, const Prestress& prestress,
+                             const Eigen::VectorXd& held, const Eigen::MatrixXd& rows) {
+  constexpr double kLeastOff = 0.2;  // nearer to resonance the motion of the error tells (X147)
+  const double M = structure.mass_properties.mass;
+  Eigen::VectorXd gamma_of(structure.omega.size());
+  Eigen::VectorXd root(prestress.num_modes);
+  for (Eigen::Index l = 0; l < prestress.num_modes; ++l) {
+    gamma_of = rows.row(l).transpose();
+    for (std::size_t k = 0; k < prestress.pairs.size() && l < prestress.num_shadowed; ++k) {
+      const auto [a, b] = prestress.pairs[k];
+      if ((a != l && b != l) || b >= prestress.num_shadowed) continue;
+      gamma_of[a == l ? b : a] += 2.0 * rows(static_cast<Eigen::Index>(k), l);
+    }
     double left = held[l];
-    for (Eigen::Index v = 0; v < structure.omega.size(); ++v)
-      if (const double c = structure.mass_properties.mass * structure.omega[v] * structure.omega[v];
-          v != l && c > 0.0)
-        left -= rows(l, v) * rows(l, v) / c;
-    root[l] = std::sqrt(std::max(0.0, 0.5 * left));
+    const double square = structure.omega[l] * structure.omega[l];
+    for (Eigen::Index v = 0; v < structure.omega.size(); ++v) {
+      const double own = structure.omega[v] * structure.omega[v];
+      if (own == 0.0) continue;
+      double off = 1.0 - 4.0 * square / own;
+      if (std::abs(off) < kLeastOff) off = std::copysign(kLeastOff, off);
+      left -= gamma_of[v] * gamma_of[v] / (M * own) * (2.0 / 3.0 + 1.0 / (3.0 * off));
+    }
+    root[l] = std::sqrt(std::abs(0.5 * left));
   }
   return root;
 }
@@ -249,18 +257,17 @@ Eigen::VectorXd root_quartic(const Structure& structure, const Eigen::VectorXd& 
 
 Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Structure& structure) {
   Prestress prestress;
-  prestress.pairs = choose_pairs(structure, prestress.num_modes);
+  choose_pairs(structure, prestress);
   const Eigen::Index n = structure.omega.size();
-  prestress.resonances = choose_resonances(structure, prestress.num_modes);
-  PairStiffness stiffness = stiffness_of(scene, factor, structure, prestress.pairs,
-                                         Eigen::MatrixXd::Identity(n, n), prestress.resonances);
+  PairStiffness stiffness =
+      stiffness_of(scene, factor, structure, prestress.pairs, Eigen::MatrixXd::Identity(n, n));
   prestress.has_unseen = stiffness.has_unseen;
   prestress.rows = stiffness.axial + stiffness.bent;
   prestress.bent_rows = std::move(stiffness.bent);
-  prestress.root_quartic = root_quartic(structure, stiffness.axial_quartic + stiffness.bent_quartic,
-                                        prestress.rows, prestress.num_modes);
+  prestress.root_quartic =
+      root_quartic(structure, prestress, stiffness.axial_quartic + stiffness.bent_quartic, prestress.rows);
   prestress.bent_root_quartic =
-      root_quartic(structure, stiffness.bent_quartic, prestress.bent_rows, prestress.num_modes);
+      root_quartic(structure, prestress, stiffness.bent_quartic, prestress.bent_rows);
   return prestress;
 }
 
@@ -289,8 +296,7 @@ std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const
     for (int l = 0; l < num_modes; ++l) all.back().modes.push_back(l);
   }
   if (all.empty()) return all;
-  std::vector<Resonance> none;
-  const PairStiffness stiffness = stiffness_of(scene, factor, structure, pairs, answers, none);
+  const PairStiffness stiffness = stiffness_of(scene, factor, structure, pairs, answers);
   for (std::size_t k = 0; k < all.size(); ++k)
     for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
       const auto [l, u] = pairs[pair];
@@ -328,29 +334,6 @@ void reduce_follower_stiffness(const std::vector<int>& kept, FollowerStiffness& 
   stiffness.modes = std::move(modes);
 }
 
-namespace {
-
-// modes of the cluster swing alike, so each may have all that its fellows have together
-void bound_resonances(int first, int count, std::vector<Resonance>& resonances) {
-  const auto place = [&](int mode) { return mode >= first && mode < first + count ? first : mode; };
-  const std::vector<Resonance> before = resonances;
-  for (Resonance& to : resonances) {
-    double square = 0.0, bent_square = 0.0;
-    for (const Resonance& from : before) {
-      bool is_alike = true;
-      for (std::size_t k = 0; k < 3; ++k) is_alike = is_alike && place(from.modes[k]) == place(to.modes[k]);
-      if (!is_alike) continue;
-      square += from.gamma * from.gamma;
-      bent_square += from.bent_gamma * from.bent_gamma;
-    }
-    if (std::any_of(to.modes.begin(), to.modes.end(),
-                    [&](int mode) { return mode >= first && mode < first + count; }))
-      to.gamma = std::sqrt(square), to.bent_gamma = std::sqrt(bent_square);
-  }
-}
-
-}  // namespace
-
 void turn_prestress(const Eigen::MatrixXd& turn, int first, Prestress& prestress) {
   const auto count = static_cast<int>(turn.rows());
   // of any mode of their space, at most that
@@ -359,7 +342,6 @@ void turn_prestress(const Eigen::MatrixXd& turn, int first, Prestress& prestress
     if (num_judged > 0)
       root->segment(first, num_judged).setConstant(root->segment(first, num_judged).maxCoeff());
   }
-  bound_resonances(first, count, prestress.resonances);
   for (Eigen::MatrixXd* rows : {&prestress.rows, &prestress.bent_rows}) {
     rows->middleCols(first, count) = (rows->middleCols(first, count) * turn).eval();
     // E <- turn^T E turn over the pairs that are there

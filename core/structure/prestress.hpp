@@ -9,27 +9,21 @@
 
 namespace freeflex {
 
-/// Three modes of which the lower two, or one twice, swing together about as fast as the third, and what they
-/// share of the strain energy: gamma q_l q_u q_v   (THEORY X147).
-struct Resonance {
-  std::array<int, 3> modes;              // l <= u < v
-  double gamma = 0.0, bent_gamma = 0.0;  // [N/m^2] of all links, and without springs, bars and dashpots
-};
-
 /// Stiffness that internal forces give the lowest modes   (THEORY X140): of the pair (l, u), per elastic
 /// coordinate that strains the links, E_lu = sum_v rows(pair, v) q_v.
 struct Prestress {
   using Pair = std::array<int, 2>;
-  /// (l, l) of the lowest modes in order, then (l, u) of those whose frequencies are near.
+  /// (l, l) of the lowest modes in order, then every (l, u) of the lowest num_shadowed, then those whose
+  /// frequencies are near.
   std::vector<Pair> pairs;
   int num_modes = 0;          // of them (l, l)
+  int num_shadowed = 0;       // modes whose error is integrated
   Eigen::MatrixXd rows;       // [N/m^2] (pairs x n) of all links but matrices and rigid ones
   Eigen::MatrixXd bent_rows;  // [N/m^2] the same without springs, bars and dashpots
   bool has_unseen = false;    // links whose second order nothing tells: matrices, rigid links
   // [sqrt(N/m^3)] (num_modes) sqrt(beta_l): a mode's own displacement q adds beta_l q^2 when the others give
   // way (THEORY X146); of all links, and without springs, bars and dashpots
   Eigen::VectorXd root_quartic, bent_root_quartic;
-  std::vector<Resonance> resonances;  // of the judged modes, by their highest
 };
 
 /// Stiffness that the internal forces of one follower load give the lowest modes, at amplitude 1 (THEORY

@@ -89,10 +89,11 @@ TrueLink::TrueLink(const Scene& scene, int index, const Freedoms& freedoms) {
   }
 }
 
-Eigen::VectorXd TrueLink::deformations(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta) const {
+Eigen::VectorXd TrueLink::deformations(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,
+                                       const Eigen::Matrix3Xd& own) const {
   switch (form_) {
     case Form::kBeam:
-      return of_beam(V, theta);
+      return of_beam(V, theta, own);
     case Form::kBend:
       return of_bend(V);
     case Form::kTorsion:
@@ -113,11 +114,15 @@ double TrueLink::elongation(const Eigen::Vector3d& d) const {
 
 // corotational (M. A. Crisfield, 1990): ends turn against a frame along the chord that rolls with their mean;
 // the bow within the beam takes up length   (X140)
-Eigen::VectorXd TrueLink::of_beam(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta) const {
+Eigen::VectorXd TrueLink::of_beam(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,
+                                  const Eigen::Matrix3Xd& own) const {
   const Eigen::Vector3d d = V.col(1) - V.col(0), span = rest_.col(1);
   const Eigen::Matrix3d chord = smallest_rotation(axes_.col(0), (span + d).normalized()) * axes_;
   const auto turn_of_end = [&](Eigen::Index end, const Eigen::Matrix3d& frame) {
-    return vector_of(frame.transpose() * rotation_of(theta.col(end)) * axes_);
+    // the end turns with its joint, and in that by its own
+    const Eigen::Matrix3d joint = rotation_of(theta.col(end));
+    return vector_of(frame.transpose() *
+                     (own.cols() > 0 ? Eigen::Matrix3d(joint * rotation_of(own.col(end))) : joint) * axes_);
   };
   const double roll = 0.5 * (turn_of_end(0, chord)[0] + turn_of_end(1, chord)[0]);
   const Eigen::Matrix3d frame = chord * Eigen::AngleAxisd(roll, Eigen::Vector3d::UnitX()).toRotationMatrix();

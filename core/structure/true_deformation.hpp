@@ -16,12 +16,15 @@ class TrueLink {
   int num_deformations() const { return num_deformations_; }
   /// \param V      [m] (3 x points) displacements
   /// \param theta  [rad] (3 x points) rotation vectors of the joints; read for beams and plates alone
-  /// \return natural deformations in the order of the link's rows, zero at rest [m], [rad], [-]
-  Eigen::VectorXd deformations(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta) const;
+  /// \param own    [rad] (3 x points) how a beam's ends turn against their joints, about axes that those do
+  /// not hold \return natural deformations in the order of the link's rows, zero at rest [m], [rad], [-]
+  Eigen::VectorXd deformations(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,
+                               const Eigen::Matrix3Xd& own = {}) const;
 
  private:
   double elongation(const Eigen::Vector3d& d) const;
-  Eigen::VectorXd of_beam(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta) const;
+  Eigen::VectorXd of_beam(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,
+                          const Eigen::Matrix3Xd& own) const;
   Eigen::VectorXd of_bend(const Eigen::Matrix3Xd& V) const;
   Eigen::VectorXd of_torsion(const Eigen::Matrix3Xd& V) const;
   Eigen::VectorXd of_plate(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta) const;

@@ -147,6 +147,8 @@ void Judgement::judge(const State& state) noexcept {
     cause = integration > std::max(model, truncation) ? Cause::kIntegration
             : truncation > model                      ? Cause::kTruncation
                                                       : Cause::kModel;
+  } else if (plan_.neglect.left_out > 0.7 * own.seen) {
+    cause = Cause::kTruncation;
   } else if (own.amplitude > 0.7 * own.seen) {
     cause = Cause::kDeformation;
   } else if (own.spin > 0.7 * own.seen) {
@@ -189,7 +191,9 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
     case Cause::kNone:
       return {};
     case Cause::kStiffness:
-      return "model: what loads and spin change of the stiffness, and Coriolis forces" + error;
+      return "model: what loads, spin and the deformation itself change of the stiffness, and Coriolis "
+             "forces" +
+             error;
     case Cause::kBuckling:
       return "model: loads or spin take half the stiffness of a mode away or more; without any it buckles, "
              "from "

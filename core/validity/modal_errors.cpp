@@ -30,7 +30,7 @@ double length(const std::complex<double>& z) { return std::sqrt(std::norm(z)); }
 
 }  // namespace
 
-ModalErrors::ModalErrors(const Plan& plan) : plan_(plan) {
+ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
   const auto n = static_cast<std::size_t>(plan.num_elastic);
   const auto num_judged = static_cast<std::size_t>(plan.neglect.num_judged);
   modes_.resize(num_judged);
@@ -62,7 +62,6 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan) {
         partners_.push_back({pair, judged_place(plan.neglect.pairs[pair][1])});
   }
   first_pair_.push_back(partners_.size());
-  find_resonances();
 }
 
 /// Judged mode of a mode of the plan.
@@ -70,25 +69,6 @@ std::size_t ModalErrors::judged_place(std::int32_t mode) const {
   std::size_t l = 0;
   while (plan_.neglect.pairs[l][0] != mode) ++l;
   return l;
-}
-
-void ModalErrors::find_resonances() {
-  const PlanNeglect& neglect = plan_.neglect;
-  for (std::size_t v = 0; v < modes_.size(); ++v) {
-    first_resonance_.push_back(resonances_.size());
-    for (std::size_t k = 0; k < neglect.resonances.size(); ++k) {
-      const auto [l, u, third] = neglect.resonances[k];
-      if (third != neglect.pairs[v][0]) continue;
-      const auto omega = [&](std::int32_t mode) { return plan_.omega[static_cast<std::size_t>(mode)]; };
-      const double off = (omega(l) + omega(u) - omega(third)) * round_;
-      const std::complex<double> i(0.0, 1.0);
-      const std::complex<double> mean = std::abs(off) < 1e-6 ? 1.0 : -i * (std::exp(i * off) - 1.0) / off;
-      const std::complex<double> rate = -i * (round_ * neglect.resonance_rows[k] / (4.0 * plan_.mass));
-      resonances_.push_back({judged_place(l), judged_place(u), rate * std::conj(mean) / omega(l),
-                             rate * std::conj(mean) / omega(u), rate * mean / omega(third)});
-    }
-  }
-  first_resonance_.push_back(resonances_.size());
 }
 
 void ModalErrors::clear() noexcept {
@@ -99,6 +79,7 @@ void ModalErrors::clear() noexcept {
   rest_ = fastest_ = softest_ = quartic_ = next_quartic_ = 0.0;
   chunk_ = 0;
   size_ = {};
+  shadow_.clear();
 }
 
 void ModalErrors::join(const ModalErrors& other, const std::vector<std::int32_t>& modes) noexcept {
@@ -114,6 +95,7 @@ void ModalErrors::join(const ModalErrors& other, const std::vector<std::int32_t>
   }
   rest_ = other.rest_;
   size_ = other.size_;
+  shadow_.join(other.shadow_, modes);
 }
 
 void ModalErrors::take(const MotionState& state) noexcept {
@@ -129,6 +111,7 @@ void ModalErrors::take(const MotionState& state) noexcept {
     }
     const double acceleration = std::sqrt(loads / static_cast<double>(plan_.points.size())) / plan_.mass +
                                 norm(state.force_W) / plan_.mass;
+    shadow_.set_spin(w_, products_);
     // before the first step no load stands in Q
     const std::int64_t age = state.tick - state.epoch_start_tick;
     for (Follower& follower : followers_)
@@ -138,7 +121,8 @@ void ModalErrors::take(const MotionState& state) noexcept {
   }
   const std::size_t chunks = static_cast<std::size_t>(num_chunks_), chunk = static_cast<std::size_t>(chunk_);
   for (std::size_t l = chunk * num_judged / chunks; l < (chunk + 1) * num_judged / chunks; ++l)
-    look_at(l, state);
+    l < shadow_.size() ? look_at_shadowed(l, state) : look_at(l, state);
+  if (state.tick != state.epoch_start_tick) shadow_.advance(state);
   chunk_ = (chunk_ + 1) % num_chunks_;
   if (chunk_ == 0) finish_round(state);
 }
@@ -148,7 +132,9 @@ void ModalErrors::settle(const MotionState& state) noexcept {
   clear();
   for (std::int64_t look = 0; look < num_chunks_; ++look) take(state);
   // once more, with the squares that were added up
-  for (std::size_t l = 0; l < modes_.size(); ++l) look_at(l, state);
+  for (std::size_t l = 0; l < modes_.size(); ++l)
+    l < shadow_.size() ? look_at_shadowed(l, state) : look_at(l, state);
+  shadow_.settle(state);
   for (Mode& mode : modes_) mode.ring = mode.unseen = 0.0;
   rest_ = 0.0;
   finish_round(state);
@@ -214,7 +200,6 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
     drive(l, round_ * (-i * coupling / omega - coriolis) * swing_[u], most);
     drive(u, round_ * (-i * coupling / omega_u + coriolis) * swing_[l], most);
   }
-  drive_resonances(l);
   double still = -share * still_[at];
   for (std::size_t k = 0; k < 6 && !neglect.spin_loads.empty(); ++k)
     still += neglect.spin_loads[6 * at + k] * products_[k] * flexibility_[at];
@@ -227,28 +212,60 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   if (const double size = length(mode.ring), most = std::max(2.0 * mode.most, mode.driven); size > most)
     mode.ring *= most / size;
   // shapes change with the stiffness, and Coriolis forces make the others swing along
-  double reach = 0.0;
-  for (std::size_t k = 0; k < 6 && !neglect.coriolis_reach.empty(); ++k)
-    reach += neglect.coriolis_reach[6 * l + k] * products_[k];
   mode.spread = std::abs(share) * (length(swing_[l]) + std::abs(still_[at])) +
-                std::sqrt(2.0 * std::max(0.0, reach)) * length(swing_[l]);
+                std::sqrt(2.0 * std::max(0.0, coriolis_reach(l))) * length(swing_[l]);
   fastest_ = std::max(fastest_, 0.5 * omega * std::abs(share));
+  hide(l);
+}
+
+/// One of those whose error is integrated: what other modes and the spin give its stiffness, and how it
+/// swings.
+void ModalErrors::look_at_shadowed(std::size_t l, const MotionState& state) noexcept {
+  const PlanNeglect& neglect = plan_.neglect;
+  const std::size_t n = flexibility_.size(), num_shadowed = shadow_.size();
+  const auto set = [&](std::size_t pair, std::size_t u) {
+    const double whole = stiffness_of(pair);
+    double among = 0.0;  // what shadowed modes strain has its third derivatives
+    for (std::size_t v = 0; v < num_shadowed; ++v) among += neglect.load_rows[pair * n + v] * still_[v];
+    shadow_.set_stiffness(l, u, whole - among);
+    return whole;
+  };
+  const double stiffness = set(l, l);
+  for (std::size_t k = first_pair_[l]; k < first_pair_[l + 1]; ++k)
+    if (partners_[k].u < num_shadowed) set(partners_[k].pair, partners_[k].u);
+  Mode& mode = modes_[l];
+  for (std::size_t u = num_shadowed; u < n; ++u)
+    second_[u] += neglect.load_rows[l * n + u] * square(state.q[l]);
+  const double omega = plan_.omega[l];
+  if (omega == 0.0) {
+    mode.most = std::max(mode.most, std::abs(state.q[l]));
+    return;
+  }
+  swing_[l] = {state.q[l] - still_[l], state.q_dot[l] / omega};
+  mode.most = std::max(length(swing_[l]) + std::abs(still_[l]), mode.most * length(mode.turn));
+  next_quartic_ += neglect.root_quartic[l] * square(length(swing_[l]) + std::abs(still_[l]));
+  const double share = stiffness * flexibility_[l];
+  softest_ = std::max(softest_, -share);
+  fastest_ = std::max(fastest_, 0.5 * omega * std::abs(share));
+  mode.spread = std::sqrt(2.0 * std::max(0.0, coriolis_reach(l))) * length(swing_[l]);
+  hide(l);
+}
+
+/// What Coriolis forces make far modes swing along, square of its share   (X141).
+double ModalErrors::coriolis_reach(std::size_t l) const noexcept {
+  double reach = 0.0;
+  for (std::size_t k = 0; k < 6 && !plan_.neglect.coriolis_reach.empty(); ++k)
+    reach += plan_.neglect.coriolis_reach[6 * l + k] * products_[k];
+  return reach;
+}
+
+/// Ringing's error by what nothing tells.
+void ModalErrors::hide(std::size_t l) noexcept {
+  Mode& mode = modes_[l];
+  const double omega = plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])];
   const double unseen = unseen_share_ / (omega_1_ * omega);
   mode.unseen = std::min(
       2.0 * mode.most, (mode.unseen + 0.5 * omega * unseen * round_ * length(swing_[l])) * length(mode.turn));
-}
-
-/// X147: two modes drive a third that swings as fast as both together, and it drives each by way of the
-/// other.
-void ModalErrors::drive_resonances(std::size_t v) noexcept {
-  for (std::size_t k = first_resonance_[v]; k < first_resonance_[v + 1]; ++k) {
-    const Resonance& each = resonances_[k];
-    const std::complex<double> a_l = swing_[each.l], a_u = swing_[each.u], a_v = swing_[v];
-    const double most = std::max({modes_[each.l].most, modes_[each.u].most, modes_[v].most});
-    drive(v, each.to_v * a_l * a_u, most);
-    drive(each.l, each.to_l * a_v * std::conj(a_u), most);
-    drive(each.u, each.to_u * a_v * std::conj(a_l), most);
-  }
 }
 
 /// A mode without stiffness has what prestress gives it alone: error and its rate stand in `ring`.
@@ -297,12 +314,17 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
     for (std::size_t b = 0; b < 6; ++b)
       spin += plan_.neglect.spin_left_out[6 * a + b] * products_[a] * products_[b];
   spin = std::max(0.0, spin);
-  double judged_spin = 0.0;
+  double judged_spin = 0.0, most = 0.0;
+  for (const Mode& mode : modes_) most = std::max(most, mode.most);
+  // out of phase is twice as large at most
+  shadow_.limit(2.0 * most, 2.0 * size_of_body_);
+  seen += shadow_.square();
   for (std::size_t l = 0; l < modes_.size(); ++l) {
     const Mode& mode = modes_[l];
     const auto at = static_cast<std::size_t>(plan_.neglect.pairs[l][0]);
     const bool is_mechanism = plan_.omega[at] == 0.0;
-    seen += is_mechanism ? square(mode.ring.real()) : std::norm(mode.ring + mode.still);
+    if (l >= shadow_.size())
+      seen += is_mechanism ? square(mode.ring.real()) : std::norm(mode.ring + mode.still);
     judged_swing += std::norm(swing_[l]);
     spread += square(mode.spread);
     hidden += square(mode.unseen);
@@ -322,7 +344,8 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
   size_.envelope = std::sqrt(envelope);
   size_.amplitude = std::sqrt(amplitude);
   size_.spin = std::sqrt(spin);
-  size_.seen = std::sqrt(seen + spread + amplitude + square(rest_) + std::max(0.0, spin - judged_spin));
+  size_.seen = std::sqrt(seen + spread + amplitude + square(rest_) + square(plan_.neglect.left_out) +
+                         std::max(0.0, spin - judged_spin));
   size_.unseen = std::sqrt(hidden);
 }
 

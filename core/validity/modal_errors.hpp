@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "core/step/state.hpp"
+#include "core/validity/error_shadow.hpp"
 
 namespace freeflex {
 
@@ -49,10 +50,6 @@ class ModalErrors {
     double unseen = 0.0;        // [m] bound on the ringing's error by what is not known
     std::complex<double> turn;  // of free motion over a round, with its decay
   };
-  struct Resonance {
-    std::size_t l, u;                       // judged modes; the third is v
-    std::complex<double> to_l, to_u, to_v;  // [1/m] what a round adds to `ring`, per product of the other two
-  };
   struct Partner {
     std::size_t pair, u;  // of the plan's pairs; judged mode
   };
@@ -61,16 +58,18 @@ class ModalErrors {
     double amplitude;  // of the round
   };
   std::size_t judged_place(std::int32_t mode) const;
-  void find_resonances();
   void look_at(std::size_t l, const MotionState& state) noexcept;
   void drive(std::size_t l, const std::complex<double>& share, double most) noexcept;
-  void drive_resonances(std::size_t v) noexcept;
+  void look_at_shadowed(std::size_t l, const MotionState& state) noexcept;
+  double coriolis_reach(std::size_t l) const noexcept;
+  void hide(std::size_t l) noexcept;
   void look_at_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept;
   double stiffness_of(std::size_t pair) const noexcept;
   void look_at_left_out() noexcept;
   void finish_round(const MotionState& state) noexcept;
 
   const Plan& plan_;
+  ErrorShadow shadow_;  // of the lowest modes
   std::int64_t num_chunks_ = 1, chunk_ = 0;
   double round_ = 0.0;    // [s]
   double omega_1_ = 0.0;  // [rad/s] lowest that is not zero; 0: none
@@ -78,12 +77,10 @@ class ModalErrors {
   std::vector<Mode> modes_;              // judged ones
   std::vector<std::size_t> first_pair_;  // (judged + 1) pairs (l, u) of mode l, u > l, in partners_
   std::vector<Partner> partners_;
-  std::vector<Resonance> resonances_;         // by v
-  std::vector<std::size_t> first_resonance_;  // (judged + 1) those of mode v
-  std::vector<double> flexibility_;           // [m/N] 1 / (M omega^2), 0 of mechanisms
-  std::vector<double> still_;                 // [m] static answer to the loads that the rung has
-  std::vector<double> second_;                // [N] generalized forces of second order
-  std::vector<std::complex<double>> swing_;   // [m] ringing of the judged modes, as `ring`
+  std::vector<double> flexibility_;          // [m/N] 1 / (M omega^2), 0 of mechanisms
+  std::vector<double> still_;                // [m] static answer to the loads that the rung has
+  std::vector<double> second_;               // [N] generalized forces of second order
+  std::vector<std::complex<double>> swing_;  // [m] ringing of the judged modes, as `ring`
   std::vector<Follower> followers_;
   std::array<double, 6> products_{};           // [1/s^2] of the spin
   Vec3 w_{};                                   // [rad/s]

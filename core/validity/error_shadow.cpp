@@ -1,0 +1,149 @@
+#include "core/validity/error_shadow.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace freeflex {
+
+ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
+  const auto n = static_cast<std::size_t>(plan.neglect.num_shadowed);
+  const double h = plan.period;
+  for (std::size_t c = 0; c < n; ++c) {
+    const double omega = plan.omega[c], decay = plan.decay[c], M = plan.mass;
+    Free free{1.0, h, 0.0, 1.0, 0.5 * h * h / M, h / M};
+    if (omega > 0.0) {
+      // overdamped modes as if they were critical: what they are off by dies out either way
+      const double ring = std::sqrt(std::max(1e-12 * omega * omega, omega * omega - decay * decay));
+      const double lasting = std::exp(-decay * h), cosine = lasting * std::cos(ring * h),
+                   sine = lasting * std::sin(ring * h) / ring, stiffness = M * (ring * ring + decay * decay);
+      free.from_delta = cosine + decay * sine;
+      free.from_rate = sine;
+      free.rate_from_delta = -(ring * ring + decay * decay) * sine;
+      free.rate_from_rate = cosine - decay * sine;
+      free.by_force = (1.0 - free.from_delta) / stiffness;
+      free.rate_by_force = -free.rate_from_delta / stiffness;
+    }
+    free_.push_back(free);
+  }
+  for (std::vector<double>* values : {&delta_, &rate_, &spin_force_, &strained_, &force_}) values->resize(n);
+  E_.resize(n * n);
+  coriolis_.resize(n * n);
+}
+
+void ErrorShadow::clear() noexcept {
+  for (std::vector<double>* values : {&delta_, &rate_, &spin_force_, &E_, &coriolis_})
+    std::fill(values->begin(), values->end(), 0.0);
+  spins_ = false;
+}
+
+void ErrorShadow::set_stiffness(std::size_t l, std::size_t u, double E) noexcept {
+  E_[l * size() + u] = E_[u * size() + l] = E;
+}
+
+void ErrorShadow::set_spin(const Vec3& w, const std::array<double, 6>& products) noexcept {
+  const PlanNeglect& neglect = plan_.neglect;
+  const std::size_t n = size();
+  spins_ = w[0] != 0.0 || w[1] != 0.0 || w[2] != 0.0;
+  if (!spins_ && std::all_of(spin_force_.begin(), spin_force_.end(), [](double f) { return f == 0.0; }))
+    return;
+  for (std::size_t c = 0; c < n && !neglect.spin_loads.empty(); ++c) {
+    spin_force_[c] = 0.0;
+    for (std::size_t k = 0; k < 6; ++k) spin_force_[c] += neglect.spin_loads[6 * c + k] * products[k];
+  }
+  for (std::size_t pair = 0; pair < neglect.pairs.size(); ++pair) {
+    const auto [l, u] = neglect.pairs[pair];
+    const auto a = static_cast<std::size_t>(l), b = static_cast<std::size_t>(u);
+    if (a == b || a >= n || b >= n) continue;
+    double s = 0.0;
+    for (std::size_t k = 0; k < 3; ++k) s += neglect.coriolis_rows[3 * pair + k] * w[k];
+    coriolis_[a * n + b] = 2.0 * plan_.mass * s;
+    coriolis_[b * n + a] = -2.0 * plan_.mass * s;
+  }
+}
+
+/// X142, X143, X146, X147 with q as it is: third order of the energy among the shadowed modes, stiffness by
+/// what else strains the links, spin, fourth order.
+void ErrorShadow::find_forces(const MotionState& state) noexcept {
+  const PlanNeglect& neglect = plan_.neglect;
+  const std::size_t n = size();
+  double quartic = 0.0;
+  for (std::size_t c = 0; c < n; ++c) {
+    const double stiffness = plan_.mass * plan_.omega[c] * plan_.omega[c];
+    strained_[c] = state.q[c] + (stiffness > 0.0 ? spin_force_[c] / stiffness : 0.0);
+    force_[c] = spin_force_[c];
+    quartic += neglect.root_quartic[c] * state.q[c] * state.q[c];
+  }
+  const double* gamma = neglect.shadow_rows.data();
+  for (std::size_t a = 0; a < n; ++a)
+    for (std::size_t b = a; b < n; ++b, gamma += n) {
+      const double product = strained_[a] * strained_[b];
+      for (std::size_t c = 0; c < n; ++c) force_[c] -= gamma[c] * product;
+    }
+  for (std::size_t c = 0; c < n; ++c) {
+    double sum = 0.0;
+    for (std::size_t b = 0; b < n; ++b) sum += E_[c * n + b] * (state.q[b] + delta_[b]);
+    force_[c] -= sum;
+    const double own = neglect.root_quartic[c] * state.q[c] * state.q[c];
+    force_[c] -= neglect.root_quartic[c] * (own + 3.0 * (quartic - own)) * state.q[c];
+  }
+  for (std::size_t c = 0; c < n && spins_; ++c)
+    for (std::size_t b = 0; b < n; ++b) force_[c] += coriolis_[c * n + b] * (state.q_dot[b] + rate_[b]);
+}
+
+void ErrorShadow::advance(const MotionState& state) noexcept {
+  find_forces(state);
+  for (std::size_t c = 0; c < size(); ++c) {
+    const Free& free = free_[c];
+    const double delta = delta_[c], rate = rate_[c];
+    delta_[c] = free.from_delta * delta + free.from_rate * rate + free.by_force * force_[c];
+    rate_[c] = free.rate_from_delta * delta + free.rate_from_rate * rate + free.rate_by_force * force_[c];
+  }
+}
+
+void ErrorShadow::settle(const MotionState& state) noexcept {
+  constexpr int kRounds = 8;  // a stiffness off by half settles to half a percent
+  std::fill(delta_.begin(), delta_.end(), 0.0);
+  std::fill(rate_.begin(), rate_.end(), 0.0);
+  for (int round = 0; round < kRounds; ++round) {
+    find_forces(state);
+    for (std::size_t c = 0; c < size(); ++c)
+      if (const double omega = plan_.omega[c]; omega > 0.0)
+        delta_[c] = force_[c] / (plan_.mass * omega * omega);
+  }
+}
+
+void ErrorShadow::limit(double most_swing, double most_free) noexcept {
+  double spin = 0.0;  // what the missing centrifugal load bends adds to what there is
+  for (std::size_t c = 0; c < size(); ++c)
+    if (const double omega = plan_.omega[c]; omega > 0.0)
+      spin += std::abs(spin_force_[c]) / (plan_.mass * omega * omega);
+  most_swing += 2.0 * spin;
+  for (std::size_t c = 0; c < size(); ++c) {
+    const double omega = plan_.omega[c], most = omega > 0.0 ? most_swing : most_free;
+    const double amplitude = std::hypot(delta_[c], omega > 0.0 ? rate_[c] / omega : 0.0);
+    if (amplitude <= most) continue;
+    // also where it is no number any more
+    const double share = std::isfinite(amplitude) ? most / amplitude : 0.0;
+    delta_[c] = share > 0.0 ? delta_[c] * share : most;
+    rate_[c] = share > 0.0 ? rate_[c] * share : 0.0;
+  }
+}
+
+void ErrorShadow::join(const ErrorShadow& other, const std::vector<std::int32_t>& modes) noexcept {
+  for (std::size_t c = 0; c < other.size(); ++c)
+    if (const auto at = static_cast<std::size_t>(modes[c]); at < size()) {
+      delta_[at] = other.delta_[c];
+      rate_[at] = other.rate_[c];
+    }
+}
+
+double ErrorShadow::square() const noexcept {
+  double sum = 0.0;
+  for (std::size_t c = 0; c < size(); ++c) {
+    const double omega = plan_.omega[c], swing = omega > 0.0 ? rate_[c] / omega : 0.0;
+    sum += delta_[c] * delta_[c] + swing * swing;
+  }
+  return sum;
+}
+
+}  // namespace freeflex

@@ -1,0 +1,51 @@
+// The motion of the error: what the lowest modes do otherwise than the rung says, integrated beside it.
+#pragma once
+
+#include <array>
+#include <vector>
+
+#include "core/step/state.hpp"
+
+namespace freeflex {
+
+/// Errors delta_c of the lowest modes, driven by what the rung neglects   (THEORY X142, X143, X147):
+/// delta'' + 2 decay delta' + omega^2 delta = F / M, exact over each tick with F held. Allocates nothing
+/// after construction.
+class ErrorShadow {
+ public:
+  explicit ErrorShadow(const Plan& plan);
+
+  std::size_t size() const noexcept { return delta_.size(); }
+  void clear() noexcept;
+  /// Stiffness that the rung neglects between two modes, [N/m], but for what shadowed modes strain.
+  void set_stiffness(std::size_t l, std::size_t u, double E) noexcept;
+  /// \param w  [rad/s] body axes  \param products  [1/s^2] of it, in the order of PlanNeglect
+  void set_spin(const Vec3& w, const std::array<double, 6>& products) noexcept;
+  /// One tick, at whose start the motion is this.
+  void advance(const MotionState& state) noexcept;
+  /// What the motion settles to where it is held as it is.
+  void settle(const MotionState& state) noexcept;
+  /// No amplitude is beyond `most` [m], no displacement of a mechanism beyond `most_free` [m].
+  void limit(double most, double most_free) noexcept;
+  /// Joins one of another plan.  \param modes  of this plan, by those of the other
+  void join(const ErrorShadow& other, const std::vector<std::int32_t>& modes) noexcept;
+  /// [m^2] sum of squares of the amplitudes.
+  double square() const noexcept;
+
+ private:
+  struct Free {  // exact over a tick: delta, delta' and what a force adds to them
+    double from_delta, from_rate, rate_from_delta, rate_from_rate, by_force, rate_by_force;
+  };
+  void find_forces(const MotionState& state) noexcept;
+
+  const Plan& plan_;
+  std::vector<Free> free_;
+  std::vector<double> delta_, rate_;      // [m], [m/s]
+  std::vector<double> E_;                 // [N/m] (n x n)
+  std::vector<double> coriolis_;          // [kg/s] (n x n)
+  std::vector<double> spin_force_;        // [N] centrifugal load that the rung lacks
+  std::vector<double> strained_, force_;  // [m] q and the static answer to that load; [N]
+  bool spins_ = false;
+};
+
+}  // namespace freeflex
