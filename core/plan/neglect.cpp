@@ -216,6 +216,8 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
     append(s, neglect.coriolis_rows);
   }
   fill_shadow(prestress, rows, spec.modes, neglect);
+  for (std::int32_t c = 0; c < neglect.num_shadowed && !rung.couples; ++c)
+    append(of_spin(field_of(scene, whole, spec.modes[static_cast<std::size_t>(c)])), neglect.inertia_rows);
   if (rung.takes_spin_load || rung.couples) return;
   Eigen::Matrix<double, 6, 6> left_out = Eigen::Matrix<double, 6, 6>::Zero();
   for (int mode = 0; mode < static_cast<int>(whole.omega.size()); ++mode) {

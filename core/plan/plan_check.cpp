@@ -134,6 +134,8 @@ void PlanCheck::check_neglect() {
   const auto num_shadowed = static_cast<std::size_t>(std::max(0, neglect.num_shadowed));
   require(neglect.num_shadowed >= 0 &&
               neglect.num_shadowed <= std::min(neglect.num_judged, kMostShadowedModes) &&
+              (neglect.inertia_rows.empty() || neglect.inertia_rows.size() == num_shadowed * 6) &&
+              are_finite(neglect.inertia_rows) &&
               neglect.shadow_rows.size() == num_shadowed * (num_shadowed + 1) / 2 * num_shadowed,
           "what is judged by its own motion does not have the size of its modes");
   for (std::size_t l = 0; l < num_shadowed && error_.empty(); ++l)

@@ -3,7 +3,23 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/step/readout.hpp"
+#include "core/step/vector.hpp"
+#include "core/validity/validity.hpp"
+
 namespace freeflex {
+
+namespace {
+
+constexpr double kMostTurn = 2.0;  // [rad] all is lost then
+
+/// Derivative by w of the sum of six coefficients times the products of w.
+Vec3 gradient(const double* k, const Vec3& w) noexcept {
+  return {2.0 * k[0] * w[0] + k[3] * w[1] + k[4] * w[2], 2.0 * k[1] * w[1] + k[3] * w[0] + k[5] * w[2],
+          2.0 * k[2] * w[2] + k[4] * w[0] + k[5] * w[1]};
+}
+
+}  // namespace
 
 ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
   const auto n = static_cast<std::size_t>(plan.neglect.num_shadowed);
@@ -34,6 +50,7 @@ void ErrorShadow::clear() noexcept {
   for (std::vector<double>* values : {&delta_, &rate_, &spin_force_, &E_, &coriolis_})
     std::fill(values->begin(), values->end(), 0.0);
   spins_ = false;
+  phi_ = w_ = error_ = {};
 }
 
 void ErrorShadow::set_stiffness(std::size_t l, std::size_t u, double E) noexcept {
@@ -86,11 +103,38 @@ void ErrorShadow::find_forces(const MotionState& state) noexcept {
     const double own = neglect.root_quartic[c] * state.q[c] * state.q[c];
     force_[c] -= neglect.root_quartic[c] * (own + 3.0 * (quartic - own)) * state.q[c];
   }
+  for (std::size_t c = 0; c < n && !neglect.inertia_rows.empty(); ++c)
+    force_[c] += dot(gradient(neglect.inertia_rows.data() + 6 * c, w_), error_);
   for (std::size_t c = 0; c < n && spins_; ++c)
     for (std::size_t b = 0; b < n; ++b) force_[c] += coriolis_[c * n + b] * (state.q_dot[b] + rate_[b]);
 }
 
+/// X148: the momentum is as it is in the world, so an error of the attitude turns it in the body, and what
+/// the deformation adds to the inertia is missing: phi' = dw - w x phi, dw = J^-1 (H x phi - dJ w).
+void ErrorShadow::turn_body(const MotionState& state) noexcept {
+  const PlanNeglect& neglect = plan_.neglect;
+  if (neglect.inertia_rows.empty() || is_zero(state.H_W)) return;
+  w_ = angular_velocity(plan_, state);
+  const Vec3 H = multiply(plan_.inertia, w_);
+  Vec3 added{};
+  for (std::size_t c = 0; c < size(); ++c)
+    added = add_scaled(added, state.q[c] + delta_[c], gradient(neglect.inertia_rows.data() + 6 * c, w_));
+  const auto spin_error = [&](const Vec3& phi) {
+    return multiply(plan_.inverse_inertia, sub(cross(H, phi), added));
+  };
+  const auto rate = [&](const Vec3& phi) { return sub(spin_error(phi), cross(w_, phi)); };
+  const double h = plan_.period;
+  const Vec3 k1 = rate(phi_), k2 = rate(add_scaled(phi_, 0.5 * h, k1)),
+             k3 = rate(add_scaled(phi_, 0.5 * h, k2)), k4 = rate(add_scaled(phi_, h, k3));
+  phi_ = add_scaled(add_scaled(phi_, h / 6.0, add(k1, k4)), h / 3.0, add(k2, k3));
+  if (const double size = norm(phi_); !(size < kMostTurn)) phi_ = {kMostTurn, 0.0, 0.0};
+  error_ = spin_error(phi_);
+}
+
+double ErrorShadow::turn() const noexcept { return norm(phi_); }
+
 void ErrorShadow::advance(const MotionState& state) noexcept {
+  turn_body(state);
   find_forces(state);
   for (std::size_t c = 0; c < size(); ++c) {
     const Free& free = free_[c];
@@ -135,6 +179,7 @@ void ErrorShadow::join(const ErrorShadow& other, const std::vector<std::int32_t>
       delta_[at] = other.delta_[c];
       rate_[at] = other.rate_[c];
     }
+  phi_ = other.phi_;
 }
 
 double ErrorShadow::square() const noexcept {

@@ -31,12 +31,15 @@ class ErrorShadow {
   void join(const ErrorShadow& other, const std::vector<std::int32_t>& modes) noexcept;
   /// [m^2] sum of squares of the amplitudes.
   double square() const noexcept;
+  /// [rad] error of the attitude by what deformation does to the spin; 0 on rungs that couple.
+  double turn() const noexcept;
 
  private:
   struct Free {  // exact over a tick: delta, delta' and what a force adds to them
     double from_delta, from_rate, rate_from_delta, rate_from_rate, by_force, rate_by_force;
   };
   void find_forces(const MotionState& state) noexcept;
+  void turn_body(const MotionState& state) noexcept;
 
   const Plan& plan_;
   std::vector<Free> free_;
@@ -46,6 +49,9 @@ class ErrorShadow {
   std::vector<double> spin_force_;        // [N] centrifugal load that the rung lacks
   std::vector<double> strained_, force_;  // [m] q and the static answer to that load; [N]
   bool spins_ = false;
+  Vec3 phi_{};    // [rad] body axes, error of the attitude
+  Vec3 w_{};      // [rad/s] spin of the rung
+  Vec3 error_{};  // [rad/s] what the spin is off by
 };
 
 }  // namespace freeflex

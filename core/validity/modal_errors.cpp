@@ -48,6 +48,8 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
     if (omega_1_ == 0.0 || plan.omega[l] < omega_1_) omega_1_ = plan.omega[l];
   }
   for (const PlanHistory& history : plan.histories)
+    has_world_loads_ = has_world_loads_ || history.pattern.has_world;
+  for (const PlanHistory& history : plan.histories)
     if (!history.stiffening.modes.empty()) followers_.push_back({&history, 0.0});
   for (const PlanPoint& point : plan.points) size_of_body_ = std::max(size_of_body_, norm(point.r));
   const std::size_t num_pairs = plan.neglect.pairs.size();
@@ -319,6 +321,12 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
   // out of phase is twice as large at most
   shadow_.limit(2.0 * most, 2.0 * size_of_body_);
   seen += shadow_.square();
+  // loads that are fixed in the world act in other directions on a body that has turned otherwise
+  if (has_world_loads_) {
+    double still = 0.0;
+    for (std::size_t u = 0; u < n; ++u) still += square(still_[u]);
+    seen += square(shadow_.turn()) * still;
+  }
   for (std::size_t l = 0; l < modes_.size(); ++l) {
     const Mode& mode = modes_[l];
     const auto at = static_cast<std::size_t>(plan_.neglect.pairs[l][0]);
