@@ -95,20 +95,25 @@ std::string idle_torque(const PlanGroup& group, const Vec3& torque_B) {
                    "; put points beside them into the group or leave that torque out");
 }
 
+LoadSums sums_of(const Load& load, const Plan& plan) {
+  std::vector<PointForce> forces;
+  for (const PointLoad& each : load.forces) forces.push_back({each.point, 0, to_array(each.force)});
+  std::vector<Wrench> wrenches;
+  for (const WrenchLoad& each : load.wrenches)
+    wrenches.push_back({each.group, 0, to_array(each.force), to_array(each.torque)});
+  LoadSums sums = make_load_sums(plan);
+  add_loads(load.axes == Axes::kWorld ? 0 : 1, forces, wrenches, sums);
+  return sums;
+}
+
 void compile_histories(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults) {
   for (const Load& load : scene.loads) {
-    std::vector<PointForce> forces;
-    for (const PointLoad& each : load.forces) forces.push_back({each.point, 0, to_array(each.force)});
-    std::vector<Wrench> wrenches;
-    for (const WrenchLoad& each : load.wrenches) {
-      check_torque(scene, plan, load, each, faults);
-      wrenches.push_back({each.group, 0, to_array(each.force), to_array(each.torque)});
-    }
+    for (const WrenchLoad& each : load.wrenches) check_torque(scene, plan, load, each, faults);
     PlanHistory history;
     history.name = load.name;
     set_kind(load.history, history);
     // local axes: body axes, and what turns them
-    history.pattern = build_pattern(plan, load.axes == Axes::kWorld ? 0 : 1, forces, wrenches);
+    history.pattern = build_pattern(plan, sums_of(load, plan));
     history.followers = followers(load, structure, plan);
     set_stiffness(structure, static_cast<int>(plan.histories.size()), plan, history);
     plan.histories.push_back(std::move(history));

@@ -6,6 +6,9 @@
 
 namespace freeflex {
 
+/// One load at amplitude 1; local axes are body axes here.  \pre as for compile_histories
+LoadSums sums_of(const Load& load, const Plan& plan);
+
 /// Appends the scene's loads to plan.histories   (THEORY X13). Errors: a torque that a group cannot take.
 /// \pre points, groups and rows of the plan stand
 void compile_histories(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);

@@ -4,6 +4,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/plan/histories.hpp"
+#include "core/step/loads.hpp"
+
 namespace freeflex {
 namespace {
 
@@ -218,6 +221,11 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   fill_shadow(prestress, rows, spec.modes, neglect);
   for (std::int32_t c = 0; c < neglect.num_shadowed && !rung.couples; ++c)
     append(of_spin(field_of(scene, whole, spec.modes[static_cast<std::size_t>(c)])), neglect.inertia_rows);
+  for (std::size_t k = 0; k < scene.loads.size() && !rung.couples; ++k) {
+    Array arms;
+    set_arms(plan, sums_of(scene.loads[k], plan), arms);
+    neglect.load_arms.insert(neglect.load_arms.end(), arms.begin(), arms.end());
+  }
   if (rung.takes_spin_load || rung.couples) return;
   Eigen::Matrix<double, 6, 6> left_out = Eigen::Matrix<double, 6, 6>::Zero();
   for (int mode = 0; mode < static_cast<int>(whole.omega.size()); ++mode) {

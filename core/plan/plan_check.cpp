@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
-#include <set>
 
 #include "core/limits.hpp"
 #include "core/plan/plan_bytes.hpp"
@@ -17,23 +16,7 @@ namespace {
 constexpr std::int32_t kMaxPadded = 1 << 15;  // and the constraints of rigid links
 constexpr std::size_t kMaxItems = 1U << 20U;
 
-bool is_at_least(double value, double bound) { return std::isfinite(value) && value >= bound; }
 bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
-
-bool is_index(std::int64_t index, std::size_t size) {
-  return index >= 0 && static_cast<std::uint64_t>(index) < size;
-}
-
-// indices into size items, none twice
-bool are_indices(const std::vector<std::int32_t>& indices, std::size_t size) {
-  std::set<std::int32_t> seen;
-  return std::all_of(indices.begin(), indices.end(),
-                     [&](std::int32_t index) { return is_index(index, size) && seen.insert(index).second; });
-}
-
-bool are_ascending(const std::vector<std::int32_t>& values) {
-  return std::adjacent_find(values.begin(), values.end(), std::greater_equal<>()) == values.end();
-}
 
 class PlanCheck {
  public:
@@ -56,7 +39,7 @@ class PlanCheck {
     if (error_.empty()) check_publication();
     if (error_.empty()) error_ = find_rung_inconsistency(plan_);
     if (error_.empty()) check_left_out();
-    if (error_.empty()) check_neglect();
+    if (error_.empty()) error_ = find_neglect_inconsistency(plan_);
     return error_;
   }
 
@@ -109,55 +92,11 @@ class PlanCheck {
   void check_mixing();
   void check_initial();
   void check_publication();
-  void check_neglect();
 
   const Plan& plan_;
   std::size_t num_blocks_ = 0;  // blocks of three rows
   std::string error_;
 };
-
-void PlanCheck::check_neglect() {
-  const PlanNeglect& neglect = plan_.neglect;
-  const auto n = static_cast<std::size_t>(plan_.num_elastic), num_pairs = neglect.pairs.size();
-  require(is_at_least(neglect.left_out, 0.0), "what is left out is out of range");
-  require(is_at_least(neglect.tolerance, 0.0), "the tolerance is out of range");
-  require(are_ascending(neglect.fast_loads) && are_indices(neglect.fast_loads, plan_.histories.size()),
-          "a fast load is none of the plan");
-  require(neglect.num_judged >= 0 && static_cast<std::size_t>(neglect.num_judged) <= num_pairs,
-          "the number of judged modes is out of range");
-  for (std::size_t k = 0; k < num_pairs && error_.empty(); ++k) {
-    const auto [l, u] = neglect.pairs[k];
-    require(
-        is_index(l, n) && is_index(u, n) && (l == u) == (k < static_cast<std::size_t>(neglect.num_judged)),
-        "a pair of judged modes is none of the plan");
-  }
-  const auto num_shadowed = static_cast<std::size_t>(std::max(0, neglect.num_shadowed));
-  require(neglect.num_shadowed >= 0 &&
-              neglect.num_shadowed <= std::min(neglect.num_judged, kMostShadowedModes) &&
-              (neglect.inertia_rows.empty() || neglect.inertia_rows.size() == num_shadowed * 6) &&
-              are_finite(neglect.inertia_rows) &&
-              neglect.shadow_rows.size() == num_shadowed * (num_shadowed + 1) / 2 * num_shadowed,
-          "what is judged by its own motion does not have the size of its modes");
-  for (std::size_t l = 0; l < num_shadowed && error_.empty(); ++l)
-    require(neglect.pairs[l][0] == static_cast<std::int32_t>(l),
-            "modes judged by their own motion are not the first");
-  require(neglect.load_rows.size() == num_pairs * n && neglect.spin_rows.size() == num_pairs * 6 &&
-              neglect.coriolis_rows.size() == num_pairs * 3 &&
-              neglect.root_quartic.size() == static_cast<std::size_t>(neglect.num_judged) &&
-              (neglect.coriolis_reach.empty() ||
-               neglect.coriolis_reach.size() == static_cast<std::size_t>(neglect.num_judged) * 6) &&
-              neglect.left_out_spin.size() % 6 == 0 &&
-              neglect.left_out_rows.size() == neglect.left_out_spin.size() / 6 * n &&
-              (neglect.spin_loads.empty() || neglect.spin_loads.size() == n * 6) &&
-              (neglect.spin_left_out.empty() || neglect.spin_left_out.size() == 36),
-          "what the rung neglects does not have the size of its modes");
-  require(are_finite(neglect.load_rows) && are_finite(neglect.spin_rows) &&
-              are_finite(neglect.coriolis_rows) && are_finite(neglect.coriolis_reach) &&
-              are_finite(neglect.spin_loads) && are_finite(neglect.spin_left_out) &&
-              are_finite(neglect.root_quartic) && are_finite(neglect.shadow_rows) &&
-              are_finite(neglect.left_out_rows) && are_finite(neglect.left_out_spin),
-          "what the rung neglects is not finite");
-}
 
 void PlanCheck::check_body() {
   require(is_positive(plan_.period), "the period is not > 0");

@@ -129,6 +129,27 @@ void fold_world(const Plan& plan, LoadPattern& pattern) noexcept {
   pattern.num_direct = 0;
 }
 
+/// One point's part of set_arms: a force share * load, body axes.
+void add_arms(const Plan& plan, const PlanPoint& point, const Mat3& share, const Vec3& load_W,
+              const Vec3& load_B, Array& arms) noexcept {
+  const double* rows = point_rows(plan, point.row);
+  const std::size_t n = index(plan.num_padded);
+  const Vec3 force_B = multiply(share, load_B);
+  for (std::size_t c = 0; c < arms.size() / kArmSize; ++c) {
+    const Vec3 b = {rows[c], rows[n + c], rows[2 * n + c]};
+    const Vec3 torque = cross(b, force_B);
+    double* const arm = arms.data() + c * kArmSize;
+    for (std::size_t k = 0; k < 3; ++k) {
+      Vec3 axis{};
+      axis[k] = 1.0;
+      const Vec3 lever = multiply_transposed(share, cross(axis, b));
+      for (std::size_t a = 0; a < 3; ++a)
+        for (std::size_t d = 0; d < 3; ++d) arm[9 * k + 3 * a + d] += lever[a] * load_W[d];
+      arm[27 + k] += torque[k];
+    }
+  }
+}
+
 }  // namespace
 
 LoadSums make_load_sums(const Plan& plan) {
@@ -205,10 +226,47 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Loa
   if (!plan.turns) fold_world(plan, pattern);
 }
 
+/// X148
+void set_arms(const Plan& plan, const LoadSums& sums, Array& arms) noexcept {
+  const std::size_t num_shadowed = plan.neglect.inertia_rows.size() / 6;
+  arms.assign(num_shadowed * kArmSize, 0.0);
+  if (num_shadowed == 0) return;
+  static constexpr Mat3 kUnit = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+  for (std::size_t i = 0; i < plan.points.size(); ++i)
+    if (has_load(sums.force_W[i], sums.force_B[i]))
+      add_arms(plan, plan.points[i], kUnit, sums.force_W[i], sums.force_B[i], arms);
+  for (std::size_t k = 0; k < plan.groups.size(); ++k) {
+    const PlanGroup& group = plan.groups[k];
+    const bool has_force = has_load(sums.group_force_W[k], sums.group_force_B[k]),
+               has_torque = has_load(sums.group_torque_W[k], sums.group_torque_B[k]);
+    for (std::size_t each = 0; each < group.points.size() && (has_force || has_torque); ++each) {
+      const PlanPoint& point = plan.points[index(group.points[each])];
+      const double share = point.mass / group.mass;
+      if (has_force)
+        add_arms(plan, point, {share, 0, 0, 0, share, 0, 0, 0, share}, sums.group_force_W[k],
+                 sums.group_force_B[k], arms);
+      // (J_g^-1 T) x d, column by column of T   (X12)
+      const Vec3 d = sub(point.r, group.centre);
+      Mat3 share_of_torque{};
+      for (std::size_t a = 0; a < 3; ++a) {
+        const Mat3& J = group.inverse_inertia;
+        const Vec3 f = scale(point.mass, cross({J[a], J[3 + a], J[6 + a]}, d));
+        for (std::size_t e = 0; e < 3; ++e) share_of_torque[3 * e + a] = f[e];
+      }
+      if (has_torque)
+        add_arms(plan, point, share_of_torque, sums.group_torque_W[k], sums.group_torque_B[k], arms);
+    }
+  }
+}
+
 LoadPattern build_pattern(const Plan& plan, std::int32_t axes, std::span<const PointForce> forces,
                           std::span<const Wrench> wrenches) {
   LoadSums sums = make_load_sums(plan);
   add_loads(axes, forces, wrenches, sums);
+  return build_pattern(plan, sums);
+}
+
+LoadPattern build_pattern(const Plan& plan, const LoadSums& sums) {
   LoadPattern pattern = make_pattern(plan);
   set_pattern(plan, make_group_rows(plan), sums, pattern);
   if (!pattern.uses_table) pattern.table = {};

@@ -31,8 +31,15 @@ LoadPattern make_pattern(const Plan& plan);
 void set_pattern(const Plan& plan, std::span<const double> group_rows, const LoadSums& sums,
                  LoadPattern& pattern) noexcept;
 
+/// Overwrites arms with those that displacements give the loads, their torque about the centre of mass per
+/// elastic coordinate (THEORY X148); empty where the plan does not ask for them. Every loaded point has rows.
+/// Allocates nothing if there is room for kArmSize * kMostShadowedModes.  \param arms  [N] (num_shadowed x
+/// kArmSize)
+void set_arms(const Plan& plan, const LoadSums& sums, Array& arms) noexcept;
+
 /// The pattern of one built-in load; arrays it does not use are empty. For the set-up of Plan::histories.
 /// \pre plan.points, groups, rows, num_padded are filled
+LoadPattern build_pattern(const Plan& plan, const LoadSums& sums);
 LoadPattern build_pattern(const Plan& plan, std::int32_t axes, std::span<const PointForce> forces,
                           std::span<const Wrench> wrenches);
 

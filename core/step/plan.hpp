@@ -241,6 +241,10 @@ struct PlanBudget {
 
 inline constexpr std::int32_t kMostShadowedModes = 32;  // of PlanNeglect
 
+/// Torque of loads on displaced points per elastic coordinate, 27 numbers of the world part as
+/// LoadPattern::moment_W, then 3 of the body part.
+inline constexpr std::size_t kArmSize = 30;
+
 /// What the rung neglects of the motion: nothing that steps it, but what judges it   (THEORY X140, X141).
 /// Products of the spin stand in the order xx, yy, zz, xy, xz, yz of w w^T.
 struct PlanNeglect {
@@ -263,6 +267,7 @@ struct PlanNeglect {
   // [kg m] (num_shadowed x 6) centrifugal load per product of the spin; its derivative by the spin is the
   // momentum that a mode adds to it. Empty on rungs that couple   (THEORY X148)
   Array inertia_rows;
+  Array load_arms;  // [N] (histories x num_shadowed x kArmSize) set_arms of each; empty on rungs that couple
   Array shadow_rows;  // [N/m^2] (num_shadowed (num_shadowed + 1) / 2 x num_shadowed)
   // [s^2] (judged x 6) square of the share of a ringing mode that Coriolis forces put into others, per
   // product of the spin; empty on rungs that have them

@@ -47,6 +47,7 @@ void set_initial(const Plan& plan, State& state) {
   std::fill(state.Q.begin(), state.Q.end(), 0.0);
   state.num_slots = 0;
   state.slots_changed = true;
+  state.commands_arms.clear();
   if (is_coupled(plan)) set_coupled_motion(plan, initial.w_WB_B, state);
 }
 
@@ -63,6 +64,7 @@ State make_state(const Plan& plan) {
     for (auto* v : {&state.coupled.momentum, &state.coupled.rate_q, &state.coupled.rate_p}) v->resize(n);
   state.slots.resize(kMaxSlots);
   state.commands_pattern = make_roomy_pattern(plan);
+  state.commands_arms.reserve(kArmSize * kMostShadowedModes);
   set_initial(plan, state);
   return state;
 }
@@ -81,6 +83,7 @@ Workspace make_workspace(const Plan& plan) {
   if (plan.coupled.num_parts > 1) workspace.part = make_state(plan);
   workspace.next_slots.resize(kMaxSlots);
   workspace.next_pattern = make_roomy_pattern(plan);
+  workspace.next_arms.reserve(kArmSize * kMostShadowedModes);
   workspace.sums = make_load_sums(plan);
   workspace.group_rows = make_group_rows(plan);
   if (!plan.wide.empty()) {

@@ -71,6 +71,7 @@ struct State : MotionState {
   std::vector<Slot> slots;                       // capacity kMaxSlots, size kMaxSlots
   bool slots_changed = true;                     // commands_pattern must be rebuilt
   LoadPattern commands_pattern;                  // sum of the slots
+  Array commands_arms;                           // [N] its arms, see set_arms
   bool operator==(const State&) const = delete;  // that of MotionState would pass over the slots
 };
 
@@ -97,6 +98,7 @@ struct Workspace {
   MotionState part;              // after one part of a step; empty but where the plan divides it   (X100)
   std::vector<Slot> next_slots;  // size kMaxSlots
   LoadPattern next_pattern;
+  Array next_arms;
   LoadSums sums;
   Array group_rows;  // see make_group_rows
   // as the state's at the last step (fit); the arrays above have room for either plan

@@ -34,6 +34,7 @@ std::int32_t change_slots(const Plan& plan, const State& state, const Inputs& in
               std::span(command.wrenches).first(index(command.num_wrenches)), workspace.sums);
   }
   set_pattern(plan, workspace.group_rows, workspace.sums, workspace.next_pattern);
+  set_arms(plan, workspace.sums, workspace.next_arms);
   return num_slots;
 }
 
@@ -232,6 +233,7 @@ void step_in(const Plan& plan, State& state, const Inputs& inputs, Workspace& wo
   if (is_changed) {
     state.slots.swap(workspace.next_slots);
     std::swap(state.commands_pattern, workspace.next_pattern);
+    state.commands_arms.swap(workspace.next_arms);
     state.num_slots = num_slots;
     state.slots_changed = false;
   }

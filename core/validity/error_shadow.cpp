@@ -2,7 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
+#include "core/step/frame.hpp"
+#include "core/step/history.hpp"
+#include "core/step/loads.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 #include "core/validity/validity.hpp"
@@ -12,6 +16,16 @@ namespace freeflex {
 namespace {
 
 constexpr double kMostTurn = 2.0;  // [rad] all is lost then
+
+/// e^{-a h} cos(r h) and e^{-a h} sin(r h) / r, r = sqrt(omega^2 - a^2), with cosh and sinh where a > omega.
+std::pair<double, double> free_motion(double omega, double decay, double h) noexcept {
+  const double square = omega * omega - decay * decay, ring = std::sqrt(std::abs(square));
+  if (ring * h < 1e-6) return {std::exp(-decay * h), h * std::exp(-decay * h)};
+  if (square > 0.0)
+    return {std::exp(-decay * h) * std::cos(ring * h), std::exp(-decay * h) * std::sin(ring * h) / ring};
+  const double slow = std::exp(-omega * omega / (decay + ring) * h), fast = std::exp(-(decay + ring) * h);
+  return {0.5 * (slow + fast), 0.5 * (slow - fast) / ring};
+}
 
 /// Derivative by w of the sum of six coefficients times the products of w.
 Vec3 gradient(const double* k, const Vec3& w) noexcept {
@@ -26,19 +40,12 @@ ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
   const double h = plan.period;
   for (std::size_t c = 0; c < n; ++c) {
     const double omega = plan.omega[c], decay = plan.decay[c], M = plan.mass;
-    Free free{1.0, h, 0.0, 1.0, 0.5 * h * h / M, h / M};
-    if (omega > 0.0) {
-      // overdamped modes as if they were critical: what they are off by dies out either way
-      const double ring = std::sqrt(std::max(1e-12 * omega * omega, omega * omega - decay * decay));
-      const double lasting = std::exp(-decay * h), cosine = lasting * std::cos(ring * h),
-                   sine = lasting * std::sin(ring * h) / ring, stiffness = M * (ring * ring + decay * decay);
-      free.from_delta = cosine + decay * sine;
-      free.from_rate = sine;
-      free.rate_from_delta = -(ring * ring + decay * decay) * sine;
-      free.rate_from_rate = cosine - decay * sine;
-      free.by_force = (1.0 - free.from_delta) / stiffness;
-      free.rate_by_force = -free.rate_from_delta / stiffness;
-    }
+    const auto [cosine, sine] = free_motion(omega, decay, h);
+    Free free{cosine + decay * sine, sine,    -omega * omega * sine, cosine - decay * sine,
+              0.5 * h * h / M,       sine / M};
+    // below it the quotient loses more digits than the series of one term lacks
+    if (std::max(omega, decay) * h > 1e-5 && omega > 0.0)
+      free.by_force = (1.0 - free.from_delta) / (M * omega * omega);
     free_.push_back(free);
   }
   for (std::vector<double>* values : {&delta_, &rate_, &spin_force_, &strained_, &force_}) values->resize(n);
@@ -50,7 +57,7 @@ void ErrorShadow::clear() noexcept {
   for (std::vector<double>* values : {&delta_, &rate_, &spin_force_, &E_, &coriolis_})
     std::fill(values->begin(), values->end(), 0.0);
   spins_ = false;
-  phi_ = w_ = error_ = {};
+  H_W_ = phi_ = w_ = error_ = {};
 }
 
 void ErrorShadow::set_stiffness(std::size_t l, std::size_t u, double E) noexcept {
@@ -109,14 +116,46 @@ void ErrorShadow::find_forces(const MotionState& state) noexcept {
     for (std::size_t b = 0; b < n; ++b) force_[c] += coriolis_[c * n + b] * (state.q_dot[b] + rate_[b]);
 }
 
-/// X148: the momentum is as it is in the world, so an error of the attitude turns it in the body, and what
-/// the deformation adds to the inertia is missing: phi' = dw - w x phi, dw = J^-1 (H x phi - dJ w).
-void ErrorShadow::turn_body(const MotionState& state) noexcept {
+/// X148: loads act on displaced points, and those that are fixed in the world on a body that has turned
+/// otherwise.
+void ErrorShadow::take_torque(const State& state, const Mat3& R_WB) noexcept {
   const PlanNeglect& neglect = plan_.neglect;
-  if (neglect.inertia_rows.empty() || is_zero(state.H_W)) return;
+  RigidLoad displaced, turned;
+  const auto add_load = [&](const LoadPattern& pattern, const double* arms, double amplitude) {
+    add_pattern(pattern, amplitude, turned);
+    displaced.has_moment_W = displaced.has_moment_W || pattern.has_world;
+    for (std::size_t c = 0; c < size(); ++c, arms += kArmSize) {
+      const double q = amplitude * (state.q[c] + delta_[c]);
+      for (std::size_t k = 0; k < 27 && pattern.has_world; ++k) displaced.moment_W[k] += q * arms[k];
+      for (std::size_t k = 0; k < 3; ++k) displaced.torque_B[k] += q * arms[27 + k];
+    }
+  };
+  if (state.num_slots > 0) add_load(state.commands_pattern, state.commands_arms.data(), 1.0);
+  const std::int64_t age = state.tick - state.epoch_start_tick;
+  for (std::size_t k = 0; k < plan_.histories.size(); ++k) {
+    const double amplitude = amplitude_left(plan_.histories[k], plan_.period, age);
+    if (amplitude != 0.0)
+      add_load(plan_.histories[k].pattern, neglect.load_arms.data() + k * size() * kArmSize, amplitude);
+  }
+  Vec3 torque = add(moment_B(displaced, R_WB), cross(phi_, state.moment_B));
+  if (turned.has_moment_W) {
+    turned.torque_B = {};
+    const Mat3 turn = {0.0, -phi_[2], phi_[1], phi_[2], 0.0, -phi_[0], -phi_[1], phi_[0], 0.0};
+    torque = add(torque, moment_B(turned, multiply(R_WB, turn)));
+  }
+  H_W_ = add_scaled(H_W_, plan_.period, multiply(R_WB, torque));
+}
+
+/// X148: the momentum is as it is in the world, so an error of the attitude turns it in the body, and what
+/// the deformation adds to the inertia is missing: phi' = dw - w x phi, dw = J^-1 (H x phi + dH - dJ w).
+void ErrorShadow::turn_body(const State& state) noexcept {
+  const PlanNeglect& neglect = plan_.neglect;
+  if (neglect.inertia_rows.empty()) return;
+  const Mat3 R_WB = rotation_matrix(state.q_WB);
+  take_torque(state, R_WB);
   w_ = angular_velocity(plan_, state);
   const Vec3 H = multiply(plan_.inertia, w_);
-  Vec3 added{};
+  Vec3 added = scale(-1.0, multiply_transposed(R_WB, H_W_));
   for (std::size_t c = 0; c < size(); ++c)
     added = add_scaled(added, state.q[c] + delta_[c], gradient(neglect.inertia_rows.data() + 6 * c, w_));
   const auto spin_error = [&](const Vec3& phi) {
@@ -127,13 +166,16 @@ void ErrorShadow::turn_body(const MotionState& state) noexcept {
   const Vec3 k1 = rate(phi_), k2 = rate(add_scaled(phi_, 0.5 * h, k1)),
              k3 = rate(add_scaled(phi_, 0.5 * h, k2)), k4 = rate(add_scaled(phi_, h, k3));
   phi_ = add_scaled(add_scaled(phi_, h / 6.0, add(k1, k4)), h / 3.0, add(k2, k3));
-  if (const double size = norm(phi_); !(size < kMostTurn)) phi_ = {kMostTurn, 0.0, 0.0};
+  if (const double size = norm(phi_); !(size < kMostTurn)) {
+    phi_ = std::isfinite(size) ? scale(kMostTurn / size, phi_) : Vec3{kMostTurn, 0.0, 0.0};
+    if (!std::isfinite(norm(H_W_))) H_W_ = {};
+  }
   error_ = spin_error(phi_);
 }
 
 double ErrorShadow::turn() const noexcept { return norm(phi_); }
 
-void ErrorShadow::advance(const MotionState& state) noexcept {
+void ErrorShadow::advance(const State& state) noexcept {
   turn_body(state);
   find_forces(state);
   for (std::size_t c = 0; c < size(); ++c) {
@@ -179,6 +221,7 @@ void ErrorShadow::join(const ErrorShadow& other, const std::vector<std::int32_t>
       delta_[at] = other.delta_[c];
       rate_[at] = other.rate_[c];
     }
+  H_W_ = other.H_W_;
   phi_ = other.phi_;
 }
 

@@ -8,7 +8,7 @@
 
 namespace freeflex {
 
-/// Errors delta_c of the lowest modes, driven by what the rung neglects   (THEORY X142, X143, X147):
+/// Errors delta_c of the lowest modes, driven by what the rung neglects   (THEORY X142, X146-X148):
 /// delta'' + 2 decay delta' + omega^2 delta = F / M, exact over each tick with F held. Allocates nothing
 /// after construction.
 class ErrorShadow {
@@ -22,7 +22,7 @@ class ErrorShadow {
   /// \param w  [rad/s] body axes  \param products  [1/s^2] of it, in the order of PlanNeglect
   void set_spin(const Vec3& w, const std::array<double, 6>& products) noexcept;
   /// One tick, at whose start the motion is this.
-  void advance(const MotionState& state) noexcept;
+  void advance(const State& state) noexcept;
   /// What the motion settles to where it is held as it is.
   void settle(const MotionState& state) noexcept;
   /// No amplitude is beyond `most` [m], no displacement of a mechanism beyond `most_free` [m].
@@ -39,7 +39,8 @@ class ErrorShadow {
     double from_delta, from_rate, rate_from_delta, rate_from_rate, by_force, rate_by_force;
   };
   void find_forces(const MotionState& state) noexcept;
-  void turn_body(const MotionState& state) noexcept;
+  void take_torque(const State& state, const Mat3& R_WB) noexcept;
+  void turn_body(const State& state) noexcept;
 
   const Plan& plan_;
   std::vector<Free> free_;
@@ -49,6 +50,7 @@ class ErrorShadow {
   std::vector<double> spin_force_;        // [N] centrifugal load that the rung lacks
   std::vector<double> strained_, force_;  // [m] q and the static answer to that load; [N]
   bool spins_ = false;
+  Vec3 H_W_{};    // [N m s] momentum that torques give and the rung lacks
   Vec3 phi_{};    // [rad] body axes, error of the attitude
   Vec3 w_{};      // [rad/s] spin of the rung
   Vec3 error_{};  // [rad/s] what the spin is off by

@@ -100,7 +100,7 @@ void ModalErrors::join(const ModalErrors& other, const std::vector<std::int32_t>
   shadow_.join(other.shadow_, modes);
 }
 
-void ModalErrors::take(const MotionState& state) noexcept {
+void ModalErrors::take(const State& state) noexcept {
   const std::size_t n = flexibility_.size(), num_judged = modes_.size();
   if (n == 0 && plan_.neglect.spin_left_out.empty()) return;
   if (chunk_ == 0) {
@@ -129,8 +129,7 @@ void ModalErrors::take(const MotionState& state) noexcept {
   if (chunk_ == 0) finish_round(state);
 }
 
-/// E of X140 and X141.
-void ModalErrors::settle(const MotionState& state) noexcept {
+void ModalErrors::settle(const State& state) noexcept {
   clear();
   for (std::int64_t look = 0; look < num_chunks_; ++look) take(state);
   // once more, with the squares that were added up
@@ -142,6 +141,7 @@ void ModalErrors::settle(const MotionState& state) noexcept {
   finish_round(state);
 }
 
+/// E of X140 and X141.
 double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   const std::size_t n = flexibility_.size();
   const double* const load_row = plan_.neglect.load_rows.data() + pair * n;

@@ -21,16 +21,16 @@ struct ModalErrorSize {
 };
 
 /// Ringing errors that grow while modes ring, static ones, those of second order   (THEORY X142, X143).
-/// Each mode is looked at every so many ticks, in turn: no tick costs more than some 600 multiplications but
-/// at the end of a round. Allocates nothing after construction.
+/// The lowest modes are integrated at every tick, some 3,000 multiplications of 16; higher ones are looked at
+/// every so many ticks, in turn, some 600. Allocates nothing after construction.
 class ModalErrors {
  public:
   explicit ModalErrors(const Plan& plan);
 
   /// The state after a tick of this plan, ticks in order.
-  void take(const MotionState& state) noexcept;
+  void take(const State& state) noexcept;
   /// A state that is held until nothing rings any more.
-  void settle(const MotionState& state) noexcept;
+  void settle(const State& state) noexcept;
   /// True after the tick at which every mode was looked at once more; then size() is new.
   bool is_round_over() const noexcept { return chunk_ == 0; }
   double round() const noexcept { return round_; }  // [s] between two looks at a mode

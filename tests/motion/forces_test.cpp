@@ -8,28 +8,12 @@
 
 #include "core/plan/quasi_static.hpp"
 #include "core/structure/link_factor.hpp"
+#include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"
 #include "tests/support/structures.hpp"
 
 namespace freeflex::testing {
 namespace {
-
-int add(Scene& scene, std::vector<int> points, const LinkKind& kind) {
-  Link link;
-  link.name = "l" + std::to_string(scene.links.size());
-  link.points = std::move(points);
-  link.kind = kind;
-  scene.links.push_back(link);
-  return static_cast<int>(scene.links.size()) - 1;
-}
-
-void add_point(Scene& scene, double mass, const Eigen::Vector3d& at) {
-  PointMass point;
-  point.name = "p" + std::to_string(scene.points.size());
-  point.mass = mass;
-  point.position = at;
-  scene.points.push_back(point);
-}
 
 // every kind of link but plates, whose resultants are not forces on points
 Scene every_kind() {
@@ -42,21 +26,21 @@ Scene every_kind() {
         {1.5 * (i % 3) + jitter(engine), 1.5 * (i / 3 % 2) + jitter(engine), 1.5 * (i / 6) + jitter(engine)});
   for (int i = 0; i < 12; ++i)
     for (int j = 0; j < i; ++j)
-      if ((i + 2 * j) % 3 != 0 && !(i == 1 && j == 0)) add(scene, {i, j}, Spring{2e4});
-  add(scene, {2, 8}, Bar{3e4});
-  add(scene, {3, 4}, Beam{2e5, 400.0, 300.0, 500.0, Eigen::Vector3d::Zero()});
-  add(scene, {4, 10}, Beam{2e5, 400.0, 300.0, 500.0, Eigen::Vector3d::Zero(), 4e3, 5e3});
-  add(scene, {0, 5, 9}, BendingSpring{120.0});
-  add(scene, {1, 2, 6, 7}, TorsionSpring{90.0});
-  add(scene, {0, 1}, Rigid{});
-  add(scene, {6, 9, 11}, Rigid{});
-  const int viscous = add(scene, {5, 11}, Spring{4e4});
+      if ((i + 2 * j) % 3 != 0 && !(i == 1 && j == 0)) add_link(scene, {i, j}, Spring{2e4});
+  add_link(scene, {2, 8}, Bar{3e4});
+  add_link(scene, {3, 4}, Beam{2e5, 400.0, 300.0, 500.0, Eigen::Vector3d::Zero()});
+  add_link(scene, {4, 10}, Beam{2e5, 400.0, 300.0, 500.0, Eigen::Vector3d::Zero(), 4e3, 5e3});
+  add_link(scene, {0, 5, 9}, BendingSpring{120.0});
+  add_link(scene, {1, 2, 6, 7}, TorsionSpring{90.0});
+  add_link(scene, {0, 1}, Rigid{});
+  add_link(scene, {6, 9, 11}, Rigid{});
+  const int viscous = add_link(scene, {5, 11}, Spring{4e4});
   scene.links[static_cast<std::size_t>(viscous)].viscous = 3e-3;
-  add(scene, {0, 7}, Dashpot{40.0});
+  add_link(scene, {0, 7}, Dashpot{40.0});
   Eigen::MatrixXd K(6, 6);
   const Eigen::Vector3d u = (scene.points[10].position - scene.points[2].position).normalized();
   K << u * u.transpose(), -u * u.transpose(), -u * u.transpose(), u * u.transpose();
-  add(scene, {2, 10}, MatrixLink{(7e3 * K).sparseView()});
+  add_link(scene, {2, 10}, MatrixLink{(7e3 * K).sparseView()});
   for (std::size_t i = 0; i < scene.links.size(); ++i) scene.publication.links.push_back(static_cast<int>(i));
   publish_everything(scene);
   scene.publication.links.clear();
@@ -178,7 +162,7 @@ TEST(LinkForces, OfADampedSpringAtRestLengthAreThoseOfItsRate) {
   Scene scene;
   add_point(scene, 1.0, {0.0, 0.0, 0.0});
   add_point(scene, 1.0, {1.0, 0.0, 0.0});
-  add(scene, {0, 1}, Spring{100.0});
+  add_link(scene, {0, 1}, Spring{100.0});
   publish_everything(scene);
   scene.initial.points = {{0, Eigen::Vector3d::Zero(), {-1e-3, 0.0, 0.0}},
                           {1, Eigen::Vector3d::Zero(), {1e-3, 0.0, 0.0}}};
@@ -211,8 +195,8 @@ TEST(LinkForces, OfPlatesBalanceToo) {
   for (int i = 0; i < 2; ++i)
     for (int j = 0; j < 2; ++j) {
       const int a = 3 * i + j;
-      add(scene, {a, a + 3, a + 4}, Plate{7e7, 0.3, 0.01});
-      add(scene, {a, a + 4, a + 1}, Plate{7e7, 0.3, 0.01});
+      add_link(scene, {a, a + 3, a + 4}, Plate{7e7, 0.3, 0.01});
+      add_link(scene, {a, a + 4, a + 1}, Plate{7e7, 0.3, 0.01});
     }
   publish_everything(scene);
   Simulation simulation(scene);
@@ -265,7 +249,7 @@ TEST(RigidLinks, FullyRigidStructureMovesAsARigidBody) {
   for (const Eigen::Vector3d& at : {Eigen::Vector3d(0, 0, 0), Eigen::Vector3d(1, 0, 0),
                                     Eigen::Vector3d(0, 2, 0), Eigen::Vector3d(0, 0, 3)})
     add_point(scene, 1.0 + at.sum(), at);
-  add(scene, {0, 1, 2, 3}, Rigid{});
+  add_link(scene, {0, 1, 2, 3}, Rigid{});
   publish_everything(scene);
   scene.publication.links = {0};
   scene.initial.angular_velocity = {0.3, -0.2, 0.4};
@@ -283,7 +267,7 @@ TEST(RigidLinks, CarryTheForceThatAccelerationNeeds) {
   Scene scene;
   add_point(scene, 2.0, {0.0, 0.0, 0.0});
   add_point(scene, 2.0, {1.0, 0.0, 0.0});
-  add(scene, {0, 1}, Rigid{});
+  add_link(scene, {0, 1}, Rigid{});
   publish_everything(scene);
   scene.publication.links = {0};
   Load load;
@@ -301,11 +285,11 @@ TEST(RigidLinks, CarryTheForceThatAccelerationNeeds) {
 TEST(Mechanisms, DriftExactly) {
   Scene chain;
   for (int i = 0; i < 4; ++i) add_point(chain, 1.0 + i, {1.0 * i, 0.0, 0.0});
-  for (int i = 0; i < 3; ++i) add(chain, {i, i + 1}, Bar{1e5});
+  for (int i = 0; i < 3; ++i) add_link(chain, {i, i + 1}, Bar{1e5});
   Scene square;
   for (const auto& [x, y] : {std::pair{0.0, 0.0}, {1.0, 0.0}, {1.0, 1.0}, {0.0, 1.0}})
     add_point(square, 1.0, {x, y, 0.0});
-  for (int i = 0; i < 4; ++i) add(square, {i, (i + 1) % 4}, Bar{1e5});
+  for (int i = 0; i < 4; ++i) add_link(square, {i, (i + 1) % 4}, Bar{1e5});
   for (auto& [scene, count] : {std::pair<Scene&, int>{chain, 4}, {square, 2}}) {
     publish_everything(scene);
     scene.initial.modes.push_back({1, 1e-3, 2e-4});

@@ -56,15 +56,19 @@ inline Simulation run_rung(Scene scene, Fidelity rung, double h, double end) {
   return simulation;
 }
 
-inline Eigen::Matrix3Xd elastic_of(const Scene& scene, const Simulation& simulation) {
-  const auto n = static_cast<Eigen::Index>(scene.points.size());
-  Eigen::VectorXd mass(n);
-  Eigen::Matrix3Xd rest(3, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
+inline Eigen::VectorXd masses_of(const Scene& scene) {
+  Eigen::VectorXd mass(static_cast<Eigen::Index>(scene.points.size()));
+  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
+  return mass;
+}
+inline Eigen::Matrix3Xd elastic_of(const Scene& scene, const Eigen::Matrix3Xd& positions) {
+  Eigen::Matrix3Xd rest(3, static_cast<Eigen::Index>(scene.points.size()));
+  for (Eigen::Index i = 0; i < rest.cols(); ++i)
     rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
-  }
-  return elastic_displacements(mass, rest, simulation.positions_W());
+  return elastic_displacements(masses_of(scene), rest, positions);
+}
+inline Eigen::Matrix3Xd elastic_of(const Scene& scene, const Simulation& simulation) {
+  return elastic_of(scene, simulation.positions_W());
 }
 
 /// The full system at `end` [s].
@@ -86,16 +90,9 @@ struct Errors {
   double position, elastic;  // [m] rms over points, [-]
 };
 inline Errors errors_of(const Simulation& simulation, const Truth& truth) {
-  const auto n = static_cast<Eigen::Index>(truth.scene.points.size());
-  Eigen::VectorXd mass(n);
-  Eigen::Matrix3Xd rest(3, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    mass[i] = truth.scene.points[static_cast<std::size_t>(i)].mass;
-    rest.col(i) = truth.scene.points[static_cast<std::size_t>(i)].position;
-  }
   const Eigen::Matrix3Xd p = simulation.positions_W();
-  return {(p - truth.p_W).norm() / std::sqrt(static_cast<double>(n)),
-          elastic_error(elastic_displacements(mass, rest, p), elastic_displacements(mass, rest, truth.p_W))};
+  return {(p - truth.p_W).norm() / std::sqrt(static_cast<double>(p.cols())),
+          elastic_error(elastic_of(truth.scene, p), elastic_of(truth.scene, truth.p_W))};
 }
 
 inline double energy_of(const Simulation& simulation) {

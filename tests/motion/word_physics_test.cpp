@@ -6,24 +6,10 @@
 #include <Eigen/Eigenvalues>
 #include <cmath>
 
-#include "core/plan/make_plan.hpp"
-#include "core/validity/judgement.hpp"
-#include "tests/motion/rung_cases.hpp"
+#include "tests/motion/word_truth.hpp"
 
 namespace freeflex::testing {
 namespace {
-
-int add_point(Scene &scene, double mass, const Eigen::Vector3d &at) {
-  scene.points.push_back({"p" + std::to_string(scene.points.size()), mass, at, {}});
-  return static_cast<int>(scene.points.size()) - 1;
-}
-void join(Scene &scene, std::vector<int> points, const LinkKind &kind) {
-  Link link;
-  link.name = "l" + std::to_string(scene.links.size());
-  link.points = std::move(points);
-  link.kind = kind;
-  scene.links.push_back(link);
-}
 
 /// Displaces along elastic modes, counted from 1, all else at rest.
 void ring(Scene &scene, const std::vector<std::pair<int, double>> &modes) {
@@ -39,49 +25,14 @@ void ring(Scene &scene, const std::vector<std::pair<int, double>> &modes) {
   }
 }
 
-/// Error and estimate [-] of the larger scale.
-struct Shares {
-  double error = 0.0, estimate = 0.0;
-  Verdict::Word word = Verdict::Word::kGood;
-};
-Shares shares_of(Scene scene, Fidelity rung, double end) {
+WordShares shares_of(Scene scene, Fidelity rung, double end) {
   publish_everything(scene);
-  scene.fidelity = rung;
-  std::string fault;
-  const auto system = make_true_geometry(scene, fault);
-  EXPECT_TRUE(system) << fault;
   end = std::round(end * scene.rate) / scene.rate;
-  const double times[] = {end};
-  const ReferenceRun run = integrate(*system, times);
-  EXPECT_EQ(run.error, "");
-  Simulation simulation(scene);
-  Judgement judgement(simulation.plan);
-  Budget none;
-  judgement.take(simulation.state, none);
-  while (simulation.state.tick < std::llround(end * scene.rate)) {
-    simulation.run(1);
-    judgement.take(simulation.state, none);
-  }
-  const auto n = static_cast<Eigen::Index>(scene.points.size());
-  Eigen::VectorXd mass(n);
-  Eigen::Matrix3Xd rest(3, n);
-  for (Eigen::Index i = 0; i < n; ++i) {
-    mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
-    rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
-  }
-  const auto size = [&](const Eigen::Matrix3Xd &V) {
-    return std::sqrt((V.colwise().squaredNorm() * mass)(0) / mass.sum());
-  };
-  const Eigen::Matrix3Xd V = elastic_displacements(mass, rest, run.states.at(0).p_W);
-  const Verdict &verdict = judgement.now();
-  const double scale = std::max(verdict.scale, size(V));
-  Shares shares{size(elastic_displacements(mass, rest, simulation.positions_W()) - V) / scale,
-                verdict.error / verdict.scale, verdict.word};
-  std::printf("%-11s %6.2f s: error %.2e of the scale, estimate %.2e, %s\n", name_of(rung), end, shares.error,
-              shares.estimate, name_of(shares.word));
-  return shares;
+  const auto truth = true_displacements(scene, end);
+  EXPECT_TRUE(truth);
+  return compare_word(scene, rung, end, truth);
 }
-void expect_told(const Shares &shares) {
+void expect_told(const WordShares &shares) {
   EXPECT_GT(shares.estimate, 0.5 * shares.error);
   EXPECT_LT(shares.estimate, 2.0 * shares.error);
 }
@@ -97,14 +48,14 @@ Scene hinged_tetrahedra(double hinge) {
     const int end = add_point(scene, 1.0, {x, 0.1, 0.1 * x}),
               top = add_point(scene, 1.0, {0.6 * x, 0.0, 0.8});
     for (const int corner : {a, b}) {
-      join(scene, {corner, end}, Spring{400.0});
-      join(scene, {corner, top}, Spring{500.0});
+      add_link(scene, {corner, end}, Spring{400.0});
+      add_link(scene, {corner, top}, Spring{500.0});
     }
-    join(scene, {end, top}, Spring{300.0});
+    add_link(scene, {end, top}, Spring{300.0});
     tops[static_cast<std::size_t>(side)] = top;
   }
-  join(scene, {a, b}, Spring{600.0});
-  join(scene, {tops[0], tops[1]}, Spring{hinge});
+  add_link(scene, {a, b}, Spring{600.0});
+  add_link(scene, {tops[0], tops[1]}, Spring{hinge});
   scene.rate = 500.0;
   return scene;
 }
@@ -115,7 +66,7 @@ TEST(WordPhysics, RingingDrivesASoftHinge) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled})
     expect_told(shares_of(scene, rung, 3.0));
   ring(scene, {{2, 3e-3}, {3, 3e-3}});
-  const Shares large = shares_of(scene, Fidelity::kCoupled, 6.0);
+  const WordShares large = shares_of(scene, Fidelity::kCoupled, 6.0);
   EXPECT_GT(large.error, 0.05);
   EXPECT_NE(large.word, Verdict::Word::kGood);
 }
@@ -130,12 +81,12 @@ TEST(WordPhysics, RingingDrivesAFreeHinge) {
   for (int k = 0; k < 4; ++k) {
     Beam beam{.EA = 1e5, .GJ = 300.0, .EI_y = 400.0, .EI_z = 500.0, .y_axis = Eigen::Vector3d(0.0, 0.2, 1.0)};
     if (k == 2) beam.released[0][1] = true;
-    join(scene, {k, k + 1}, beam);
+    add_link(scene, {k, k + 1}, beam);
   }
   scene.rate = 4000.0;
   ring(scene, {{2, 1e-5}});
   expect_told(shares_of(scene, Fidelity::kSeparated, 1.0));
-  const Shares late = shares_of(scene, Fidelity::kCoupled, 20.0);
+  const WordShares late = shares_of(scene, Fidelity::kCoupled, 20.0);
   EXPECT_GT(late.error, 0.05);
   EXPECT_NE(late.word, Verdict::Word::kGood);
 }
@@ -145,8 +96,8 @@ TEST(WordPhysics, RingingDrivesAFreeHinge) {
 Scene straight_chain() {
   Scene scene;
   for (int k = 0; k < 5; ++k) add_point(scene, 1.0, {1.0 * k, 0.0, 0.0});
-  for (int k = 0; k < 4; ++k) join(scene, {k, k + 1}, Spring{3e5});
-  for (int k = 0; k < 3; ++k) join(scene, {k, k + 1, k + 2}, BendingSpring{100.0});
+  for (int k = 0; k < 4; ++k) add_link(scene, {k, k + 1}, Spring{3e5});
+  for (int k = 0; k < 3; ++k) add_link(scene, {k, k + 1, k + 2}, BendingSpring{100.0});
   scene.rate = 2000.0;
   return scene;
 }
@@ -165,7 +116,7 @@ TEST(WordPhysics, AxialLoadsPulsateInResonance) {
     load.forces = {{0, {12.0, 0.0, 0.0}}, {4, {-12.0, 0.0, 0.0}}};
     load.history = SineHistory{(structure->omega[first] + structure->omega[second]) / (2.0 * M_PI), 0.0};
     scene.loads = {load};
-    const Shares shares = shares_of(scene, Fidelity::kCoupled, 2.0);
+    const WordShares shares = shares_of(scene, Fidelity::kCoupled, 2.0);
     EXPECT_GT(shares.error, 0.01) << "else nothing is tried";
     expect_told(shares);
   }
@@ -184,7 +135,7 @@ TEST(WordPhysics, TheAttitudeOfASpinAboutTheMiddleAxisIsOff) {
   scene.damping.modal_ratio = 0.02;
   const double turn = 2.0 * M_PI / scene.initial.angular_velocity.norm();
   for (const double turns : {0.5, 2.0, 8.0, 25.0}) {
-    const Shares shares = shares_of(scene, Fidelity::kSpinLoaded, turns * turn);
+    const WordShares shares = shares_of(scene, Fidelity::kSpinLoaded, turns * turn);
     EXPECT_GT(shares.estimate, 0.5 * shares.error) << turns;
   }
   EXPECT_EQ(shares_of(scene, Fidelity::kCoupled, 25.0 * turn).word, Verdict::Word::kGood);
@@ -198,6 +149,58 @@ TEST(WordPhysics, ASpinThatTheRungBendsByIsNotOutsideAtItsStart) {
   scene.damping.modal_ratio = 0.02;
   EXPECT_EQ(shares_of(scene, Fidelity::kSpinLoaded, 0.02).word, Verdict::Word::kGood);
   EXPECT_NE(shares_of(scene, Fidelity::kSeparated, 1.0).word, Verdict::Word::kGood) << "it lacks the load";
+}
+
+// loads in world axes bend a body that tumbles: their torque on the displaced points turns it, and from then
+// on they act in other directions
+TEST(WordPhysics, LoadsFixedInTheWorldTurnTheBodyThatTheyBend) {
+  Scene scene;
+  for (const double x : {-1.0, 0.0, 1.0}) add_point(scene, 1.0, {x, 0.0, 0.0});
+  for (const double side : {1.0, -1.0}) add_point(scene, 0.6, {0.0, 0.8 * side, 0.05 * side});
+  for (const double side : {1.0, -1.0}) add_point(scene, 0.02, {0.02, 0.02, 0.4 * side});
+  for (int a = 0; a < 7; ++a)
+    for (int b = a + 1; b < 7; ++b) add_link(scene, {a, b}, Spring{1000.0 + 37.0 * a + 91.0 * b});
+  scene.damping.modal_ratio = 0.1;
+  Faults faults;
+  const auto structure = build_structure(scene, faults);
+  scene.rate = std::ceil(structure->omega.maxCoeff());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> axes(structure->mass_properties.inertia);
+  const double lowest = structure->omega.minCoeff(), spin = 0.01 * lowest, force = 2e-3 * lowest * lowest;
+  scene.initial.angular_velocity = spin * axes.eigenvectors().col(1);
+  Load load;
+  load.axes = Axes::kWorld;
+  load.forces = {{0, {0.5 * force, force, 0.2 * force}},
+                 {1, {-force, -2.0 * force, -0.4 * force}},
+                 {2, {0.5 * force, force, 0.2 * force}}};
+  scene.loads = {load};
+  for (const double turns : {0.3, 1.0, 2.0, 4.0}) {
+    const WordShares shares = shares_of(scene, Fidelity::kSpinLoaded, turns / spin);
+    EXPECT_GT(shares.estimate, 0.5 * shares.error) << turns;
+    EXPECT_TRUE(shares.word != Verdict::Word::kGood || shares.error < 0.05) << turns;
+  }
+}
+
+// what is damped beyond its critical ratio creeps to its static place under its whole stiffness
+TEST(WordPhysics, AnOverdampedBodyCreepsToWhatTheSpinBends) {
+  Scene scene;
+  add_point(scene, 1.0, {0.0, 0.0, 0.0});
+  add_point(scene, 1.0, {1.0, 0.0, 0.0});
+  add_point(scene, 1.0, {0.2, 0.9, 0.0});
+  add_point(scene, 1.0, {0.3, 0.3, 0.8});
+  for (int a = 0; a < 4; ++a)
+    for (int b = a + 1; b < 4; ++b) add_link(scene, {a, b}, Spring{400.0});
+  scene.rate = 1000.0;
+  scene.damping.modal_ratio = 10.0;
+  scene.initial.angular_velocity = {0.1, 0.2, 0.1};
+  Load load;
+  load.axes = Axes::kBody;
+  load.forces = {{1, {0.05, 0.0, 0.0}}};
+  scene.loads = {load};
+  for (const double end : {0.5, 5.0}) {
+    const WordShares shares = shares_of(scene, Fidelity::kSeparated, end);
+    expect_told(shares);
+    EXPECT_NE(shares.word, Verdict::Word::kGood);
+  }
 }
 
 }  // namespace

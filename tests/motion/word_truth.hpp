@@ -6,11 +6,13 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
+#include <optional>
 #include <random>
 
 #include "core/plan/make_plan.hpp"
 #include "core/validity/judgement.hpp"
 #include "tests/motion/rung_cases.hpp"
+#include "tests/setup/make_scene.hpp"
 
 namespace freeflex::testing {
 
@@ -77,17 +79,8 @@ class RandomScene {
     std::normal_distribution<double> normal;
     return Eigen::Vector3d(normal(engine_), normal(engine_), normal(engine_)).normalized();
   }
-  int add_point(const Eigen::Vector3d& at) {
-    scene_.points.push_back({"p" + std::to_string(scene_.points.size()), decade(0.5, 2.0), at, {}});
-    return static_cast<int>(scene_.points.size()) - 1;
-  }
-  void join(std::vector<int> points, const LinkKind& kind) {
-    Link link;
-    link.name = "l" + std::to_string(scene_.links.size());
-    link.points = std::move(points);
-    link.kind = kind;
-    scene_.links.push_back(link);
-  }
+  int add_point(const Eigen::Vector3d& at) { return testing::add_point(scene_, decade(0.5, 2.0), at); }
+  void join(std::vector<int> points, const LinkKind& kind) { add_link(scene_, std::move(points), kind); }
   Beam tube() {
     const double EI = decade(200.0, 2000.0);
     return Beam{.EA = EI * decade(30.0, 300.0),
@@ -189,58 +182,71 @@ struct WordCounts {
   double worst_good = 0.0;  // [-] of the larger scale, largest error that was good
 };
 
+/// sqrt(sum m V.V / M)
+inline double rms_over_mass(const Scene& scene, const Eigen::Matrix3Xd& V) {
+  const Eigen::VectorXd mass = masses_of(scene);
+  return std::sqrt((V.colwise().squaredNorm() * mass)(0) / mass.sum());
+}
+/// Elastic displacements by true geometry [m] (3 x points); nothing where it finds no way on.
+inline std::optional<Eigen::Matrix3Xd> true_displacements(const Scene& scene, double end) {
+  std::string error;
+  const auto system = make_true_geometry(scene, error);
+  EXPECT_TRUE(system) << error;
+  if (!system) return std::nullopt;
+  const double times[] = {end};
+  const ReferenceRun run = integrate(*system, times);
+  if (run.error.empty()) return elastic_of(scene, run.states.at(0).p_W);
+  std::printf("%s\n", run.error.c_str());
+  return std::nullopt;
+}
+
+/// What the word says of a rung beside what it is off by.
+struct WordShares {
+  double error = 0.0, estimate = 0.0, unseen = 0.0;  // [-] of the larger scale
+  Verdict::Word word = Verdict::Word::kGood;
+};
+inline WordShares compare_word(Scene scene, Fidelity rung, double end,
+                               const std::optional<Eigen::Matrix3Xd>& truth) {
+  scene.fidelity = rung;
+  Simulation simulation(scene);
+  Judgement judgement(simulation.plan);
+  Budget none;
+  judgement.take(simulation.state, none);
+  const auto ticks = std::llround(end * scene.rate);
+  while (simulation.state.tick < ticks) {
+    simulation.run(1);
+    judgement.take(simulation.state, none);
+  }
+  const Verdict& verdict = judgement.now();
+  const double scale = std::max(verdict.scale, truth ? rms_over_mass(scene, *truth) : 0.0);
+  const double off = truth ? rms_over_mass(scene, elastic_of(scene, simulation) - *truth) : HUGE_VAL;
+  const WordShares shares{off / scale, verdict.error / scale, verdict.unseen / scale, verdict.word};
+  std::printf("    %-11s %8.2f s: error %.2e of the scale, estimate %.2e, %s\n", name_of(rung), end,
+              shares.error, shares.estimate, name_of(shares.word));
+  return shares;
+}
+
 inline void judge_scene(std::uint64_t seed, WordCounts& counts) {
   const RandomScene random(seed);
   const Scene& scene = random.truth();
-  std::string error;
-  const auto system = make_true_geometry(scene, error);
-  ASSERT_TRUE(system) << error;
-  const double times[] = {random.end()};
-  const ReferenceRun run = integrate(*system, times);
   // where even true geometry finds no way on, nothing is good
-  const bool is_lost = !run.error.empty();
-  if (is_lost) std::printf("%llu: %s\n", static_cast<unsigned long long>(seed), run.error.c_str());
+  const auto truth = true_displacements(scene, random.end());
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
     if (rung == Fidelity::kCoupled && random.has_rigid_links()) continue;  // it refuses them
-    Simulation simulation = run_rung(random.judged(), rung, 1.0 / scene.rate, 0.0);
-    Budget none;
-    Judgement judgement(simulation.plan);
-    judgement.take(simulation.state, none);
-    const auto ticks = std::llround(random.end() * scene.rate);
-    while (simulation.state.tick < ticks) {
-      simulation.run(1);
-      judgement.take(simulation.state, none);
-    }
-    const auto n = static_cast<Eigen::Index>(scene.points.size());
-    Eigen::VectorXd mass(n);
-    Eigen::Matrix3Xd rest(3, n);
-    for (Eigen::Index i = 0; i < n; ++i) {
-      mass[i] = scene.points[static_cast<std::size_t>(i)].mass;
-      rest.col(i) = scene.points[static_cast<std::size_t>(i)].position;
-    }
-    const Eigen::Matrix3Xd V = is_lost ? Eigen::Matrix3Xd(0.0 * rest)
-                                       : elastic_displacements(mass, rest, run.states.at(0).p_W),
-                           off = elastic_displacements(mass, rest, simulation.positions_W()) - V;
-    const auto size = [&](const Eigen::Matrix3Xd& field) {
-      return std::sqrt((field.colwise().squaredNorm() * mass)(0) / mass.sum());
-    };
-    const Verdict& verdict = judgement.now();
-    const double scale = std::max(verdict.scale, size(V)), share = is_lost ? HUGE_VAL : size(off) / scale;
-    const bool is_good = verdict.word == Verdict::Word::kGood,
-               is_outside = verdict.word == Verdict::Word::kOutside;
+    std::printf("%llu %s\n", static_cast<unsigned long long>(seed), random.name().c_str());
+    const WordShares shares = compare_word(random.judged(), rung, random.end(), truth);
+    const bool is_good = shares.word == Verdict::Word::kGood,
+               is_outside = shares.word == Verdict::Word::kOutside;
     ++counts.all;
     counts.good += is_good;
-    counts.false_good += is_good && share > 0.05;
-    counts.harmless += share < 0.01;
-    counts.silly += is_outside && share < 0.01;
-    if (is_good) counts.worst_good = std::max(counts.worst_good, share);
-    std::printf("%llu %-16s %-11s error %.1e of the scale, estimate %.1e, %s\n",
-                static_cast<unsigned long long>(seed), random.name().c_str(), name_of(rung), share,
-                verdict.error / verdict.scale, name_of(verdict.word));
-    if (is_good && share > 0.05)
+    counts.false_good += is_good && shares.error > 0.05;
+    counts.harmless += shares.error < 0.01;
+    counts.silly += is_outside && shares.error < 0.01;
+    if (is_good) counts.worst_good = std::max(counts.worst_good, shares.error);
+    if (is_good && shares.error > 0.05)
       std::printf("    loads %zu, axes %d, spin %.2e, unseen %.1e\n", scene.loads.size(),
                   scene.loads.empty() ? -1 : static_cast<int>(scene.loads[0].axes),
-                  scene.initial.angular_velocity.norm(), verdict.unseen / verdict.scale);
+                  scene.initial.angular_velocity.norm(), shares.unseen);
   }
 }
 

@@ -5,6 +5,8 @@
 
 #include <random>
 #include <string>
+#include <utility>
+#include <vector>
 
 #include "core/plan/make_plan.hpp"
 #include "core/structure/structure.hpp"
@@ -20,14 +22,16 @@ inline int add_point(Scene& scene, double mass, const Eigen::Vector3d& position)
   return static_cast<int>(scene.points.size()) - 1;
 }
 
-template <typename Kind>
-int add_link(Scene& scene, int first, int second, const Kind& kind) {
+inline int add_link(Scene& scene, std::vector<int> points, const LinkKind& kind) {
   Link link;
   link.name = std::string("l") + std::to_string(scene.links.size());
-  link.points = {first, second};
+  link.points = std::move(points);
   link.kind = kind;
   scene.links.push_back(link);
   return static_cast<int>(scene.links.size()) - 1;
+}
+inline int add_link(Scene& scene, int first, int second, const LinkKind& kind) {
+  return add_link(scene, {first, second}, kind);
 }
 
 inline void join_all(Scene& scene, double stiffness) {

@@ -11,15 +11,6 @@
 namespace freeflex::testing {
 namespace {
 
-int add_link_over(Scene& scene, std::vector<int> points, const LinkKind& kind) {
-  Link link;
-  link.name = "l" + std::to_string(scene.links.size());
-  link.points = std::move(points);
-  link.kind = kind;
-  scene.links.push_back(link);
-  return static_cast<int>(scene.links.size()) - 1;
-}
-
 void expect_frequencies(const Structure& molecule, std::vector<double> squares, double tolerance) {
   std::sort(squares.begin(), squares.end());
   ASSERT_EQ(molecule.omega.size(), static_cast<Eigen::Index>(squares.size()));
@@ -35,9 +26,9 @@ TEST(Molecules, CarbonDioxideBendsTwiceAndStretchesTwice) {
   Scene scene;
   for (const double x : {-kLength, 0.0, kLength})
     add_point(scene, x == 0.0 ? kCarbon : kOxygen, {x, 0.0, 0.0});
-  add_link_over(scene, {0, 1}, Spring{kStretch});
-  add_link_over(scene, {1, 2}, Spring{kStretch});
-  add_link_over(scene, {0, 1, 2}, BendingSpring{kBend});
+  add_link(scene, {0, 1}, Spring{kStretch});
+  add_link(scene, {1, 2}, Spring{kStretch});
+  add_link(scene, {0, 1, 2}, BendingSpring{kBend});
   const Structure molecule = build(scene);
   EXPECT_EQ(molecule.mass_properties.rigid_freedoms, 5);
   EXPECT_TRUE(molecule.mechanisms.empty());
@@ -60,9 +51,9 @@ TEST(Molecules, WaterMeetsItsGFMatrix) {
     add_point(scene, kHydrogen,
               scene.points[0].position + turn * Eigen::Vector3d(kLength * std::sin(side * angle),
                                                                 kLength * std::cos(side * angle), 0.0));
-  add_link_over(scene, {0, 1}, Spring{kStretch});
-  add_link_over(scene, {0, 2}, Spring{kStretch});
-  add_link_over(scene, {1, 0, 2}, BendingSpring{kBend});
+  add_link(scene, {0, 1}, Spring{kStretch});
+  add_link(scene, {0, 2}, Spring{kStretch});
+  add_link(scene, {1, 0, 2}, BendingSpring{kBend});
   const double c = std::cos(angle), x = 1.0 / kOxygen, y = 1.0 / kHydrogen, l2 = kLength * kLength;
   const double sum = kStretch * (y + x * (1.0 + c)) + 2.0 * kBend / l2 * (y + x * (1.0 - c));
   const double product = 2.0 * kStretch * kBend / l2 * y * (y + 2.0 * x);
@@ -90,8 +81,8 @@ TEST(Molecules, RowsAreTheDerivativesOfTheAngles) {
   add_point(scene, 2.0, {-0.4, 0.1, 0.3});
   add_point(scene, 3.0, {0.8, -0.2, 0.1});
   add_point(scene, 1.5, {1.0, 0.7, 0.8});
-  add_link_over(scene, {0, 1, 2}, BendingSpring{1.0});
-  add_link_over(scene, {0, 1, 2, 3}, TorsionSpring{1.0});
+  add_link(scene, {0, 1, 2}, BendingSpring{1.0});
+  add_link(scene, {0, 1, 2, 3}, TorsionSpring{1.0});
   const auto at = [&](int i) { return Eigen::Vector3d(scene.points[static_cast<std::size_t>(i)].position); };
   const auto angle = [&] {
     const Eigen::Vector3d a = at(0) - at(1), c = at(2) - at(1);
@@ -127,14 +118,14 @@ TEST(Molecules, TorsionSpringRemovesTheOneMechanism) {
   add_point(scene, 16.0, {0.0, 0.0, 0.0});
   add_point(scene, 16.0, {1.45, 0.0, 0.0});
   add_point(scene, 1.0, {1.75, -0.3, 0.85});
-  for (int i = 0; i < 3; ++i) add_link_over(scene, {i, i + 1}, Spring{700.0});
-  add_link_over(scene, {0, 1, 2}, BendingSpring{80.0});
-  add_link_over(scene, {1, 2, 3}, BendingSpring{80.0});
+  for (int i = 0; i < 3; ++i) add_link(scene, {i, i + 1}, Spring{700.0});
+  add_link(scene, {0, 1, 2}, BendingSpring{80.0});
+  add_link(scene, {1, 2, 3}, BendingSpring{80.0});
   Faults warnings;
   const Structure loose = build(scene, &warnings);
   ASSERT_EQ(loose.mechanisms.size(), 1u);
   EXPECT_EQ(loose.omega[0], 0.0);
-  add_link_over(scene, {0, 1, 2, 3}, TorsionSpring{5.0});
+  add_link(scene, {0, 1, 2, 3}, TorsionSpring{5.0});
   const Structure whole = build(scene);
   EXPECT_TRUE(whole.mechanisms.empty());
   EXPECT_EQ(whole.omega.size(), 6);

@@ -12,14 +12,6 @@
 namespace freeflex::testing {
 namespace {
 
-void join_points(Scene& scene, std::vector<int> points, const LinkKind& kind) {
-  Link link;
-  link.name = "l" + std::to_string(scene.links.size());
-  link.points = std::move(points);
-  link.kind = kind;
-  scene.links.push_back(link);
-}
-
 // the scene turned at random and moved by `away` [m] along each axis
 Scene placed(Scene scene, std::uint64_t seed, double away) {
   std::mt19937_64 engine(seed);
@@ -52,8 +44,8 @@ TEST(RigidBodiesOnALine, ClampABeamAcrossAndHingeItAlongTheirLine) {
   add_point(scene, 3.0, {0.0, 0.0, kArm});
   add_point(scene, 3.0, {0.0, 0.0, -kArm});
   add_point(scene, kEnd, {kLength, 0.0, 0.0});
-  join_points(scene, {0, 1, 2}, Rigid{});
-  join_points(scene, {0, 3}, tube());
+  add_link(scene, {0, 1, 2}, Rigid{});
+  add_link(scene, {0, 3}, tube());
   const double inertia = 6.0 * kArm * kArm;
   Eigen::Vector2d expected(
       3.0 * kEI / std::pow(kLength, 3) * (1.0 / kEnd + 1.0 / kBody + kLength * kLength / inertia),
@@ -87,11 +79,11 @@ TEST(RigidBodiesOnALine, CoupleBeamsByTheTurnAboutTheirLine) {
   add_point(scene, 2.0, {0.0, 0.0, 0.0});
   add_point(scene, kEnd, {kLength, 0.0, 0.8});
   add_point(scene, kEnd, {kLength, 0.0, -0.8});
-  join_points(scene, {0, 1, 2}, Rigid{});
+  add_link(scene, {0, 1, 2}, Rigid{});
   for (const int arm : {0, 1}) {
     Beam beam = tube();
     beam.y_axis = {0.0, 1.0, 0.0};
-    join_points(scene, {arm, 3 + arm}, beam);
+    add_link(scene, {arm, 3 + arm}, beam);
   }
   scene.publication.links = {1, 2};
   const double expected = std::sqrt(3.0 * kEI / std::pow(kLength, 3) * (1.0 / kEnd + 1.0 / kBodyEnd));
@@ -128,7 +120,7 @@ Scene with_body(const LineCase& each, double off_line, double distance = 1.0) {
   std::vector<int> body{0, 1, 2};
   if (off_line > 0.0)
     body.push_back(add_point(scene, off_line, 0.4 * along + distance * along.unitOrthogonal()));
-  join_points(scene, body, Rigid{});
+  add_link(scene, body, Rigid{});
   return scene;
 }
 
@@ -136,39 +128,37 @@ const std::vector<LineCase>& line_cases() {
   static const std::vector<LineCase> kCases{
       {"beams at its middle",
        [](Scene& scene) {
-         for (const auto& [i, j] : {std::pair{1, 3}, {3, 4}, {1, 5}, {5, 6}})
-           join_points(scene, {i, j}, tube());
+         for (const auto& [i, j] : {std::pair{1, 3}, {3, 4}, {1, 5}, {5, 6}}) add_link(scene, {i, j}, tube());
        }},
       {"beams at its ends and its middle",
        [](Scene& scene) {
-         for (const auto& [i, j] : {std::pair{0, 3}, {3, 4}, {1, 5}, {2, 6}})
-           join_points(scene, {i, j}, tube());
+         for (const auto& [i, j] : {std::pair{0, 3}, {3, 4}, {1, 5}, {2, 6}}) add_link(scene, {i, j}, tube());
        }},
       {"beams with releases",
        [](Scene& scene) {
          Beam pinned = tube();
          pinned.released[0] = {false, true, false};
-         join_points(scene, {0, 3}, pinned);
-         join_points(scene, {3, 4}, tube());
-         join_points(scene, {5, 1}, tube());
+         add_link(scene, {0, 3}, pinned);
+         add_link(scene, {3, 4}, tube());
+         add_link(scene, {5, 1}, tube());
          pinned.released = {};
          pinned.released[1] = {true, false, true};
-         join_points(scene, {6, 2}, pinned);
-         join_points(scene, {6, 5}, tube());
-         join_points(scene, {4, 5}, tube());
+         add_link(scene, {6, 2}, pinned);
+         add_link(scene, {6, 5}, tube());
+         add_link(scene, {4, 5}, tube());
        }},
       {"plates",
        [](Scene& scene) {
          const Plate plate{2e7, 0.3, 0.02};
          for (const std::vector<int>& points : {std::vector<int>{1, 3, 4}, {1, 2, 5}, {2, 5, 6}})
-           join_points(scene, points, plate);
+           add_link(scene, points, plate);
        }},
       {"bending and torsion springs beside beams",
        [](Scene& scene) {
-         for (const auto& [i, j] : {std::pair{1, 3}, {3, 4}, {1, 5}}) join_points(scene, {i, j}, tube());
-         join_points(scene, {2, 6}, Spring{2e4});
-         join_points(scene, {0, 1, 6}, BendingSpring{150.0});
-         join_points(scene, {3, 1, 2, 6}, TorsionSpring{90.0});
+         for (const auto& [i, j] : {std::pair{1, 3}, {3, 4}, {1, 5}}) add_link(scene, {i, j}, tube());
+         add_link(scene, {2, 6}, Spring{2e4});
+         add_link(scene, {0, 1, 6}, BendingSpring{150.0});
+         add_link(scene, {3, 1, 2, 6}, TorsionSpring{90.0});
        }},
   };
   return kCases;
@@ -220,8 +210,8 @@ TEST(RigidBodiesOnALine, HoldTheRootOfATee) {
     for (int i = 0; i < 4; ++i) add_point(scene, i == 0 ? 2.0 : 1.0, {1.0 * i, 0.0, 0.0});
     std::vector<int> body{0, add_point(scene, 3.0, {0.0, 0.0, 1.0}), add_point(scene, 3.0, {0.0, 0.0, -1.0})};
     if (off_line > 0.0) body.push_back(add_point(scene, off_line, {0.0, 1.0, 0.0}));
-    for (int i = 0; i < 3; ++i) join_points(scene, {i, i + 1}, Beam{1e6, 1e3, 100.0, 100.0, {0.0, 1.0, 0.0}});
-    join_points(scene, body, Rigid{});
+    for (int i = 0; i < 3; ++i) add_link(scene, {i, i + 1}, Beam{1e6, 1e3, 100.0, 100.0, {0.0, 1.0, 0.0}});
+    add_link(scene, body, Rigid{});
     const Structure structure = build(scene);
     EXPECT_TRUE(structure.mechanisms.empty());
     ASSERT_GE(structure.omega.size(), 8);
@@ -237,14 +227,14 @@ TEST(RigidBodiesOnALine, HoldTheRootOfATee) {
 TEST(RigidBodiesOnALine, FreeTurnAboutTheirLineIsNoMotionOfPoints) {
   Scene scene;
   for (int i = 0; i < 5; ++i) add_point(scene, 1.0 + i, {0.0, 0.0, 0.5 * i});
-  join_points(scene, {0, 1, 2}, Rigid{});
-  join_points(scene, {2, 3}, tube());
-  join_points(scene, {3, 4}, tube());
+  add_link(scene, {0, 1, 2}, Rigid{});
+  add_link(scene, {2, 3}, tube());
+  add_link(scene, {3, 4}, tube());
   for (const bool has_more : {false, true}) {
     if (has_more) {
       // not all on one line any more: 1 kg held by springs
       const int more = add_point(scene, 1.0, {0.7, 0.3, 1.0});
-      for (const int i : {0, 2, 4}) join_points(scene, {i, more}, Spring{1e4});
+      for (const int i : {0, 2, 4}) add_link(scene, {i, more}, Spring{1e4});
     }
     for (std::uint64_t seed = 1; seed <= 5; ++seed) {
       Faults warnings;
@@ -261,12 +251,12 @@ TEST(RigidBodiesOnALine, ArmsThatSwingAboutTheLineAreOneMechanism) {
   Scene scene;
   for (const double z : {-0.8, 0.0, 0.9}) add_point(scene, 1.0, {0.0, 0.0, z});
   const int away = add_point(scene, 2.0, {-1.0, 0.2, 0.1}), beyond = add_point(scene, 2.0, {-0.9, -1.0, 0.3});
-  join_points(scene, {0, 1, 2}, Rigid{});
+  add_link(scene, {0, 1, 2}, Rigid{});
   for (const auto& [i, j] : {std::pair{0, away}, {2, away}, {0, beyond}, {2, beyond}, {away, beyond}})
-    join_points(scene, {i, j}, Spring{1e5});
+    add_link(scene, {i, j}, Spring{1e5});
   for (const int num_arms : {1, 2}) {
     const int end = add_point(scene, 0.5, {1.2, 0.0, num_arms == 1 ? 0.9 : -0.8});
-    join_points(scene, {num_arms == 1 ? 2 : 0, end}, tube());
+    add_link(scene, {num_arms == 1 ? 2 : 0, end}, tube());
     Faults warnings;
     const Structure structure = build(scene, &warnings);
     ASSERT_EQ(structure.mechanisms.size(), 1u) << num_arms;
@@ -304,9 +294,9 @@ TEST(RigidBodiesOnALine, LeaveJointsToABodyThatIsNoLine) {
     add_point(scene, 1.0, {0.2, 0.7, 0.1});
     add_point(scene, 1.5, {0.1, 0.2, 1.4});
     add_point(scene, 0.8, {0.7, -1.2, 0.3});
-    for (const std::vector<int>& points : each) join_points(scene, points, Rigid{});
-    join_points(scene, {0, 4}, tube());
-    join_points(scene, {1, 5}, tube());
+    for (const std::vector<int>& points : each) add_link(scene, points, Rigid{});
+    add_link(scene, {0, 4}, tube());
+    add_link(scene, {1, 5}, tube());
     return build(scene);
   };
   const Structure one = bodies({{0, 1, 2, 3}}), two = bodies({{0, 1, 2}, {0, 1, 3}});
