@@ -167,6 +167,22 @@ bool advance_mixed(const Plan& plan, const ModalState& from, const double* Q0, c
   return check == 0.0;
 }
 
+bool advance_linear(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
+                    Array& kicked, Array& scratch, const ModalResult& to, DependentLoad& last_kick) noexcept {
+  const std::size_t n = index(plan.num_moving);
+  if (plan.mixing.path == PlanMixing::Path::kNone) return advance_modes(plan.propagator, n, from, Q0, Q1, to);
+  if (plan.mixing.path == PlanMixing::Path::kExact) {
+    const bool is_finite = advance_modes(plan.propagator, n, from, Q0, Q1, to);
+    return advance_mixed(plan, from, Q0, Q1, scratch, to) && is_finite;
+  }
+  // half a kick, the modes, half a kick
+  kick(plan, from.q, from.q_dot, scratch, kicked.data());
+  const bool is_finite =
+      advance_modes(plan.propagator, n, {from.q, from.q_low, kicked.data(), from.q_dot_low}, Q0, Q1, to);
+  last_kick = kick(plan, to.q, to.q_dot, scratch, to.q_dot);
+  return is_finite;
+}
+
 std::size_t mixing_scratch_size(const Plan& plan) noexcept {
   return std::max({stride_of(plan.mixing), index(plan.num_padded), index(plan.mixing.num_kicks)});
 }

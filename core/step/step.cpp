@@ -74,19 +74,8 @@ bool advance_elastic(const Plan& plan, const MotionState& state, const Array& Q_
   const ModalState from{state.q.data(), state.q_low.data(), state.q_dot.data(), state.q_dot_low.data()};
   const ModalResult to{workspace.next_q.data(), workspace.next_q_low.data(), workspace.next_q_dot.data(),
                        workspace.next_q_dot_low.data()};
-  const double *Q0 = Q_start.data(), *Q1 = workspace.Q_left.data();
-  const std::size_t n = index(plan.num_moving);
-  if (plan.mixing.path == PlanMixing::Path::kNone) return advance_modes(plan.propagator, n, from, Q0, Q1, to);
-  if (plan.mixing.path == PlanMixing::Path::kExact) {
-    const bool is_finite = advance_modes(plan.propagator, n, from, Q0, Q1, to);
-    return advance_mixed(plan, from, Q0, Q1, workspace.scratch, to) && is_finite;
-  }
-  // half a kick, the modes, half a kick
-  kick(plan, from.q, from.q_dot, workspace.scratch, workspace.kicked.data());
-  const bool is_finite = advance_modes(
-      plan.propagator, n, {from.q, from.q_low, workspace.kicked.data(), from.q_dot_low}, Q0, Q1, to);
-  last_kick = kick(plan, to.q, to.q_dot, workspace.scratch, to.q_dot);
-  return is_finite;
+  return advance_linear(plan, from, Q_start.data(), workspace.Q_left.data(), workspace.kicked,
+                        workspace.scratch, to, last_kick);
 }
 
 /// Resultant and moment at the end, for accelerations.

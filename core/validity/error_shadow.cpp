@@ -6,7 +6,9 @@
 
 #include "core/step/frame.hpp"
 #include "core/step/history.hpp"
+#include "core/step/kernels.hpp"
 #include "core/step/loads.hpp"
+#include "core/step/mixing.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 #include "core/validity/validity.hpp"
@@ -48,13 +50,22 @@ ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
       free.by_force = (1.0 - free.from_delta) / (M * omega * omega);
     free_.push_back(free);
   }
-  for (std::vector<double>* values : {&delta_, &rate_, &spin_force_, &strained_, &force_}) values->resize(n);
+  for (std::vector<double>* values : {&spin_force_, &strained_}) values->resize(n);
+  const bool mixes = n > 0 && (plan.mixing.num_damping > 0 || !plan.feedbacks.empty());
+  for (Array* values : {&delta_, &rate_, &force_})
+    values->resize(mixes ? static_cast<std::size_t>(plan.num_padded) : n);
+  if (mixes) {
+    for (Array* values : {&next_delta_, &next_rate_, &zero_, &low_, &rate_low_, &kicked_})
+      values->resize(delta_.size());
+    scratch_.resize(mixing_scratch_size(plan));
+  }
   E_.resize(n * n);
   coriolis_.resize(n * n);
 }
 
 void ErrorShadow::clear() noexcept {
-  for (std::vector<double>* values : {&delta_, &rate_, &spin_force_, &E_, &coriolis_})
+  for (Array* values : {&delta_, &rate_}) std::fill(values->begin(), values->end(), 0.0);
+  for (std::vector<double>* values : {&spin_force_, &E_, &coriolis_})
     std::fill(values->begin(), values->end(), 0.0);
   spins_ = false;
   H_W_ = phi_ = w_ = error_ = {};
@@ -178,12 +189,34 @@ double ErrorShadow::turn() const noexcept { return norm(phi_); }
 void ErrorShadow::advance(const State& state) noexcept {
   turn_body(state);
   find_forces(state);
+  if (!zero_.empty()) return advance_all();
   for (std::size_t c = 0; c < size(); ++c) {
     const Free& free = free_[c];
     const double delta = delta_[c], rate = rate_[c];
     delta_[c] = free.from_delta * delta + free.from_rate * rate + free.by_force * force_[c];
     rate_[c] = free.rate_from_delta * delta + free.rate_from_rate * rate + free.rate_by_force * force_[c];
   }
+}
+
+/// With the dashpots and feedback that the rung has. Rungs that couple resolve them by their stages; there
+/// half a kick, the modes, half a kick.
+void ErrorShadow::advance_all() noexcept {
+  // lower parts of errors are nothing: those that come out are not taken up
+  const ModalState from{delta_.data(), zero_.data(), rate_.data(), zero_.data()};
+  const ModalResult to{next_delta_.data(), low_.data(), next_rate_.data(), rate_low_.data()};
+  DependentLoad last_kick;
+  const bool kicks = is_coupled(plan_);
+  if (kicks) kick_half(delta_, rate_);
+  advance_linear(plan_, from, force_.data(), force_.data(), kicked_, scratch_, to, last_kick);
+  if (kicks) kick_half(next_delta_, next_rate_);
+  delta_.swap(next_delta_);
+  rate_.swap(next_rate_);
+}
+
+void ErrorShadow::kick_half(const Array& delta, Array& rate) noexcept {
+  std::fill(kicked_.begin(), kicked_.end(), 0.0);
+  add_mixing_forces(plan_, delta.data(), rate.data(), scratch_, kicked_.data());
+  combine_one(kicked_.data(), 0.5 * plan_.period / plan_.mass, true, rate.size(), rate.data());
 }
 
 void ErrorShadow::settle(const MotionState& state) noexcept {
@@ -204,7 +237,7 @@ void ErrorShadow::limit(double most_swing, double most_free) noexcept {
     if (const double omega = plan_.omega[c]; omega > 0.0)
       spin += std::abs(spin_force_[c]) / (plan_.mass * omega * omega);
   most_swing += 2.0 * spin;
-  for (std::size_t c = 0; c < size(); ++c) {
+  for (std::size_t c = 0; c < delta_.size(); ++c) {
     const double omega = plan_.omega[c], most = omega > 0.0 ? most_swing : most_free;
     const double amplitude = std::hypot(delta_[c], omega > 0.0 ? rate_[c] / omega : 0.0);
     if (amplitude <= most) continue;
@@ -227,7 +260,7 @@ void ErrorShadow::join(const ErrorShadow& other, const std::vector<std::int32_t>
 
 double ErrorShadow::square() const noexcept {
   double sum = 0.0;
-  for (std::size_t c = 0; c < size(); ++c) {
+  for (std::size_t c = 0; c < delta_.size(); ++c) {
     const double omega = plan_.omega[c], swing = omega > 0.0 ? rate_[c] / omega : 0.0;
     sum += delta_[c] * delta_[c] + swing * swing;
   }

@@ -15,7 +15,8 @@ class ErrorShadow {
  public:
   explicit ErrorShadow(const Plan& plan);
 
-  std::size_t size() const noexcept { return delta_.size(); }
+  /// Modes whose forces are integrated; where dashpots or feedback mix modes, all move.
+  std::size_t size() const noexcept { return free_.size(); }
   void clear() noexcept;
   /// Stiffness that the rung neglects between two modes, [N/m], but for what shadowed modes strain.
   void set_stiffness(std::size_t l, std::size_t u, double E) noexcept;
@@ -41,14 +42,18 @@ class ErrorShadow {
   void find_forces(const MotionState& state) noexcept;
   void take_torque(const State& state, const Mat3& R_WB) noexcept;
   void turn_body(const State& state) noexcept;
+  void advance_all() noexcept;
+  void kick_half(const Array& delta, Array& rate) noexcept;
 
   const Plan& plan_;
   std::vector<Free> free_;
-  std::vector<double> delta_, rate_;      // [m], [m/s]
-  std::vector<double> E_;                 // [N/m] (n x n)
-  std::vector<double> coriolis_;          // [kg/s] (n x n)
-  std::vector<double> spin_force_;        // [N] centrifugal load that the rung lacks
-  std::vector<double> strained_, force_;  // [m] q and the static answer to that load; [N]
+  Array delta_, rate_;              // [m], [m/s] (n, or num_padded where modes are mixed)
+  std::vector<double> E_;           // [N/m] (n x n)
+  std::vector<double> coriolis_;    // [kg/s] (n x n)
+  std::vector<double> spin_force_;  // [N] centrifugal load that the rung lacks
+  std::vector<double> strained_;    // [m] q and the static answer to that load
+  Array force_;                     // [N]
+  Array next_delta_, next_rate_, zero_, low_, rate_low_, kicked_, scratch_;  // where modes are mixed
   bool spins_ = false;
   Vec3 H_W_{};    // [N m s] momentum that torques give and the rung lacks
   Vec3 phi_{};    // [rad] body axes, error of the attitude

@@ -57,12 +57,13 @@ Judgement::Judgement(const Plan& plan) : plan_(plan) {
   };
   if (traits_of(plan.fidelity).has_true_geometry && std::none_of(plan.links.begin(), plan.links.end(), bends))
     room_ = kRoomOfTrueBars;
+  for (const PlanPart& part : plan.parts) share_of_pushes_ = std::max(share_of_pushes_, part.share_per_force);
   look_every_ = std::max<std::int64_t>(1, plan.budget.horizon_ticks / kLooksInHorizon);
 }
 
 void Judgement::begin(const State& state) noexcept {
   epoch_ = state.epoch;
-  is_wide_ = false;
+  is_wide_ = is_pushed_ = false;
   for (ModalErrors& errors : errors_) errors.clear();
   peak_ = fall_rate_ = fall_ = attractor_share_ = 0.0;
   over_ = running_ = {};
@@ -77,6 +78,7 @@ void Judgement::take(const State& state, Budget& budget) noexcept {
     errors_.back().join(errors_.front(), plan_.wide_modes);
     is_wide_ = true;
   }
+  is_pushed_ = is_pushed_ || state.num_slots > 0;
   ModalErrors& errors = errors_[is_wide_ ? 1 : 0];
   errors.take(state);
   read_beside(state, budget);
@@ -164,6 +166,7 @@ void Judgement::judge(const State& state) noexcept {
   if ((now_.error + now_.unseen) / now_.scale > kGoodElastic) note(Word::kWatch, Cause::kUnseen);
   if (plan_.neglect.has_unseen && size_ > 0.0 && own.displacement / size_ > kGoodUnseen)
     note(Word::kWatch, Cause::kUnseen);
+  if (is_pushed_ && !is_wide_ && share_of_pushes_ > kGoodElastic) note(Word::kWatch, Cause::kTruncation);
   if (fall_ > kGoodPosition * size_ || attractor_share_ > kNearAttractor)
     note(Word::kWatch, Cause::kAttractor);
   if (!is_steady_ && !plan_.neglect.fast_loads.empty()) note(Word::kWatch, Cause::kFastLoad);

@@ -80,7 +80,8 @@ class Judgement {
 
   const Plan& plan_;
   std::vector<ModalErrors> errors_;  // of the plan, of its wide one
-  bool is_wide_ = false, is_steady_ = false;
+  bool is_wide_ = false, is_steady_ = false, is_pushed_ = false;
+  double share_of_pushes_ = 0.0;  // [-] of what commands move, at most in modes that are left out
   std::int64_t epoch_ = -1, look_every_ = 1;
   double size_ = 0.0;
   double room_ = 1.0;                      // for displacements beside the size

@@ -203,5 +203,68 @@ TEST(WordPhysics, AnOverdampedBodyCreepsToWhatTheSpinBends) {
   }
 }
 
+/// Three points in a line, held straight by the spring of an angle [N m/rad].
+Scene bent_line(double stiffness) {
+  Scene scene;
+  for (int k = 0; k < 3; ++k) add_point(scene, 1.0 + 0.2 * k, {1.0 * k, 0.0, 0.0});
+  for (int k = 0; k < 2; ++k) add_link(scene, {k, k + 1}, Spring{3e3});
+  add_link(scene, {0, 1, 2}, BendingSpring{stiffness});
+  scene.rate = 500.0;
+  publish_everything(scene);
+  return scene;
+}
+
+// feedback takes all but 3 % of what holds a line straight: a thrust acts on what is left, which the truth
+// has without feedback
+TEST(WordPhysics, FeedbackTakesStiffnessAndThrustActsOnTheRest) {
+  constexpr double kHeld = 100.0, kLeft = 3.0;
+  constexpr std::array kAngle{1.0, -2.0, 1.0};
+  Scene soft = bent_line(kLeft), scene = bent_line(kHeld);
+  ring(soft, {{1, 1e-3}});
+  scene.initial = soft.initial;
+  for (int to = 0; to < 3; ++to)
+    for (int from = 0; from < 3; ++from) {
+      Feedback feedback;
+      feedback.name = std::to_string(3 * to + from);
+      feedback.point = to;
+      feedback.sensor = from;
+      const double gain =
+          (kHeld - kLeft) * kAngle[static_cast<std::size_t>(to)] * kAngle[static_cast<std::size_t>(from)];
+      feedback.displacement_gain = gain * Eigen::Vector3d(0.0, 1.0, 1.0).asDiagonal().toDenseMatrix();
+      scene.feedbacks.push_back(feedback);
+    }
+  for (const double share : {0.02, 0.2}) {
+    Load load;
+    load.axes = Axes::kBody;
+    load.forces = {{0, {share * kLeft, 0.0, 0.0}}, {2, {-share * kLeft, 0.0, 0.0}}};
+    soft.loads = scene.loads = {load};
+    for (const double end : {1.0, 6.0})
+      for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
+        const WordShares shares = compare_word(scene, rung, end, true_displacements(soft, end));
+        EXPECT_GT(shares.estimate, 0.5 * shares.error);
+        EXPECT_TRUE(shares.word != Verdict::Word::kGood || shares.error < 0.05);
+      }
+  }
+}
+
+// a dashpot so strong that it locks two points: what rings then decays no more, and neither does its error
+TEST(WordPhysics, ADashpotThatLocksLetsErrorsRing) {
+  Scene scene = hinged_tetrahedra(100.0), locked = scene;
+  add_link(locked, {2, 4}, Spring{1e7});
+  add_link(scene, {2, 4}, Dashpot{3e4});
+  ring(locked, {{1, 1e-4}, {2, 1e-4}});
+  scene.initial = locked.initial;
+  scene.tolerance = 1e-4;
+  Load load;
+  load.axes = Axes::kBody;
+  load.forces = {{3, {4.0, 0.0, 0.0}}, {5, {-4.0, 0.0, 0.0}}};
+  scene.loads = {load};
+  for (const double end : {1.0, 4.0}) {
+    const WordShares shares = shares_of(scene, Fidelity::kSeparated, end);
+    expect_told(shares);
+    EXPECT_TRUE(shares.word != Verdict::Word::kGood || shares.error < 0.05);
+  }
+}
+
 }  // namespace
 }  // namespace freeflex::testing

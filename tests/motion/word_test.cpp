@@ -215,6 +215,37 @@ TEST(Word, IsAtBestWatchWhereSomethingIsNotKnown) {
   EXPECT_EQ(spinning.now.cause, Verdict::Cause::kUnseen);
 }
 
+// what commands ring in modes that are left out shows in no state
+TEST(Word, OnPushedModesThatAreLeftOutIsAtBestWatch) {
+  for (const double tolerance : {0.01, 0.2}) {
+    Scene scene = free_beam(Fidelity::kSeparated);
+    scene.publication.points = {10};
+    scene.pushable = {10};
+    scene.leave_out.tolerance = tolerance;
+    Watched watched(scene);
+    ASSERT_LT(watched.plan.num_elastic, 27) << "modes are left out";
+    Judgement judgement(watched.plan);
+    Budget none;
+    const auto after = [&](const Inputs& first) {
+      watched.run(1, first);
+      judgement.take(watched.state, none);
+      for (int k = 0; k < 500; ++k) {
+        watched.run(1);
+        judgement.take(watched.state, none);
+      }
+      std::printf("%s\n", describe(watched.plan, judgement.now()).c_str());
+      return judgement.now();
+    };
+    judgement.take(watched.state, none);
+    EXPECT_EQ(after({}).word, Word::kGood);
+    ForceCommand command = make_command(1, 1, Axes::kBody, 50);
+    add_force(command, 10, {0.0, 0.1, 0.0});
+    const Verdict pushed = after({std::span(&command, 1)});
+    EXPECT_EQ(pushed.word == Word::kGood, tolerance < kGoodElastic);
+    if (tolerance > kGoodElastic) EXPECT_EQ(pushed.cause, Verdict::Cause::kTruncation);
+  }
+}
+
 // A small load across the beam and an end thrust along it, which takes 0.29 of the lowest bending's stiffness
 // (7.41 of 8.79 rad/s below).
 TEST(Word, OfASteadyAnswerGoesByWhatTheLoadChangesOfTheStiffness) {
