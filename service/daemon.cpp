@@ -176,6 +176,9 @@ void Daemon::start_ingress() {
                                         .channel_prefix = options_.prefix,
                                         .user = options_.ingress_user,
                                         .are_keys_required = !keys_.empty()};
+  IngressUser user;
+  if (std::string fault = find_ingress_user(options_.ingress_user, user); !fault.empty())
+    throw StartFault(kUsage, fault);
   if (std::string fault = ingress_.start(ingress, *names); !fault.empty())
     throw StartFault(kRuntimeFailure, fault);
   spdlog::info("commands are received by process {}, socket buffer {} kB", ingress_.pid(),

@@ -221,6 +221,8 @@ void read_key(int fd, const std::string& path, const Plan* plan, KeysResult& res
   if (fstat(fd, &status) != 0) fault = explain_open(path);
   if (fault.empty() && !S_ISREG(status.st_mode)) fault = path + ": error: is not a regular file";
   if (fault.empty()) fault = find_exposure(status, path);
+  if (fault.empty() && status.st_size == 0)
+    fault = path + ": error: is empty; 'freeflex keygen ID --out FILE' writes a key";
   if (fault.empty()) {
     reader::Report report;
     reader::YamlTree tree;
@@ -287,8 +289,10 @@ void check_distinct(KeysResult& result) {
 
 bool is_key_id(const std::string& id) { return io::is_valid_sender(id) && !id.starts_with(kOperatorSender); }
 
-KeysResult load_keys(const std::string& path, const Plan& plan) {
+KeysResult load_keys(const std::string& named, const Plan& plan) {
   KeysResult result;
+  // with a stroke at its end a link would be followed
+  const std::string path = named.substr(0, std::max<std::size_t>(1, named.find_last_not_of('/') + 1));
   Descriptor file(open_private(AT_FDCWD, path.c_str()));
   struct stat status {};
   if (file.get() < 0 || fstat(file.get(), &status) != 0) {

@@ -48,7 +48,9 @@ std::string make_folder(const std::string& folder) {
 std::string clear_place(const std::string& path, const sockaddr_un& address) {
   struct stat found {};
   if (lstat(path.c_str(), &found) != 0) return {};
-  if (!S_ISSOCK(found.st_mode)) return fmt::format("{}: {} is there and is no socket", kNoSocket, path);
+  if (!S_ISSOCK(found.st_mode))
+    return fmt::format("{}: {} is there and is no socket: give --socket PATH, a path that is free", kNoSocket,
+                       path);
   const int probe = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
   const bool is_live = connect(probe, reinterpret_cast<const sockaddr*>(&address), sizeof address) == 0 ||
                        errno != ECONNREFUSED;

@@ -39,12 +39,15 @@ std::string reason_text(const AckEntry& entry, const CommandLimits& limits) {
       return fmt::format("start_tick {} is more than {} ticks ahead of {}", entry.found, io::kMaxAheadTicks,
                          entry.tick);
     case Reason::kNoSlotFree:
-      return fmt::format("all {} slots that this sender may have are in force or promised: end one first",
-                         entry.found);
+      return fmt::format(
+          "all {} slots that are open to this sender, by itself or with others, are in force or promised: "
+          "end one first",
+          entry.found);
     case Reason::kQueueFull:
       if (entry.command == 0 && entry.found > 0)
-        return fmt::format("all {} commands that this sender may have waiting are: send again later",
-                           entry.found);
+        return fmt::format(
+            "all {} commands that may wait of this sender, by itself or with others, do: send again later",
+            entry.found);
       return "its publication lags: send again later";
     case Reason::kEpochEnded:
       return fmt::format("a reset came before start_tick {}: send again in the new epoch", entry.found);

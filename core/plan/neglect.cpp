@@ -219,9 +219,9 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
     append(s, neglect.coriolis_rows);
   }
   fill_shadow(prestress, rows, spec.modes, neglect);
-  for (std::int32_t c = 0; c < neglect.num_shadowed && !rung.couples; ++c)
+  for (std::int32_t c = 0; c < neglect.num_shadowed; ++c)
     append(of_spin(field_of(scene, whole, spec.modes[static_cast<std::size_t>(c)])), neglect.inertia_rows);
-  for (std::size_t k = 0; k < scene.loads.size() && !rung.couples; ++k) {
+  for (std::size_t k = 0; k < scene.loads.size(); ++k) {
     Array arms;
     set_arms(plan, sums_of(scene.loads[k], plan), arms);
     neglect.load_arms.insert(neglect.load_arms.end(), arms.begin(), arms.end());

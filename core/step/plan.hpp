@@ -265,9 +265,9 @@ struct PlanNeglect {
   // a third mode, half of them where a is b   (THEORY X147)
   std::int32_t num_shadowed = 0;
   // [kg m] (num_shadowed x 6) centrifugal load per product of the spin; its derivative by the spin is the
-  // momentum that a mode adds to it. Empty on rungs that couple   (THEORY X148)
+  // momentum that a mode adds to it   (THEORY X148)
   Array inertia_rows;
-  Array load_arms;  // [N] (histories x num_shadowed x kArmSize) set_arms of each; empty on rungs that couple
+  Array load_arms;    // [N] (histories x num_shadowed x kArmSize) set_arms of each
   Array shadow_rows;  // [N/m^2] (num_shadowed (num_shadowed + 1) / 2 x num_shadowed)
   // [s^2] (judged x 6) square of the share of a ringing mode that Coriolis forces put into others, per
   // product of the spin; empty on rungs that have them

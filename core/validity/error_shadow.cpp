@@ -50,7 +50,7 @@ ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
       free.by_force = (1.0 - free.from_delta) / (M * omega * omega);
     free_.push_back(free);
   }
-  for (std::vector<double>* values : {&spin_force_, &strained_}) values->resize(n);
+  for (std::vector<double>* values : {&spin_force_, &strained_, &missing_}) values->resize(n);
   const bool mixes = n > 0 && (plan.mixing.num_damping > 0 || !plan.feedbacks.empty());
   for (Array* values : {&delta_, &rate_, &force_})
     values->resize(mixes ? static_cast<std::size_t>(plan.num_padded) : n);
@@ -136,7 +136,7 @@ void ErrorShadow::take_torque(const State& state, const Mat3& R_WB) noexcept {
     add_pattern(pattern, amplitude, turned);
     displaced.has_moment_W = displaced.has_moment_W || pattern.has_world;
     for (std::size_t c = 0; c < size(); ++c, arms += kArmSize) {
-      const double q = amplitude * (state.q[c] + delta_[c]);
+      const double q = amplitude * missing_[c];
       for (std::size_t k = 0; k < 27 && pattern.has_world; ++k) displaced.moment_W[k] += q * arms[k];
       for (std::size_t k = 0; k < 3; ++k) displaced.torque_B[k] += q * arms[27 + k];
     }
@@ -163,12 +163,13 @@ void ErrorShadow::turn_body(const State& state) noexcept {
   const PlanNeglect& neglect = plan_.neglect;
   if (neglect.inertia_rows.empty()) return;
   const Mat3 R_WB = rotation_matrix(state.q_WB);
+  for (std::size_t c = 0; c < size(); ++c) missing_[c] = (is_coupled(plan_) ? 0.0 : state.q[c]) + delta_[c];
   take_torque(state, R_WB);
   w_ = angular_velocity(plan_, state);
   const Vec3 H = multiply(plan_.inertia, w_);
   Vec3 added = scale(-1.0, multiply_transposed(R_WB, H_W_));
   for (std::size_t c = 0; c < size(); ++c)
-    added = add_scaled(added, state.q[c] + delta_[c], gradient(neglect.inertia_rows.data() + 6 * c, w_));
+    added = add_scaled(added, missing_[c], gradient(neglect.inertia_rows.data() + 6 * c, w_));
   const auto spin_error = [&](const Vec3& phi) {
     return multiply(plan_.inverse_inertia, sub(cross(H, phi), added));
   };

@@ -32,7 +32,7 @@ class ErrorShadow {
   void join(const ErrorShadow& other, const std::vector<std::int32_t>& modes) noexcept;
   /// [m^2] sum of squares of the amplitudes.
   double square() const noexcept;
-  /// [rad] error of the attitude by what deformation does to the spin; 0 on rungs that couple.
+  /// [rad] error of the attitude by what deformation does to the spin.
   double turn() const noexcept;
 
  private:
@@ -52,6 +52,7 @@ class ErrorShadow {
   std::vector<double> coriolis_;    // [kg/s] (n x n)
   std::vector<double> spin_force_;  // [N] centrifugal load that the rung lacks
   std::vector<double> strained_;    // [m] q and the static answer to that load
+  std::vector<double> missing_;     // [m] displacement whose torque and inertia the rung lacks
   Array force_;                     // [N]
   Array next_delta_, next_rate_, zero_, low_, rate_low_, kicked_, scratch_;  // where modes are mixed
   bool spins_ = false;

@@ -79,7 +79,7 @@ TEST_F(Daemon, StrangersShutOutNeitherControlsNorTheOperator) {
         << said;
   }
   EXPECT_EQ(push(socket, {"--point", "s24c0", "--force", "0,0,1", "--slot", "16"}, &said), 1);
-  EXPECT_NE(said.find("no_slot_free: all 16 slots that this sender may have"), std::string::npos) << said;
+  EXPECT_NE(said.find("no_slot_free: all 16 slots that are open to this sender"), std::string::npos) << said;
   const std::int64_t epoch = client.statuses.back().epoch;
   EXPECT_EQ(push(socket, {"--control", "reset"}, &said), 0) << said;
   EXPECT_TRUE(client.until([&] { return client.statuses.back().epoch == epoch + 1; }));

@@ -49,7 +49,8 @@ Course run_course(std::uint64_t seed, int acts_a_tick, bool has_pushes) {
     const service::Verifier::Time time{1'700'000'000'000'000, clock.boot_ns()};
     for (int i = 0; i < acts_a_tick; ++i) hostile.act();
     if (has_pushes && output->tick.load() % 100 == 50) {
-      ForceCommand push = make_push(++sequence, static_cast<int>(sequence % 8));
+      ++sequence;
+      ForceCommand push = make_push(sequence, static_cast<int>(sequence % 8));
       push.duration_ticks = 20;
       const auto message = io::to_message(push, kSession, 0);
       course.sealed[sequence] = seal(message, "TEST_FORCE", key.sealing, time.wall_us + 1);

@@ -212,9 +212,9 @@ TEST_F(OnTheBus, NoRateIsGivenBeforeItCanBeMeasured) {
   }
   const Outcome text = with_daemon("$F monitor --count 1 --interval 20");
   EXPECT_TRUE(contains(text.out, "        -          - ")) << text.out;
-  // the first message alone
   const Outcome live = with_daemon("$F monitor --live --count 1");
-  EXPECT_FALSE(contains(live.out, " Hz")) << live.out;
+  EXPECT_EQ(live.exit_code, 2);
+  EXPECT_TRUE(contains(live.err, "--live goes without --count")) << live.err;
 }
 
 TEST_F(OnTheBus, ClearEndsWhatActsInTheSlot) {

@@ -79,7 +79,7 @@ TEST(PushWords, FieldsBecomeOptions) {
   EXPECT_EQ(loop_text({.reason = Reason::kQueueFull, .command = control_t::SHAPES, .found = 3}),
             "its publication lags: send again later");
   EXPECT_EQ(loop_text({.reason = Reason::kQueueFull, .found = 64}),
-            "all 64 commands that this sender may have waiting are: send again later");
+            "all 64 commands that may wait of this sender, by itself or with others, do: send again later");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::RUN}),
             "--control run does not apply in lockstep: send --control step=N");
   EXPECT_EQ(loop_text({.reason = Reason::kWrongMode, .command = control_t::STEP}),

@@ -151,6 +151,8 @@ std::string find_conflict(const CLI::App& command) {
     return "--key goes without --sender: the sender is the key's id";
   if (command.count("--key") > 0 && command.count("--socket") > 0)
     return "--key goes without --socket: who may open the operator's socket needs no key";
+  if (command.count("--socket") > 0 && command.count("--lcm-url") > 0)
+    return "--socket goes without --lcm-url: nothing goes over the bus";
   if (command.count("--late-ok") > 0 && command.count("--at-tick") == 0)
     return "--late-ok goes with --at-tick: without it a command takes effect at once";
   return {};
@@ -178,6 +180,8 @@ std::string find_force_fault(const PushOptions& options) {
 }  // namespace
 
 std::string find_push_fault(const CLI::App& command, const PushOptions& options) {
+  if (command.count("--prefix") > 0 && options.socket && !options.socket->empty())
+    return "--socket PATH goes without --prefix: the socket is that of one daemon";
   std::string conflict = find_conflict(command);
   if (!conflict.empty()) return conflict;
   const bool is_force = !options.points.empty() || !options.groups.empty() || options.clear;
@@ -214,6 +218,20 @@ std::optional<force_t> make_force(const PushOptions& options, const SceneCatalog
   }
   if (!add_points(options, scene, force) || !add_groups(options, scene, force)) return std::nullopt;
   return force;
+}
+
+std::string rounded_duration(const PushOptions& options, double rate) {
+  constexpr double kMuch = 0.01;  // of what was asked for
+  if (!options.duration && !options.lease) return {};
+  const double asked = options.lease.value_or(options.duration.value_or(0.0));
+  const std::int64_t ticks = to_ticks(asked, rate);
+  const double lasts = static_cast<double>(ticks) / rate;
+  if (std::abs(lasts - asked) <= kMuch * asked) return {};
+  std::ostringstream text;
+  text << (options.lease ? "--lease " : "--duration ") << asked << " s is " << asked * rate
+       << " ticks: it lasts " << ticks << (ticks == 1 ? " tick, " : " ticks, ") << lasts
+       << " s; with another force the impulse may be kept";
+  return text.str();
 }
 
 std::vector<std::string> point_names(const PushOptions& options) {

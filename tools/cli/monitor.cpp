@@ -259,6 +259,9 @@ std::int64_t monitor_live(Bus& bus, const MonitorOptions& options) {
 int monitor(const MonitorOptions& options) {
   if (options.live && (options.json || !options.channel.empty()))
     return print_error("--live goes with neither --json nor --channel"), kExitUsage;
+  if (options.live && options.count)
+    return print_error("--live goes without --count, which counts messages: end it with --duration S"),
+           kExitUsage;
   if (is_interrupted()) return kExitOk;  // from here on the ordinary end
   Bus bus(options.bus);
   if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;

@@ -3,6 +3,7 @@
 #include <CLI/Config.hpp>
 #include <CLI/Formatter.hpp>
 #include <cerrno>
+#include <csignal>
 #include <cstdio>
 #include <cstring>
 #include <exception>
@@ -25,6 +26,7 @@ int end_output(int exit_code) {
 
 int run_command_line(int argc, char** argv, AddCommands add_commands) {
   end_when_interrupted(kExitInterrupted);
+  std::signal(SIGXFSZ, SIG_IGN);  // a file at its size limit is a write that fails
   CLI::App app{"freeflex: scenes, plans, runs and recordings of free flexible structures", "freeflex"};
   app.formatter(make_help_formatter());
   app.set_help_flag("-h,--help", "this text");

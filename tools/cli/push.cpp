@@ -143,6 +143,8 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
   if (needs_scene) {
     std::optional<force_t> force = make_force(options, known.scene);
     if (!force) return kExitUsage;
+    if (const std::string rounded = rounded_duration(options, known.scene.head().rate); !rounded.empty())
+      print_warning(rounded);
     const std::string channel = options.bus.prefix + channels::kForce;
     const std::vector<std::byte> bytes = address(*force, options, known.key, channel, *known.session);
     known.sequence = force->sequence;
