@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <utility>
 
 #include "core/plan/histories.hpp"
 #include "core/step/loads.hpp"
@@ -185,6 +186,8 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   for (std::size_t k = 0; k < spec.modes.size(); ++k)
     place[static_cast<std::size_t>(spec.modes[k])] = static_cast<int>(k);
   const SpinRows spin(scene, whole, rung, rows);
+  int crossed = -1;
+  Eigen::Matrix3Xd crosses;
   for (std::size_t k = 0; k < prestress.pairs.size(); ++k) {
     const auto [l, u] = prestress.pairs[k];
     const int at_l = place[static_cast<std::size_t>(l)], at_u = place[static_cast<std::size_t>(u)];
@@ -205,18 +208,14 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
     const auto pair = static_cast<Eigen::Index>(k);
     append(Eigen::RowVectorXd(rows.row(pair)(spec.modes)), neglect.load_rows);
     Products products = spin.row(pair, l, u);
-    Eigen::Vector3d s = Eigen::Vector3d::Zero();
-    if (!rung.couples) {
-      const Eigen::Matrix3Xd crosses = crosses_of(scene, whole, l);
-      s = crosses.col(u);
-      if (l == u) {
-        const FarCoriolis far = far_coriolis(whole, prestress, l, crosses);
-        products += whole.mass_properties.mass * far.shift;
-        append(far.reach, neglect.coriolis_reach);
-      }
+    if (std::exchange(crossed, l) != l) crosses = crosses_of(scene, whole, l);
+    if (l == u && !rung.couples) {
+      const FarCoriolis far = far_coriolis(whole, prestress, l, crosses);
+      products += whole.mass_properties.mass * far.shift;
+      append(far.reach, neglect.coriolis_reach);
     }
     append(products, neglect.spin_rows);
-    append(s, neglect.coriolis_rows);
+    append(Eigen::Vector3d(crosses.col(u)), neglect.coriolis_rows);
   }
   fill_shadow(prestress, rows, spec.modes, neglect);
   for (std::int32_t c = 0; c < neglect.num_shadowed; ++c)

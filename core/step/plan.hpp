@@ -259,7 +259,7 @@ struct PlanNeglect {
   std::vector<std::array<std::int32_t, 2>> pairs;  // modes of this plan
   Array load_rows;      // [N/m^2] (pairs x num_elastic) stiffness per static elastic coordinate
   Array spin_rows;      // [N s^2/m] (pairs x 6) stiffness per product of the spin
-  Array coriolis_rows;  // [-] (pairs x 3) sum m b_l x b_u / M; zero for (l, l) and on rungs that have it
+  Array coriolis_rows;  // [-] (pairs x 3) sum m b_l x b_u / M; zero for (l, l)
   Array root_quartic;   // [sqrt(N/m^3)] (judged) root of the stiffness per square of the own displacement
   // the first modes, whose error is integrated: third derivatives of the strain energy along pairs a <= b and
   // a third mode, half of them where a is b   (THEORY X147)

@@ -50,7 +50,7 @@ ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
       free.by_force = (1.0 - free.from_delta) / (M * omega * omega);
     free_.push_back(free);
   }
-  for (std::vector<double>* values : {&spin_force_, &strained_, &missing_}) values->resize(n);
+  for (std::vector<double>* values : {&spin_force_, &strained_, &missing_, &turned_}) values->resize(n);
   const bool mixes = n > 0 && (plan.mixing.num_damping > 0 || !plan.feedbacks.empty());
   for (Array* values : {&delta_, &rate_, &force_})
     values->resize(mixes ? static_cast<std::size_t>(plan.num_padded) : n);
@@ -58,6 +58,12 @@ ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
     for (Array* values : {&next_delta_, &next_rate_, &zero_, &low_, &rate_low_, &kicked_})
       values->resize(delta_.size());
     scratch_.resize(mixing_scratch_size(plan));
+  }
+  for (std::size_t pair = 0; pair < plan.neglect.pairs.size(); ++pair) {
+    const auto [l, u] = plan.neglect.pairs[pair];
+    const double* const s = plan.neglect.coriolis_rows.data() + 3 * pair;
+    if (l != u && std::max(l, u) < plan.neglect.num_shadowed)
+      pairs_.push_back({static_cast<std::size_t>(l), static_cast<std::size_t>(u), {s[0], s[1], s[2]}});
   }
   E_.resize(n * n);
   coriolis_.resize(n * n);
@@ -68,7 +74,9 @@ void ErrorShadow::clear() noexcept {
   for (std::vector<double>* values : {&spin_force_, &E_, &coriolis_})
     std::fill(values->begin(), values->end(), 0.0);
   spins_ = false;
+  has_world_loads_ = false;
   H_W_ = phi_ = w_ = error_ = {};
+  std::fill(turned_.begin(), turned_.end(), 0.0);
 }
 
 void ErrorShadow::set_stiffness(std::size_t l, std::size_t u, double E) noexcept {
@@ -85,14 +93,10 @@ void ErrorShadow::set_spin(const Vec3& w, const std::array<double, 6>& products)
     spin_force_[c] = 0.0;
     for (std::size_t k = 0; k < 6; ++k) spin_force_[c] += neglect.spin_loads[6 * c + k] * products[k];
   }
-  for (std::size_t pair = 0; pair < neglect.pairs.size(); ++pair) {
-    const auto [l, u] = neglect.pairs[pair];
-    const auto a = static_cast<std::size_t>(l), b = static_cast<std::size_t>(u);
-    if (a == b || a >= n || b >= n) continue;
-    double s = 0.0;
-    for (std::size_t k = 0; k < 3; ++k) s += neglect.coriolis_rows[3 * pair + k] * w[k];
-    coriolis_[a * n + b] = 2.0 * plan_.mass * s;
-    coriolis_[b * n + a] = -2.0 * plan_.mass * s;
+  for (const auto& [l, u, s] : pairs_) {
+    if (is_coupled(plan_)) break;
+    coriolis_[l * n + u] = 2.0 * plan_.mass * dot(s, w);
+    coriolis_[u * n + l] = -coriolis_[l * n + u];
   }
 }
 
@@ -105,7 +109,7 @@ void ErrorShadow::find_forces(const MotionState& state) noexcept {
   for (std::size_t c = 0; c < n; ++c) {
     const double stiffness = plan_.mass * plan_.omega[c] * plan_.omega[c];
     strained_[c] = state.q[c] + (stiffness > 0.0 ? spin_force_[c] / stiffness : 0.0);
-    force_[c] = spin_force_[c];
+    force_[c] = spin_force_[c] + turned_[c];
     quartic += neglect.root_quartic[c] * state.q[c] * state.q[c];
   }
   const double* gamma = neglect.shadow_rows.data();
@@ -128,17 +132,21 @@ void ErrorShadow::find_forces(const MotionState& state) noexcept {
 }
 
 /// X148: loads act on displaced points, and those that are fixed in the world on a body that has turned
-/// otherwise.
+/// otherwise: b . (F x phi) = phi . (b x F) along each mode.
 void ErrorShadow::take_torque(const State& state, const Mat3& R_WB) noexcept {
-  const PlanNeglect& neglect = plan_.neglect;
-  RigidLoad displaced, turned;
+  RigidLoad turned;
+  Vec3 torque = cross(phi_, state.moment_B);
+  std::fill(turned_.begin(), turned_.end(), 0.0);
   const auto add_load = [&](const LoadPattern& pattern, const double* arms, double amplitude) {
     add_pattern(pattern, amplitude, turned);
-    displaced.has_moment_W = displaced.has_moment_W || pattern.has_world;
+    RigidLoad arm;
+    arm.has_moment_W = pattern.has_world;
     for (std::size_t c = 0; c < size(); ++c, arms += kArmSize) {
-      const double q = amplitude * missing_[c];
-      for (std::size_t k = 0; k < 27 && pattern.has_world; ++k) displaced.moment_W[k] += q * arms[k];
-      for (std::size_t k = 0; k < 3; ++k) displaced.torque_B[k] += q * arms[27 + k];
+      std::copy_n(arms, arm.moment_W.size(), arm.moment_W.begin());
+      const Vec3 by_world = scale(amplitude, moment_B(arm, R_WB)),
+                 by_body = scale(amplitude, {arms[27], arms[28], arms[29]});
+      turned_[c] += dot(phi_, by_world);
+      torque = add_scaled(torque, missing_[c], add(by_world, by_body));
     }
   };
   if (state.num_slots > 0) add_load(state.commands_pattern, state.commands_arms.data(), 1.0);
@@ -146,15 +154,29 @@ void ErrorShadow::take_torque(const State& state, const Mat3& R_WB) noexcept {
   for (std::size_t k = 0; k < plan_.histories.size(); ++k) {
     const double amplitude = amplitude_left(plan_.histories[k], plan_.period, age);
     if (amplitude != 0.0)
-      add_load(plan_.histories[k].pattern, neglect.load_arms.data() + k * size() * kArmSize, amplitude);
+      add_load(plan_.histories[k].pattern, plan_.neglect.load_arms.data() + k * size() * kArmSize, amplitude);
   }
-  Vec3 torque = add(moment_B(displaced, R_WB), cross(phi_, state.moment_B));
-  if (turned.has_moment_W) {
+  has_world_loads_ = turned.has_moment_W;
+  if (has_world_loads_) {
     turned.torque_B = {};
     const Mat3 turn = {0.0, -phi_[2], phi_[1], phi_[2], 0.0, -phi_[0], -phi_[1], phi_[0], 0.0};
     torque = add(torque, moment_B(turned, multiply(R_WB, turn)));
   }
   H_W_ = add_scaled(H_W_, plan_.period, multiply(R_WB, torque));
+}
+
+/// Momentum of what rings, sum m V x V', that the rung lacks: its own on rungs that do not couple.
+Vec3 ErrorShadow::ring_momentum(const MotionState& state) const noexcept {
+  const double own = is_coupled(plan_) ? 1.0 : 0.0;
+  Vec3 sum{};
+  for (const auto& [l, u, s] : pairs_) {
+    const auto area = [&, l = l, u = u](double share) {
+      return (state.q[l] + share * delta_[l]) * (state.q_dot[u] + share * rate_[u]) -
+             (state.q[u] + share * delta_[u]) * (state.q_dot[l] + share * rate_[l]);
+    };
+    sum = add_scaled(sum, plan_.mass * (area(1.0) - own * area(0.0)), s);
+  }
+  return sum;
 }
 
 /// X148: the momentum is as it is in the world, so an error of the attitude turns it in the body, and what
@@ -167,7 +189,7 @@ void ErrorShadow::turn_body(const State& state) noexcept {
   take_torque(state, R_WB);
   w_ = angular_velocity(plan_, state);
   const Vec3 H = multiply(plan_.inertia, w_);
-  Vec3 added = scale(-1.0, multiply_transposed(R_WB, H_W_));
+  Vec3 added = sub(ring_momentum(state), multiply_transposed(R_WB, H_W_));
   for (std::size_t c = 0; c < size(); ++c)
     added = add_scaled(added, missing_[c], gradient(neglect.inertia_rows.data() + 6 * c, w_));
   const auto spin_error = [&](const Vec3& phi) {
@@ -185,7 +207,7 @@ void ErrorShadow::turn_body(const State& state) noexcept {
   error_ = spin_error(phi_);
 }
 
-double ErrorShadow::turn() const noexcept { return norm(phi_); }
+double ErrorShadow::turn() const noexcept { return has_world_loads_ ? norm(phi_) : 0.0; }
 
 void ErrorShadow::advance(const State& state) noexcept {
   turn_body(state);
@@ -207,17 +229,32 @@ void ErrorShadow::advance_all() noexcept {
   const ModalResult to{next_delta_.data(), low_.data(), next_rate_.data(), rate_low_.data()};
   DependentLoad last_kick;
   const bool kicks = is_coupled(plan_);
-  if (kicks) kick_half(delta_, rate_);
+  if (kicks) kick_half(delta_, false, rate_);
   advance_linear(plan_, from, force_.data(), force_.data(), kicked_, scratch_, to, last_kick);
-  if (kicks) kick_half(next_delta_, next_rate_);
+  if (kicks) kick_half(next_delta_, true, next_rate_);
   delta_.swap(next_delta_);
   rate_.swap(next_rate_);
 }
 
-void ErrorShadow::kick_half(const Array& delta, Array& rate) noexcept {
-  std::fill(kicked_.begin(), kicked_.end(), 0.0);
-  add_mixing_forces(plan_, delta.data(), rate.data(), scratch_, kicked_.data());
-  combine_one(kicked_.data(), 0.5 * plan_.period / plan_.mass, true, rate.size(), rate.data());
+/// Feedback as it stands; dashpots one by one, implicitly: none is too stiff. The second half is the first
+/// backwards.
+void ErrorShadow::kick_half(const Array& delta, bool is_second, Array& rate) noexcept {
+  const std::size_t n = rate.size(), num_damping = static_cast<std::size_t>(plan_.mixing.num_damping);
+  const double share = 0.5 * plan_.period / plan_.mass;
+  const auto feed = [&] {
+    for (const PlanFeedback& feedback : plan_.feedbacks) {
+      const Vec3 force = add(contract_rows(feedback.q_rows.data(), delta.data(), n),
+                             contract_rows(feedback.q_dot_rows.data(), rate.data(), n));
+      combine_rows(point_rows(plan_, feedback.row), scale(share, force), true, n, rate.data());
+    }
+  };
+  if (!is_second) feed();
+  for (std::size_t k = 0; k < num_damping; ++k) {
+    const double* row = plan_.mixing.damping_rows.data() + (is_second ? num_damping - 1 - k : k) * n;
+    const double weight = share / (1.0 + share * dot_lanes(row, row, n));
+    combine_one(row, -weight * dot_lanes(row, rate.data(), n), true, n, rate.data());
+  }
+  if (is_second) feed();
 }
 
 void ErrorShadow::settle(const MotionState& state) noexcept {

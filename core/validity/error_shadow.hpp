@@ -32,7 +32,7 @@ class ErrorShadow {
   void join(const ErrorShadow& other, const std::vector<std::int32_t>& modes) noexcept;
   /// [m^2] sum of squares of the amplitudes.
   double square() const noexcept;
-  /// [rad] error of the attitude by what deformation does to the spin.
+  /// [rad] error of the attitude where loads are fixed in the world, else 0.
   double turn() const noexcept;
 
  private:
@@ -43,9 +43,15 @@ class ErrorShadow {
   void take_torque(const State& state, const Mat3& R_WB) noexcept;
   void turn_body(const State& state) noexcept;
   void advance_all() noexcept;
-  void kick_half(const Array& delta, Array& rate) noexcept;
+  void kick_half(const Array& delta, bool is_second, Array& rate) noexcept;
+  Vec3 ring_momentum(const MotionState& state) const noexcept;
 
+  struct Pair {
+    std::size_t l, u;
+    Vec3 s;  // [-] sum m b_l x b_u / M
+  };
   const Plan& plan_;
+  std::vector<Pair> pairs_;  // l < u
   std::vector<Free> free_;
   Array delta_, rate_;              // [m], [m/s] (n, or num_padded where modes are mixed)
   std::vector<double> E_;           // [N/m] (n x n)
@@ -53,9 +59,10 @@ class ErrorShadow {
   std::vector<double> spin_force_;  // [N] centrifugal load that the rung lacks
   std::vector<double> strained_;    // [m] q and the static answer to that load
   std::vector<double> missing_;     // [m] displacement whose torque and inertia the rung lacks
+  std::vector<double> turned_;      // [N] what loads fixed in the world do to a body that has turned
   Array force_;                     // [N]
   Array next_delta_, next_rate_, zero_, low_, rate_low_, kicked_, scratch_;  // where modes are mixed
-  bool spins_ = false;
+  bool spins_ = false, has_world_loads_ = false;
   Vec3 H_W_{};    // [N m s] momentum that torques give and the rung lacks
   Vec3 phi_{};    // [rad] body axes, error of the attitude
   Vec3 w_{};      // [rad/s] spin of the rung

@@ -57,13 +57,15 @@ Judgement::Judgement(const Plan& plan) : plan_(plan) {
   };
   if (traits_of(plan.fidelity).has_true_geometry && std::none_of(plan.links.begin(), plan.links.end(), bends))
     room_ = kRoomOfTrueBars;
-  for (const PlanPart& part : plan.parts) share_of_pushes_ = std::max(share_of_pushes_, part.share_per_force);
+  for (const PlanPart& part : plan.parts) error_per_push_ = std::max(error_per_push_, part.error_per_force);
+  push_fade_ = std::exp(-slowest * plan.period);
   look_every_ = std::max<std::int64_t>(1, plan.budget.horizon_ticks / kLooksInHorizon);
 }
 
 void Judgement::begin(const State& state) noexcept {
   epoch_ = state.epoch;
-  is_wide_ = is_pushed_ = false;
+  is_wide_ = false;
+  pushed_ = 0.0;
   for (ModalErrors& errors : errors_) errors.clear();
   peak_ = fall_rate_ = fall_ = attractor_share_ = 0.0;
   over_ = running_ = {};
@@ -78,7 +80,7 @@ void Judgement::take(const State& state, Budget& budget) noexcept {
     errors_.back().join(errors_.front(), plan_.wide_modes);
     is_wide_ = true;
   }
-  is_pushed_ = is_pushed_ || state.num_slots > 0;
+  if (error_per_push_ > 0.0) take_pushes(state);
   ModalErrors& errors = errors_[is_wide_ ? 1 : 0];
   errors.take(state);
   read_beside(state, budget);
@@ -124,6 +126,18 @@ void Judgement::fall(const State& state) noexcept {
   fall_ += fall_rate_ * plan_.period;
 }
 
+/// X123: what pushes can do to modes that are left out. Forces that would cancel in what is kept add up.
+void Judgement::take_pushes(const State& state) noexcept {
+  double now = 0.0;
+  for (std::int32_t i = 0; i < state.num_slots; ++i) {
+    const ForceCommand& command = state.slots[index(i)].command;
+    for (std::int32_t k = 0; k < command.num_points; ++k) now += norm(command.points[index(k)].force);
+    for (std::int32_t k = 0; k < command.num_wrenches; ++k)
+      now += norm(command.wrenches[index(k)].force) + norm(command.wrenches[index(k)].torque);
+  }
+  pushed_ = std::max(now, pushed_ * push_fade_);
+}
+
 void Judgement::judge(const State& state) noexcept {
   using Word = Verdict::Word;
   using Cause = Verdict::Cause;
@@ -134,7 +148,8 @@ void Judgement::judge(const State& state) noexcept {
   const double matters = plan_.neglect.tolerance > 0.0 ? plan_.neglect.tolerance : peak_;
   now_.scale = std::max({matters, own.displacement, kNothing * size_});
   const double beside = over_.elastic + running_.elastic;
-  now_.error = std::max(own.seen, beside);
+  const double by_pushes = is_wide_ ? 0.0 : error_per_push_ * pushed_;
+  now_.error = std::max(own.seen, beside) + by_pushes;
   now_.unseen = own.unseen;
   now_.position = over_.position + running_.position;
   const auto note = [this](Word word, Cause cause) {
@@ -149,7 +164,7 @@ void Judgement::judge(const State& state) noexcept {
     cause = integration > std::max(model, truncation) ? Cause::kIntegration
             : truncation > model                      ? Cause::kTruncation
                                                       : Cause::kModel;
-  } else if (plan_.neglect.left_out > 0.7 * own.seen) {
+  } else if (std::max(by_pushes, plan_.neglect.left_out) > 0.7 * own.seen) {
     cause = Cause::kTruncation;
   } else if (own.amplitude > 0.7 * own.seen) {
     cause = Cause::kDeformation;
@@ -166,7 +181,6 @@ void Judgement::judge(const State& state) noexcept {
   if ((now_.error + now_.unseen) / now_.scale > kGoodElastic) note(Word::kWatch, Cause::kUnseen);
   if (plan_.neglect.has_unseen && size_ > 0.0 && own.displacement / size_ > kGoodUnseen)
     note(Word::kWatch, Cause::kUnseen);
-  if (is_pushed_ && !is_wide_ && share_of_pushes_ > kGoodElastic) note(Word::kWatch, Cause::kTruncation);
   if (fall_ > kGoodPosition * size_ || attractor_share_ > kNearAttractor)
     note(Word::kWatch, Cause::kAttractor);
   if (!is_steady_ && !plan_.neglect.fast_loads.empty()) note(Word::kWatch, Cause::kFastLoad);

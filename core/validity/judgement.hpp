@@ -76,12 +76,14 @@ class Judgement {
   void begin(const State& state) noexcept;
   void read_beside(const State& state, Budget& budget) noexcept;
   void fall(const State& state) noexcept;
+  void take_pushes(const State& state) noexcept;
   void judge(const State& state) noexcept;
 
   const Plan& plan_;
   std::vector<ModalErrors> errors_;  // of the plan, of its wide one
-  bool is_wide_ = false, is_steady_ = false, is_pushed_ = false;
-  double share_of_pushes_ = 0.0;  // [-] of what commands move, at most in modes that are left out
+  bool is_wide_ = false, is_steady_ = false;
+  // commands ring modes that are left out, by so much a newton, fading over a tick; [N] what they did
+  double error_per_push_ = 0.0, push_fade_ = 1.0, pushed_ = 0.0;
   std::int64_t epoch_ = -1, look_every_ = 1;
   double size_ = 0.0;
   double room_ = 1.0;                      // for displacements beside the size

@@ -48,8 +48,6 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
     if (omega_1_ == 0.0 || plan.omega[l] < omega_1_) omega_1_ = plan.omega[l];
   }
   for (const PlanHistory& history : plan.histories)
-    has_world_loads_ = has_world_loads_ || history.pattern.has_world;
-  for (const PlanHistory& history : plan.histories)
     if (!history.stiffening.modes.empty()) followers_.push_back({&history, 0.0});
   for (const PlanPoint& point : plan.points) size_of_body_ = std::max(size_of_body_, norm(point.r));
   const std::size_t num_pairs = plan.neglect.pairs.size();
@@ -194,9 +192,8 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   for (std::size_t k = first_pair_[l]; k < first_pair_[l + 1]; ++k) {
     const auto [pair, u] = partners_[k];
     const double coupling = 0.5 * stiffness_of(pair) / plan_.mass;
-    const double coriolis = neglect.coriolis_rows[3 * pair] * w_[0] +
-                            neglect.coriolis_rows[3 * pair + 1] * w_[1] +
-                            neglect.coriolis_rows[3 * pair + 2] * w_[2];
+    const double* const s = neglect.coriolis_rows.data() + 3 * pair;
+    const double coriolis = is_coupled(plan_) ? 0.0 : s[0] * w_[0] + s[1] * w_[1] + s[2] * w_[2];
     const double omega_u = plan_.omega[static_cast<std::size_t>(neglect.pairs[u][0])];
     const double most = std::max(mode.most, modes_[u].most);
     drive(l, round_ * (-i * coupling / omega - coriolis) * swing_[u], most);
@@ -321,11 +318,11 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
   // out of phase is twice as large at most
   shadow_.limit(2.0 * most, 2.0 * size_of_body_);
   seen += shadow_.square();
-  // loads that are fixed in the world act in other directions on a body that has turned otherwise
-  if (has_world_loads_) {
+  // what turns the shadowed modes turns the others too, at rest
+  if (const double turn = shadow_.turn(); turn > 0.0) {
     double still = 0.0;
-    for (std::size_t u = 0; u < n; ++u) still += square(still_[u]);
-    seen += square(shadow_.turn()) * still;
+    for (std::size_t u = shadow_.size(); u < n; ++u) still += square(still_[u]);
+    seen += square(turn) * still;
   }
   for (std::size_t l = 0; l < modes_.size(); ++l) {
     const Mode& mode = modes_[l];

@@ -70,7 +70,6 @@ class ModalErrors {
 
   const Plan& plan_;
   ErrorShadow shadow_;  // of the lowest modes
-  bool has_world_loads_ = false;
   std::int64_t num_chunks_ = 1, chunk_ = 0;
   double round_ = 0.0;    // [s]
   double omega_1_ = 0.0;  // [rad/s] lowest that is not zero; 0: none

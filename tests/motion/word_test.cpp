@@ -246,6 +246,44 @@ TEST(Word, OnPushedModesThatAreLeftOutIsAtBestWatch) {
   }
 }
 
+// two pushes against each other hardly move what is kept: all of it is in what is left out
+TEST(Word, OnPushesThatCancelInWhatIsKeptIsNotGood) {
+  Scene scene;
+  for (int k = 0; k < 6; ++k)
+    add_point(scene, 10.0,
+              {2.0 * std::cos(k * M_PI / 3.0), 2.0 * std::sin(k * M_PI / 3.0), k % 2 == 1 ? 0.8 : -0.8});
+  const int a = add_point(scene, 1.0, {-0.3, 0.05, 0.0}), b = add_point(scene, 1.0, {0.3, 0.0, 0.05});
+  for (int i = 0; i < 6; ++i) {
+    add_link(scene, {a, i}, Spring{300.0 + 10.0 * i});
+    add_link(scene, {b, i}, Spring{320.0 + 8.0 * i});
+    for (int j = i + 1; j < 6; ++j) add_link(scene, {i, j}, Spring{200.0 + 11.0 * i + j});
+  }
+  add_link(scene, {a, b}, Spring{2e4});
+  publish_everything(scene);
+  scene.pushable = {a, b};
+  scene.rate = 1000.0;
+  scene.damping.modal_ratio = 0.02;
+  scene.leave_out.tolerance = 0.02;
+  scene.leave_out.on_need = OnNeed::kRefuse;
+  Watched watched(scene);
+  ASSERT_LT(watched.plan.num_elastic, 18) << "modes are left out";
+  Judgement judgement(watched.plan);
+  Budget none;
+  judgement.take(watched.state, none);
+  const Eigen::Vector3d apart = (scene.points[static_cast<std::size_t>(b)].position -
+                                 scene.points[static_cast<std::size_t>(a)].position)
+                                    .normalized();
+  ForceCommand command = make_command(0, 1, Axes::kWorld);
+  add_force(command, a, -5.0 * apart);
+  add_force(command, b, 5.0 * apart);
+  for (int k = 0; k < 1000; ++k) {
+    watched.run(1, k == 0 ? Inputs{std::span(&command, 1)} : Inputs{});
+    judgement.take(watched.state, none);
+  }
+  EXPECT_NE(judgement.now().word, Word::kGood);
+  EXPECT_EQ(judgement.now().cause, Verdict::Cause::kTruncation);
+}
+
 // A small load across the beam and an end thrust along it, which takes 0.29 of the lowest bending's stiffness
 // (7.41 of 8.79 rad/s below).
 TEST(Word, OfASteadyAnswerGoesByWhatTheLoadChangesOfTheStiffness) {

@@ -8,6 +8,7 @@
 #include <cstdio>
 #include <optional>
 #include <random>
+#include <span>
 
 #include "core/plan/make_plan.hpp"
 #include "core/validity/judgement.hpp"
@@ -205,8 +206,10 @@ struct WordShares {
   double error = 0.0, estimate = 0.0, unseen = 0.0;  // [-] of the larger scale
   Verdict::Word word = Verdict::Word::kGood;
 };
+/// \param first  commands of the first tick
 inline WordShares compare_word(Scene scene, Fidelity rung, double end,
-                               const std::optional<Eigen::Matrix3Xd>& truth) {
+                               const std::optional<Eigen::Matrix3Xd>& truth,
+                               std::span<const ForceCommand> first = {}) {
   scene.fidelity = rung;
   Simulation simulation(scene);
   Judgement judgement(simulation.plan);
@@ -214,7 +217,7 @@ inline WordShares compare_word(Scene scene, Fidelity rung, double end,
   judgement.take(simulation.state, none);
   const auto ticks = std::llround(end * scene.rate);
   while (simulation.state.tick < ticks) {
-    simulation.run(1);
+    simulation.run(1, simulation.state.tick == 0 ? first : std::span<const ForceCommand>());
     judgement.take(simulation.state, none);
   }
   const Verdict& verdict = judgement.now();
