@@ -179,6 +179,8 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   if (!rung.has_modes) return;
   const Prestress& prestress = whole.prestress;
   const Eigen::MatrixXd& rows = rung.has_true_geometry ? prestress.bent_rows : prestress.rows;
+  const Eigen::MatrixXd& rate_rows = rung.has_true_geometry ? prestress.bent_rate_rows : prestress.rate_rows;
+  const bool damps = !rate_rows.isZero(0.0);
   neglect.has_unseen = prestress.has_unseen;
   neglect.lacks_modes =
       spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) && scene.leave_out.tolerance > 0.0;
@@ -207,6 +209,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
     }
     const auto pair = static_cast<Eigen::Index>(k);
     append(Eigen::RowVectorXd(rows.row(pair)(spec.modes)), neglect.load_rows);
+    if (damps) append(Eigen::RowVectorXd(rate_rows.row(pair)(spec.modes)), neglect.rate_rows);
     Products products = spin.row(pair, l, u);
     if (std::exchange(crossed, l) != l) crosses = crosses_of(scene, whole, l);
     if (l == u && !rung.couples) {

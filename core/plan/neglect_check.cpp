@@ -34,8 +34,9 @@ std::string find_neglect_inconsistency(const Plan& plan) {
   for (std::size_t l = 0; l < num_shadowed && error.empty(); ++l)
     require(neglect.pairs[l][0] == static_cast<std::int32_t>(l),
             "modes judged by their own motion are not the first");
-  require(neglect.load_rows.size() == num_pairs * n && neglect.spin_rows.size() == num_pairs * 6 &&
-              neglect.coriolis_rows.size() == num_pairs * 3 &&
+  require(neglect.load_rows.size() == num_pairs * n &&
+              (neglect.rate_rows.empty() || neglect.rate_rows.size() == num_pairs * n) &&
+              neglect.spin_rows.size() == num_pairs * 6 && neglect.coriolis_rows.size() == num_pairs * 3 &&
               neglect.root_quartic.size() == static_cast<std::size_t>(neglect.num_judged) &&
               (neglect.coriolis_reach.empty() ||
                neglect.coriolis_reach.size() == static_cast<std::size_t>(neglect.num_judged) * 6) &&
@@ -44,7 +45,7 @@ std::string find_neglect_inconsistency(const Plan& plan) {
               (neglect.spin_loads.empty() || neglect.spin_loads.size() == n * 6) &&
               (neglect.spin_left_out.empty() || neglect.spin_left_out.size() == 36),
           "what the rung neglects does not have the size of its modes");
-  require(are_finite(neglect.load_rows) && are_finite(neglect.spin_rows) &&
+  require(are_finite(neglect.load_rows) && are_finite(neglect.rate_rows) && are_finite(neglect.spin_rows) &&
               are_finite(neglect.coriolis_rows) && are_finite(neglect.coriolis_reach) &&
               are_finite(neglect.spin_loads) && are_finite(neglect.spin_left_out) &&
               are_finite(neglect.root_quartic) && are_finite(neglect.shadow_rows) &&

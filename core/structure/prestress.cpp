@@ -182,6 +182,7 @@ class SecondOrders {
 // E of pairs under static answers, without axial links and with them; h_lu of X140 a column a pair
 struct PairStiffness {
   Eigen::MatrixXd axial, bent;                  // (pairs x answers)
+  Eigen::MatrixXd axial_rate, bent_rate;        // the same by what dashpots and viscous links resist
   Eigen::VectorXd axial_quartic, bent_quartic;  // sum D h_lu^2, [N/m^3] (pairs)
   bool has_unseen = false;
 };
@@ -191,25 +192,27 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
                            const std::vector<Prestress::Pair>& pairs, const Eigen::MatrixXd& answers) {
   PairStiffness stiffness;
   stiffness.axial = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(pairs.size()), answers.cols());
-  stiffness.bent = stiffness.axial;
+  stiffness.bent = stiffness.axial_rate = stiffness.bent_rate = stiffness.axial;
   stiffness.axial_quartic = stiffness.bent_quartic = Eigen::VectorXd::Zero(stiffness.axial.rows());
   const Freedoms freedoms(scene);
   const LocalShapes local(scene, freedoms, factor, structure);
   for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
-    const LinkTraits kind = traits_of(scene.links[static_cast<std::size_t>(index)]);
-    if (kind.effect == LinkEffect::kDamps) continue;
-    if (kind.effect == LinkEffect::kForbids || !kind.follows_points) {
+    const Link& link = scene.links[static_cast<std::size_t>(index)];
+    const LinkTraits kind = traits_of(link);
+    const bool damps = kind.effect == LinkEffect::kDamps;
+    if (kind.effect == LinkEffect::kForbids || (!damps && !kind.follows_points)) {
       stiffness.has_unseen = true;
       continue;
     }
     // a triangle's own bow is not in it
-    stiffness.has_unseen = stiffness.has_unseen ||
-                           std::holds_alternative<Plate>(scene.links[static_cast<std::size_t>(index)].kind);
+    stiffness.has_unseen = stiffness.has_unseen || std::holds_alternative<Plate>(link.kind);
     const RowRange range = factor.natural_of[static_cast<std::size_t>(index)];
-    Eigen::MatrixXd forces(range.count, structure.omega.size());
-    Eigen::VectorXd D(range.count);
-    for (int k = 0; k < range.count; ++k) {
-      const DeformationRow& row = natural_row(factor, range, k);
+    const int count = damps ? 1 : range.count;
+    Eigen::MatrixXd forces(count, structure.omega.size());
+    Eigen::VectorXd D(count);
+    for (int k = 0; k < count; ++k) {
+      const DeformationRow row =
+          damps ? axial_row(scene, link, axial_of(scene, link).damping) : natural_row(factor, range, k);
       D[k] = row.root_stiffness * row.root_stiffness;
       forces.row(k) = D[k] * local.deformation(row);
     }
@@ -219,7 +222,11 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
       const auto [l, u] = pairs[static_cast<std::size_t>(pair)];
       h.col(pair) = second.of(l, u);
     }
-    (kind.is_axial ? stiffness.axial : stiffness.bent).noalias() += h.transpose() * (forces * answers);
+    const Eigen::MatrixXd added = h.transpose() * (forces * answers);
+    if (damps || link.viscous > 0.0)
+      (kind.is_axial ? stiffness.axial_rate : stiffness.bent_rate) += (damps ? 1.0 : link.viscous) * added;
+    if (damps) continue;
+    (kind.is_axial ? stiffness.axial : stiffness.bent) += added;
     (kind.is_axial ? stiffness.axial_quartic : stiffness.bent_quartic) += h.cwiseAbs2().transpose() * D;
   }
   return stiffness;
@@ -264,6 +271,8 @@ Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Str
   prestress.has_unseen = stiffness.has_unseen;
   prestress.rows = stiffness.axial + stiffness.bent;
   prestress.bent_rows = std::move(stiffness.bent);
+  prestress.rate_rows = stiffness.axial_rate + stiffness.bent_rate;
+  prestress.bent_rate_rows = std::move(stiffness.bent_rate);
   prestress.root_quartic =
       root_quartic(structure, prestress, stiffness.axial_quartic + stiffness.bent_quartic, prestress.rows);
   prestress.bent_root_quartic =
@@ -342,7 +351,8 @@ void turn_prestress(const Eigen::MatrixXd& turn, int first, Prestress& prestress
     if (num_judged > 0)
       root->segment(first, num_judged).setConstant(root->segment(first, num_judged).maxCoeff());
   }
-  for (Eigen::MatrixXd* rows : {&prestress.rows, &prestress.bent_rows}) {
+  for (Eigen::MatrixXd* rows :
+       {&prestress.rows, &prestress.bent_rows, &prestress.rate_rows, &prestress.bent_rate_rows}) {
     rows->middleCols(first, count) = (rows->middleCols(first, count) * turn).eval();
     // E <- turn^T E turn over the pairs that are there
     const Eigen::MatrixXd before = *rows;

@@ -20,7 +20,9 @@ struct Prestress {
   int num_shadowed = 0;       // modes whose error is integrated
   Eigen::MatrixXd rows;       // [N/m^2] (pairs x n) of all links but matrices and rigid ones
   Eigen::MatrixXd bent_rows;  // [N/m^2] the same without springs, bars and dashpots
-  bool has_unseen = false;    // links whose second order nothing tells: matrices, rigid links
+  // [N s/m^2] (pairs x n) per rate of an elastic coordinate, by dashpots and viscous links
+  Eigen::MatrixXd rate_rows, bent_rate_rows;
+  bool has_unseen = false;  // links whose second order nothing tells: matrices, rigid links
   // [sqrt(N/m^3)] (num_modes) sqrt(beta_l): a mode's own displacement q adds beta_l q^2 when the others give
   // way (THEORY X146); of all links, and without springs, bars and dashpots
   Eigen::VectorXd root_quartic, bent_root_quartic;

@@ -42,6 +42,7 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
       std::clamp((plan.neglect.pairs.size() * n + kMostProducts - 1) / kMostProducts, std::size_t{1},
                  std::max<std::size_t>(1, num_judged)));
   round_ = static_cast<double>(num_chunks_) * plan.period;
+  if (!plan.neglect.rate_rows.empty()) creep_.resize(n), q_before_.resize(n);
   for (std::size_t l = 0; l < n; ++l) {
     if (plan.omega[l] == 0.0) continue;
     flexibility_[l] = 1.0 / (plan.mass * square(plan.omega[l]));
@@ -78,6 +79,7 @@ void ModalErrors::clear() noexcept {
   std::fill(swing_.begin(), swing_.end(), std::complex<double>{});
   rest_ = fastest_ = softest_ = quartic_ = next_quartic_ = 0.0;
   chunk_ = 0;
+  is_first_ = true;
   size_ = {};
   shadow_.clear();
 }
@@ -109,6 +111,11 @@ void ModalErrors::take(const State& state) noexcept {
       still_[l] = state.Q[l] * flexibility_[l];
       loads += square(state.Q[l]);
     }
+    for (std::size_t l = 0; l < creep_.size(); ++l) {
+      creep_[l] = is_first_ ? 0.0 : (state.q[l] - q_before_[l]) / round_;
+      q_before_[l] = state.q[l];
+    }
+    is_first_ = false;
     const double acceleration = std::sqrt(loads / static_cast<double>(plan_.points.size())) / plan_.mass +
                                 norm(state.force_W) / plan_.mass;
     shadow_.set_spin(w_, products_);
@@ -145,6 +152,10 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   const double* const load_row = plan_.neglect.load_rows.data() + pair * n;
   double sum = 0.0;
   for (std::size_t u = 0; u < n; ++u) sum += load_row[u] * still_[u];
+  if (!creep_.empty()) {
+    const double* const rate_row = plan_.neglect.rate_rows.data() + pair * n;
+    for (std::size_t u = 0; u < n; ++u) sum += rate_row[u] * creep_[u];
+  }
   for (std::size_t k = 0; k < 6; ++k) sum += plan_.neglect.spin_rows[6 * pair + k] * products_[k];
   // what followers add stands in the plan, to first order and of the lowest modes
   const auto [l, u] = plan_.neglect.pairs[pair];

@@ -77,7 +77,10 @@ class ModalErrors {
   std::vector<Mode> modes_;              // judged ones
   std::vector<std::size_t> first_pair_;  // (judged + 1) pairs (l, u) of mode l, u > l, in partners_
   std::vector<Partner> partners_;
-  std::vector<double> flexibility_;          // [m/N] 1 / (M omega^2), 0 of mechanisms
+  std::vector<double> flexibility_;  // [m/N] 1 / (M omega^2), 0 of mechanisms
+  // [m/s] mean rate over a round, [m] at its start; empty where nothing damps
+  std::vector<double> creep_, q_before_;
+  bool is_first_ = true;
   std::vector<double> still_;                // [m] static answer to the loads that the rung has
   std::vector<double> second_;               // [N] generalized forces of second order
   std::vector<std::complex<double>> swing_;  // [m] ringing of the judged modes, as `ring`

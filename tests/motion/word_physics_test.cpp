@@ -184,5 +184,22 @@ TEST(WordPhysics, AStrongDashpotOnTheFullRungIsNotOutside) {
   EXPECT_EQ(shares.word, Verdict::Word::kGood);
 }
 
+// what creeps between the points of a line hangs on dashpots, whose tension bends it as that of springs does
+TEST(WordPhysics, TheTensionOfDashpotsHoldsALineStraight) {
+  Scene scene = bent_line(100.0);
+  for (int k = 0; k < 2; ++k) add_link(scene, {k, k + 1}, Dashpot{3e3});
+  ring(scene, {{1, 1e-3}});
+  Load load;
+  load.axes = Axes::kBody;
+  load.forces = {{0, {-6.0, 0.0, 0.0}}, {2, {6.0, 0.0, 0.0}}};
+  scene.loads = {load};
+  for (const double end : {0.336, 1.762}) {
+    const WordShares shares = shares_of(scene, Fidelity::kSeparated, end);
+    EXPECT_GT(shares.error, 0.05) << "else nothing is tried";
+    expect_told(shares);
+    EXPECT_NE(shares.word, Verdict::Word::kGood);
+  }
+}
+
 }  // namespace
 }  // namespace freeflex::testing
