@@ -116,8 +116,8 @@ void ModalErrors::take(const State& state) noexcept {
       q_before_[l] = state.q[l];
     }
     is_first_ = false;
-    const double acceleration = std::sqrt(loads / static_cast<double>(plan_.points.size())) / plan_.mass +
-                                norm(state.force_W) / plan_.mass;
+    // rms over the mass: a force on one light point is large where it acts
+    const double acceleration = (std::sqrt(loads) + norm(state.force_W)) / plan_.mass;
     shadow_.set_spin(w_, products_);
     // before the first step no load stands in Q
     const std::int64_t age = state.tick - state.epoch_start_tick;

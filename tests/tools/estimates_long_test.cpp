@@ -15,7 +15,10 @@ TEST(EstimatesLong, HoldOn200RandomScenes) {
   EXPECT_GE(sum.lower_elastic, 0.92);
   EXPECT_GE(sum.close_position, 0.80);
   EXPECT_GE(sum.close_elastic, 0.80);
-  EXPECT_GE(sum.good, 0.40);
+  const WordTally words = tally_words(rows);
+  EXPECT_EQ(words.false_good, 0);
+  EXPECT_LE(words.small_outside, 0.02 * words.small);
+  EXPECT_GE(words.small_good, 0.8 * words.small);
   EXPECT_GE(sum.outside, 0.15);
   EXPECT_GE(sum.auto_meets, 0.95);
   EXPECT_GE(sum.auto_cheapest, 0.80);
