@@ -15,7 +15,7 @@ TEST(WordLong, IsTrueOfThreeHundredRandomStructures) {
 
 TEST(WordLong, IsTrueOfThreeHundredOthers) {
   WordCounts counts;
-  for (std::uint64_t seed = 0; seed < 300; ++seed) judge_scene(31415926'000 + seed, counts);
+  for (std::uint64_t seed = 0; seed < 300; ++seed) judge_scene(27182818'000 + seed, counts);
   expect_true_words(counts);
 }
 
