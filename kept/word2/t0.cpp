@@ -1,0 +1,2 @@
+#include "drv.hpp"
+TEST(A,b){ printf("hi\n");}
