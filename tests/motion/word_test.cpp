@@ -242,7 +242,9 @@ TEST(Word, OnPushedModesThatAreLeftOutIsAtBestWatch) {
     add_force(command, 10, {0.0, 0.1, 0.0});
     const Verdict pushed = after({std::span(&command, 1)});
     EXPECT_EQ(pushed.word == Word::kGood, tolerance < kGoodElastic);
-    if (tolerance > kGoodElastic) EXPECT_EQ(pushed.cause, Verdict::Cause::kTruncation);
+    if (tolerance > kGoodElastic) {
+      EXPECT_EQ(pushed.cause, Verdict::Cause::kTruncation);
+    }
   }
 }
 
