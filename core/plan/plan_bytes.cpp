@@ -168,9 +168,10 @@ void fields(Archive& archive, T& l) {
 template <typename Archive, Is<PlanNeglect> T>
 void fields(Archive& archive, T& n) {
   all_of<PlanNeglect>(archive, n.is_known, n.is_rigid, n.has_unseen, n.lacks_modes, n.tolerance, n.fast_loads,
-                      n.num_judged, n.pairs, n.load_rows, n.rate_rows, n.spin_rows, n.coriolis_rows, n.coriolis_reach,
-                      n.spin_loads, n.spin_left_out, n.root_quartic, n.num_shadowed, n.left_out,
-                      n.inertia_rows, n.load_arms, n.shadow_rows, n.left_out_rows, n.left_out_spin);
+                      n.num_judged, n.pairs, n.load_rows, n.rate_rows, n.spin_rows, n.coriolis_rows,
+                      n.coriolis_reach, n.spin_loads, n.spin_left_out, n.root_quartic, n.num_shadowed,
+                      n.left_out, n.inertia_rows, n.load_arms, n.shadow_rows, n.left_out_rows,
+                      n.left_out_spin);
 }
 
 template <typename Archive, Is<Plan> T>
