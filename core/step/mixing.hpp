@@ -58,9 +58,9 @@ DependentLoad kick(const Plan& plan, const double* q, const double* q_dot, Array
 bool advance_mixed(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
                    Array& scratch, const ModalResult& to) noexcept;
 
-/// Every mode one period on under a load linear from Q^0 to Q^1, with its dashpots and feedback. True when
-/// finite.  \param kicked  (num_padded) where the path is kSplit  \param last_kick  of feedback over the
-/// second half, where modes are split
+/// Every mode one period on under a load linear from Q^0 to Q^1, with its dashpots and feedback (X10; X75
+/// where they are exact, X76 where they are split). True when finite.  \param kicked  [m/s] (num_padded)
+/// where the path is kSplit  \param last_kick  of feedback over the second half, where modes are split
 bool advance_linear(const Plan& plan, const ModalState& from, const double* Q0, const double* Q1,
                     Array& kicked, Array& scratch, const ModalResult& to, DependentLoad& last_kick) noexcept;
 

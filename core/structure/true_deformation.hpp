@@ -14,10 +14,10 @@ class TrueLink {
   TrueLink(const Scene& scene, int link, const Freedoms& freedoms);
 
   int num_deformations() const { return num_deformations_; }
+  /// Natural deformations in the order of the link's rows, zero at rest [m], [rad], [-].
   /// \param V      [m] (3 x points) displacements
   /// \param theta  [rad] (3 x points) rotation vectors of the joints; read for beams and plates alone
-  /// \param own    [rad] (3 x points) how a beam's ends turn against their joints, about axes that those do
-  /// not hold \return natural deformations in the order of the link's rows, zero at rest [m], [rad], [-]
+  /// \param own    [rad] (3 x points) how a beam's ends turn against their joints, about axes those let go
   Eigen::VectorXd deformations(const Eigen::Matrix3Xd& V, const Eigen::Matrix3Xd& theta,
                                const Eigen::Matrix3Xd& own = {}) const;
 

@@ -82,8 +82,10 @@ class Judgement {
   const Plan& plan_;
   std::vector<ModalErrors> errors_;  // of the plan, of its wide one
   bool is_wide_ = false, is_steady_ = false;
-  // commands ring modes that are left out, by so much a newton, fading over a tick; [N] what they did
-  double error_per_push_ = 0.0, push_fade_ = 1.0, pushed_ = 0.0;
+  // commands ring modes that are left out   (X124)
+  double error_per_push_ = 0.0;  // [m/N]
+  double push_fade_ = 1.0;       // [-] over a tick
+  double pushed_ = 0.0;          // [N] largest sum of forces so far, faded
   std::int64_t epoch_ = -1, look_every_ = 1;
   double size_ = 0.0;
   double room_ = 1.0;                      // for displacements beside the size

@@ -189,6 +189,7 @@ TEST_F(Daemon, SaysWhatIsWrongAndHowToMendIt) {
   expect({scene, "--lcm-url", "memq://"}, 2, "udpm://");
   expect({scene, "--lcm-url", "udpm://10.0.0.1:7667"}, 2, "multicast address");
   expect({scene, "--prefix", "no/slash"}, 2, "prefix");
+  expect({scene, "--ingress-user", "nosuch"}, 2, "nosuch");
 }
 
 TEST_F(Daemon, RefusesAPlanThatIsNotWhole) {

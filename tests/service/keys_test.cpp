@@ -103,11 +103,18 @@ TEST_F(KeyFiles, ALinkAPipeOrNothingIsNoKey) {
   EXPECT_EQ(load_keys(link, plan_).faults, link + ": error: is a symbolic link; give the file itself");
   EXPECT_EQ(load_keys(folder_.path(), plan_).faults, load_keys(link, plan_).faults);
   unlink(link.c_str());
+  ASSERT_EQ(symlink(folder_.path().c_str(), link.c_str()), 0);
+  EXPECT_EQ(load_keys(link + "/", plan_).faults, link + ": error: is a symbolic link; give the file itself");
+  unlink(link.c_str());
   ASSERT_EQ(mkfifo(link.c_str(), 0600), 0);
   EXPECT_EQ(load_keys(link, plan_).faults, link + ": error: is not a regular file");
   unlink(link.c_str());
   EXPECT_EQ(load_keys(link, plan_).faults, link + ": error: cannot be read: No such file or directory");
   unlink(file.c_str());
+  const std::string empty = write("e.key", "");
+  EXPECT_EQ(load_key(empty).faults,
+            empty + ": error: is empty; 'freeflex keygen ID --out FILE' writes a key");
+  unlink(empty.c_str());
   write("readme.txt", "nothing");
   EXPECT_NE(load_keys(folder_.path(), plan_).faults.find("holds no key, that is no file *.key"),
             std::string::npos);

@@ -51,6 +51,19 @@ TEST_F(OnTheBus, OnePushHoldsAForceForEachPoint) {
       << outcome.out;
 }
 
+// ticks of the golden plan last 1 ms
+TEST_F(OnTheBus, PushSaysWhatTicksMakeOfADuration) {
+  const std::string push = "$F push --point tip --force 0,0,1 ";
+  for (const auto& [asked, words] : std::vector<std::pair<std::string, std::string>>{
+           {"--duration 1e-5", "--duration 1e-05 s is 0.01 ticks: it lasts 1 tick, 0.001 s"},
+           {"--lease 0.0024", "--lease 0.0024 s is 2.4 ticks: it lasts 2 ticks, 0.002 s"}}) {
+    const Outcome outcome = with_daemon(push + asked);
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "warning: " + words)) << outcome.err;
+  }
+  EXPECT_FALSE(contains(with_daemon(push + "--duration 0.1").err, "warning"));
+}
+
 TEST_F(OnTheBus, PushIsRejectedWithItsReason) {
   const Outcome outcome = with_daemon("$F push --point tip --force 0,0,1 --at-tick 0");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;

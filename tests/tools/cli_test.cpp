@@ -85,6 +85,19 @@ TEST(CommandLine, OutputThatCannotBeWrittenIsExitOne) {
   }
 }
 
+// of one block, so that the shell's own files of what is said do not meet the limit
+TEST(CommandLine, AFileAtItsSizeLimitIsAWriteThatFailsAndKillsNothing) {
+  const TemporaryFolder folder;
+  const std::string limited = "ulimit -f 1; cd " + folder.path() + "; " + kFreeflex + " ";
+  const Outcome compiled = run(limited + "compile " + kScenes + "boom.yaml -o a.plan");
+  EXPECT_EQ(compiled.exit_code, 1) << compiled.err;
+  EXPECT_TRUE(contains(compiled.err, "File too large")) << compiled.err;
+  EXPECT_FALSE(std::filesystem::exists(folder / "a.plan"));
+  const Outcome ran = run(limited + "run " + kScenes + "boom.yaml --until 10 --out a.log");
+  EXPECT_EQ(ran.exit_code, 1) << ran.err;
+  EXPECT_TRUE(contains(ran.err, "File too large")) << ran.err;
+}
+
 TEST(CommandLine, AUrlThatIsNoneIsExitTwoWithWhatIsAllowed) {
   for (const char* url :
        {"nonsense", "tcpq://127.0.0.1:1", "udpm://1.2.3.4:1", "udpm://239.255.76.67:7667?ttl=x"}) {

@@ -46,6 +46,19 @@ TEST(CommandLine, WhatIsNotThreeNumbersIsToldSo) {
         << taken;
 }
 
+TEST(CommandLine, WhatWouldHaveNoEffectBesideASocketIsRefused) {
+  const std::string push = kFreeflex + " push --control hold --timeout 0.3 ";
+  for (const auto& [options, words] : std::vector<std::pair<std::string, std::string>>{
+           {"--socket --lcm-url udpm://239.255.76.67:7667?ttl=0", "--socket goes without --lcm-url"},
+           {"--socket /nowhere.sock --prefix A", "--socket PATH goes without --prefix"}}) {
+    const Outcome outcome = run(push + options);
+    EXPECT_EQ(outcome.exit_code, 2) << options;
+    EXPECT_TRUE(contains(outcome.err, words)) << outcome.err;
+  }
+  // without a path the prefix says whose socket is meant
+  EXPECT_TRUE(contains(run(push + "--prefix NOBODYS_ --socket").err, "no daemon at"));
+}
+
 TEST(CommandLine, TheFormerSpellingOfStabilityNamesTheNewOne) {
   for (const char* arguments : {"report --stability", "report --stability --quick --out x"}) {
     const Outcome outcome = run(kFreeflex + " " + arguments);

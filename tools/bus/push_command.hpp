@@ -44,10 +44,11 @@ freeflex_msgs::control_t make_control(const PushOptions& options);
 /// \pre find_push_fault found nothing
 std::optional<freeflex_msgs::force_t> make_force(const PushOptions& options, const SceneCatalogue& scene);
 
-/// Names of the points of the command, in the order of its forces.
 /// What the daemon's ticks make of a duration or lease that is no whole number of them; empty: as asked.
+/// \param rate  [Hz] of the daemon's ticks
 std::string rounded_duration(const PushOptions& options, double rate);
 
+/// Names of the points of the command, in the order of its forces.
 std::vector<std::string> point_names(const PushOptions& options);
 
 }  // namespace freeflex::tools
