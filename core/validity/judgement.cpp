@@ -126,7 +126,7 @@ void Judgement::fall(const State& state) noexcept {
   fall_ += fall_rate_ * plan_.period;
 }
 
-/// X123: what pushes can do to modes that are left out. Forces that would cancel in what is kept add up.
+/// X124: what pushes can do to modes that are left out. Forces that would cancel in what is kept add up.
 void Judgement::take_pushes(const State& state) noexcept {
   double now = 0.0;
   for (std::int32_t i = 0; i < state.num_slots; ++i) {
