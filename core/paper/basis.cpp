@@ -249,7 +249,8 @@ Basis find_basis(const Scene& scene, const Structure& structure, const LinkFacto
     if (recipe == Recipe::kModes) {
       basis.shapes = structure.shapes;
     } else if (recipe == Recipe::kHouseholder) {
-      const EckartComplement complement(scene.points, structure.mass_properties, factor.constraints,
+      const EckartComplement complement(RootMass(scene.points), structure.mass_properties.mass,
+                                        rigid_motions(structure.mass_properties), factor.constraints,
                                         Eigen::MatrixXd(structure.shapes.rows(), 0));
       basis.shapes =
           complement.shapes(Eigen::MatrixXd::Identity(complement.dimension(), complement.dimension()));

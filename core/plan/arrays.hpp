@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 
 #include "core/step/plan.hpp"
 
@@ -12,6 +13,28 @@ inline Vec3 to_array(const Eigen::Vector3d& v) { return {v.x(), v.y(), v.z()}; }
 /// Row-major.
 inline Mat3 to_array(const Eigen::Matrix3d& m) {
   return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
+}
+
+/// Values over modes and, if there are more, over constraint shapes.
+inline Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
+  Array all(static_cast<std::size_t>(plan.num_padded), 0.0);
+  const Eigen::Index num_modes = std::min<Eigen::Index>(values.size(), plan.num_elastic);
+  std::copy(values.begin(), values.begin() + num_modes, all.begin());
+  std::copy(values.begin() + num_modes, values.end(), all.begin() + plan.num_moving);
+  return all;
+}
+
+/// Such values as one more row.
+inline void append_row(const Plan& plan, const Eigen::RowVectorXd& values, Array& rows) {
+  const Array row = padded(plan, values.transpose());
+  rows.insert(rows.end(), row.begin(), row.end());
+}
+
+/// Blocks of three rows that points and particles have so far.
+inline std::int32_t num_row_blocks(const Plan& plan) {
+  const auto count = std::count_if(plan.points.begin(), plan.points.end(),
+                                   [](const PlanPoint& point) { return point.row >= 0; });
+  return static_cast<std::int32_t>(count + static_cast<std::ptrdiff_t>(plan.particles.all.size()));
 }
 
 }  // namespace freeflex

@@ -14,6 +14,7 @@
 #include "core/plan/rates.hpp"
 #include "core/plan/rungs.hpp"
 #include "core/plan/start.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/extremes.hpp"
 #include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
@@ -21,20 +22,6 @@
 
 namespace freeflex {
 namespace {
-
-// values over modes and, if there are more, over constraint shapes
-Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
-  Array all(static_cast<std::size_t>(plan.num_padded), 0.0);
-  const Eigen::Index num_modes = std::min<Eigen::Index>(values.size(), plan.num_elastic);
-  std::copy(values.begin(), values.begin() + num_modes, all.begin());
-  std::copy(values.begin() + num_modes, values.end(), all.begin() + plan.num_moving);
-  return all;
-}
-
-void append_row(const Plan& plan, const Eigen::RowVectorXd& values, Array& rows) {
-  const Array row = padded(plan, values.transpose());
-  rows.insert(rows.end(), row.begin(), row.end());
-}
 
 // a row of a matrix that may have no columns, of which Eigen's own begins at an offset from null
 Eigen::RowVectorXd row_of(const Eigen::MatrixXd& matrix, Eigen::Index row) {
@@ -80,7 +67,7 @@ Eigen::VectorXd decays(const Damping& damping, const Structure& structure) {
   return ratio.array() * omega.array() + 0.5 * damping.alpha + 0.5 * damping.beta * omega.array().square();
 }
 
-void compile_modes(const Scene& scene, const Structure& structure, const Eigen::VectorXd& decay, Plan& plan) {
+void compile_modes(const Structure& structure, const Eigen::VectorXd& decay, Plan& plan) {
   plan.num_elastic = static_cast<std::int32_t>(structure.omega.size());
   plan.num_moving = pad(plan.num_elastic);
   plan.num_padded = plan.num_moving + pad(static_cast<std::int32_t>(structure.constraint_shapes.cols()));
@@ -91,12 +78,13 @@ void compile_modes(const Scene& scene, const Structure& structure, const Eigen::
   for (const Mechanism& mechanism : structure.mechanisms)
     plan.mechanisms.emplace_back(mechanism.moved_points.begin(), mechanism.moved_points.end());
   // residuals of (2.2): sum m b and sum m r x b
-  const Eigen::Matrix3Xd& r = structure.mass_properties.r;
+  const Eigen::Matrix3Xd& r = structure.particles.r;
+  const Eigen::MatrixXd& b_of = particle_shapes(structure);
   Eigen::MatrixXd residual = Eigen::MatrixXd::Zero(6, structure.omega.size());
   for (Eigen::Index i = 0; i < r.cols(); ++i) {
-    const double mass = scene.points[static_cast<std::size_t>(i)].mass;
+    const double mass = structure.particles.mass[i];
     for (Eigen::Index mode = 0; mode < structure.omega.size(); ++mode) {
-      const Eigen::Vector3d b = structure.shapes.block<3, 1>(3 * i, mode);
+      const Eigen::Vector3d b = b_of.block<3, 1>(3 * i, mode);
       residual.block<3, 1>(0, mode) += mass * b;
       residual.block<3, 1>(3, mode) += mass * r.col(i).cross(b);
     }
@@ -105,16 +93,15 @@ void compile_modes(const Scene& scene, const Structure& structure, const Eigen::
 }
 
 // X70, X72: Y_l,ab = sum m_i r_i,a b_il,b, symmetric by (2.6)
-void compile_field(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
-                   Plan& plan) {
+void compile_field(const Structure& structure, const Eigen::MatrixXd& shapes, Plan& plan) {
   plan.has_spin_load = traits_of(plan.fidelity).takes_spin_load && plan.turns;
   if (!plan.has_spin_load && plan.attractor_mu == 0.0) return;
-  const Eigen::Matrix3Xd& r = structure.mass_properties.r;
+  const Eigen::Matrix3Xd& r = structure.particles.r;
   static constexpr std::array<std::array<int, 2>, 6> kPairs{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
   for (const auto& [a, b] : kPairs) {
     Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(shapes.cols());
     for (Eigen::Index i = 0; i < r.cols(); ++i) {
-      const double mass = scene.points[static_cast<std::size_t>(i)].mass;
+      const double mass = structure.particles.mass[i];
       row += 0.5 * mass * (r(a, i) * row_of(shapes, 3 * i + b) + r(b, i) * row_of(shapes, 3 * i + a));
     }
     append_row(plan, row, plan.field_rows);
@@ -199,6 +186,19 @@ std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
   return kept;
 }
 
+// what spins by the second order of a body's turn is not in the rungs above yet
+void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
+  if (!traits_of(rung).couples && !traits_of(rung).takes_spin_load) return;
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    const PointMass& point = scene.points[i];
+    if (point.mass > 0.0 && !has_attitude(point)) continue;
+    return add_error(faults, point.origin,
+                     join_text("point ", quoted(point.name, static_cast<int>(i)),
+                               has_attitude(point) ? " has inertia or an offset" : " has no mass",
+                               ", which fidelity ", name_of(rung), " does not take; use separated"));
+  }
+}
+
 void compile_publication(const Publication& publication, Plan& plan) {
   plan.state_rate = publication.state_rate;
   plan.points_rate = publication.points_rate;
@@ -212,6 +212,8 @@ void compile_publication(const Publication& publication, Plan& plan) {
 
 std::optional<Plan> compile(const Scene& scene, const Structure& whole, const PlanSpec& spec,
                             Faults& faults) {
+  refuse_bodies(scene, spec.rung, faults);
+  if (has_error(faults)) return std::nullopt;
   Structure structure = reduce(whole, spec.modes);
   keep_static_link_forces(whole, spec.static_modes, spec.static_loads, structure);
   if (!spec.publishes_links) {
@@ -225,15 +227,14 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   plan.turns = spec.turns;
   plan.scope = spec.scope;
   compile_body(scene, structure.mass_properties, plan);
-  compile_modes(scene, structure, decays(scene.damping, whole)(spec.modes), plan);
+  compile_modes(structure, decays(scene.damping, whole)(spec.modes), plan);
   if (spec.numbers_modes)
     for (const int mode : spec.modes) plan.mode_numbers.push_back(mode + 1);
   const Eigen::MatrixXd shapes = all_shapes(structure);
   compile_points(scene, structure, shapes, spec.has_every_row, plan);
-  compile_field(scene, structure, shapes, plan);
+  compile_field(structure, structure.particles.shapes.rows() > 0 ? structure.particles.shapes : shapes, plan);
   compile_links(scene, structure, plan);
-  for (const Group& group : scene.groups)
-    plan.groups.push_back(compile_group(scene, group, structure.mass_properties));
+  compile_groups(scene, structure, plan);
   plan.force_limit = scene.force_limit;
   plan.command_limits = scene.command_limits;
   plan.torque_limit = scene.torque_limit;

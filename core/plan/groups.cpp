@@ -2,24 +2,62 @@
 
 #include <algorithm>
 #include <cmath>
+#include <map>
+#include <span>
 
 #include "core/plan/arrays.hpp"
 #include "core/rounding.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/structure/decompositions.hpp"
+#include "core/structure/particles.hpp"
 
 namespace freeflex {
-namespace {}  // namespace
+namespace {
 
-PlanGroup compile_group(const Scene& scene, const Group& group, const MassProperties& body) {
-  const auto num_points = static_cast<Eigen::Index>(group.points.size());
+// what carries the mass of a group's points: indices for mass_point
+std::vector<std::int32_t> parts_of(const Scene& scene, const Group& group, const Structure& structure,
+                                   Plan& plan, std::map<int, std::vector<std::int32_t>>& of_bodies) {
+  std::vector<std::int32_t> parts;
+  const std::vector<CarriedMass> carried = carried_masses(scene.points);
+  for (const int point : group.points) {
+    const PointMass& each = scene.points[static_cast<std::size_t>(point)];
+    if (!has_attitude(each)) {
+      if (each.mass > 0.0) parts.push_back(point);
+      continue;
+    }
+    auto& own = of_bodies[point];
+    for (std::size_t p = 0; p < carried.size() && own.empty(); ++p) {
+      for (; p < carried.size() && carried[p].point == point; ++p) {
+        const auto column = static_cast<Eigen::Index>(p);
+        PlanPoint part;
+        part.mass = carried[p].mass;
+        part.r = to_array(Eigen::Vector3d(structure.particles.r.col(column)));
+        part.row = num_row_blocks(plan);
+        for (int axis = 0; axis < 3; ++axis)
+          append_row(plan, structure.particles.shapes.row(3 * column + axis), plan.rows);
+        own.push_back(static_cast<std::int32_t>(plan.points.size() + plan.particles.all.size()));
+        plan.particles.all.push_back(part);
+      }
+    }
+    parts.insert(parts.end(), own.begin(), own.end());
+  }
+  return parts;
+}
+
+PlanGroup compile_group(const Group& group, std::span<const std::int32_t> parts, const Plan& of,
+                        double largest_coordinate) {
+  const auto num_points = static_cast<Eigen::Index>(parts.size());
   PlanGroup plan;
   plan.name = group.name;
   plan.points.assign(group.points.begin(), group.points.end());
   Eigen::VectorXd mass(num_points);
-  for (Eigen::Index k = 0; k < num_points; ++k)
-    mass[k] = scene.points[static_cast<std::size_t>(group.points[static_cast<std::size_t>(k)])].mass;
+  Eigen::Matrix3Xd d(3, num_points);
+  for (Eigen::Index k = 0; k < num_points; ++k) {
+    const PlanPoint& part = mass_point(of, parts[static_cast<std::size_t>(k)]);
+    mass[k] = part.mass;
+    d.col(k) = Eigen::Map<const Eigen::Vector3d>(part.r.data());
+  }
   plan.mass = mass.sum();
-  Eigen::Matrix3Xd d = body.r(Eigen::all, group.points);
   const Eigen::Vector3d centre = d * mass / plan.mass;
   d.colwise() -= centre;
   plan.centre = to_array(centre);
@@ -27,7 +65,7 @@ PlanGroup compile_group(const Scene& scene, const Group& group, const MassProper
   const Eigen::JacobiSVD<Eigen::MatrixXd> shape(d, Eigen::ComputeFullU);
   const double length = std::sqrt(d.colwise().squaredNorm().maxCoeff());
   // the same measure of a line as for the whole body; coordinates are from its centre
-  const double rounding = 64.0 * kEpsilon * std::max(1e-300, body.r.cwiseAbs().maxCoeff());
+  const double rounding = 64.0 * kEpsilon * std::max(1e-300, largest_coordinate);
   const Eigen::Vector3d line = shape.matrixU().col(0);
   const Eigen::Matrix3Xd across = d - line * (line.transpose() * d);
   const double width = std::sqrt(across.colwise().squaredNorm().maxCoeff());
@@ -45,6 +83,21 @@ PlanGroup compile_group(const Scene& scene, const Group& group, const MassProper
     plan.inverse_inertia = to_array(Eigen::Matrix3d(inertia.inverse()));
   }
   return plan;
+}
+
+}  // namespace
+
+void compile_groups(const Scene& scene, const Structure& structure, Plan& plan) {
+  const double largest = structure.mass_properties.r.cwiseAbs().maxCoeff();
+  std::map<int, std::vector<std::int32_t>> of_bodies;
+  for (const Group& group : scene.groups) {
+    std::vector<std::int32_t> parts(group.points.begin(), group.points.end());
+    if (!are_point_masses(scene.points)) {
+      parts = parts_of(scene, group, structure, plan, of_bodies);
+      plan.particles.of_groups.push_back(parts);
+    }
+    plan.groups.push_back(compile_group(group, parts, plan, largest));
+  }
 }
 
 }  // namespace freeflex

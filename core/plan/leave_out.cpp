@@ -7,6 +7,7 @@
 
 #include "core/plan/arrays.hpp"
 #include "core/plan/reach.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/reduce.hpp"
 
@@ -169,17 +170,24 @@ class Unneeded {
 
 }  // namespace
 
-bool may_leave_out(Fidelity rung) { return traits_of(rung).has_modes && !traits_of(rung).couples; }
+bool may_leave_out(const Scene& scene, Fidelity rung) {
+  return traits_of(rung).has_modes && !traits_of(rung).couples && are_point_masses(scene.points);
+}
 
 std::vector<PlanPart> account_of_whole(const Scene& scene, Fidelity rung, Faults& faults) {
   std::vector<PlanPart> parts = every_part();
+  const bool has_bodies = !are_point_masses(scene.points);
   for (PlanPart& part : parts)
-    part.why = traits_of(rung).couples ? "the coupled rungs need a complete set of modes"
-                                       : "the rigid rung is advanced whole";
+    part.why = has_bodies                ? "a scene with bodies or massless points is advanced whole"
+               : traits_of(rung).couples ? "the coupled rungs need a complete set of modes"
+                                         : "the rigid rung is advanced whole";
   if (scene.leave_out.tolerance > 0.0)
-    add_warning(faults, scene.leave_out.origin,
-                std::string("leave_out: tolerance has no effect on fidelity ") + name_of(rung) +
-                    ", which is advanced whole; leave it out, or take separated or spin-loaded");
+    add_warning(
+        faults, scene.leave_out.origin,
+        has_bodies ? "leave_out: tolerance has no effect on a scene with bodies or massless points, which is "
+                     "advanced whole; leave it out"
+                   : std::string("leave_out: tolerance has no effect on fidelity ") + name_of(rung) +
+                         ", which is advanced whole; leave it out, or take separated or spin-loaded");
   return parts;
 }
 

@@ -23,13 +23,13 @@ struct LeanSpec {
 };
 
 /// The rungs that lack modes or code only where a scene needs neither; the others are advanced whole.
-bool may_leave_out(Fidelity rung);
+bool may_leave_out(const Scene& scene, Fidelity rung);
 
 /// The account of a plan that is advanced whole. Warns of a tolerance that has no effect.
 std::vector<PlanPart> account_of_whole(const Scene& scene, Fidelity rung, Faults& faults);
 
 /// Without what nothing needs.
-/// \param whole  compiled from `spec`, with everything in it  \pre may_leave_out(spec.rung)
+/// \param whole  compiled from `spec`, with everything in it  \pre may_leave_out(scene, spec.rung)
 LeanSpec leave_out_unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                             const Plan& whole);
 

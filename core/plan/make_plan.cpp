@@ -98,7 +98,7 @@ std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Fa
   // with everything in it first: what is wrong with a scene is said of the scene
   std::optional<Plan> plan = compile_whole(scene, structure, spec, faults);
   if (!plan) return std::nullopt;
-  if (may_leave_out(*rung))
+  if (may_leave_out(scene, *rung))
     plan = compile_lean(scene, structure, spec, *plan, faults);
   else
     plan->parts = account_of_whole(scene, *rung, faults);

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/plan/histories.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/step/loads.hpp"
 
 namespace freeflex {
@@ -26,46 +27,48 @@ Products of_spin(const Eigen::Matrix3d& X) {
   return row;
 }
 
-Eigen::Matrix3d field_of(const Scene& scene, const Structure& structure, Eigen::Index mode) {
+Eigen::Matrix3d field_of(const Structure& structure, Eigen::Index mode) {
   Eigen::Matrix3d Y = Eigen::Matrix3d::Zero();  // Y_l of X70
-  const Eigen::Matrix3Xd& r = structure.mass_properties.r;
-  for (Eigen::Index i = 0; i < r.cols(); ++i)
-    Y += scene.points[static_cast<std::size_t>(i)].mass * r.col(i) *
-         structure.shapes.block<3, 1>(3 * i, mode).transpose();
+  const Particles& particles = structure.particles;
+  const Eigen::MatrixXd& shapes = particle_shapes(structure);
+  for (Eigen::Index i = 0; i < particles.mass.size(); ++i)
+    Y += particles.mass[i] * particles.r.col(i) * shapes.block<3, 1>(3 * i, mode).transpose();
   return 0.5 * (Y + Y.transpose());
 }
 
 // sum m b_l b_u^T over the mass, symmetric part
-Eigen::Matrix3d outer_of(const Scene& scene, const Structure& structure, int l, int u) {
+Eigen::Matrix3d outer_of(const Structure& structure, int l, int u) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
-  for (Eigen::Index i = 0; i < structure.mass_properties.r.cols(); ++i) {
-    const double share = scene.points[static_cast<std::size_t>(i)].mass / structure.mass_properties.mass;
-    const Eigen::Vector3d b = structure.shapes.block<3, 1>(3 * i, l),
-                          c = structure.shapes.block<3, 1>(3 * i, u);
+  const Particles& particles = structure.particles;
+  const Eigen::MatrixXd& shapes = particle_shapes(structure);
+  for (Eigen::Index i = 0; i < particles.mass.size(); ++i) {
+    const double share = particles.mass[i] / structure.mass_properties.mass;
+    const Eigen::Vector3d b = shapes.block<3, 1>(3 * i, l), c = shapes.block<3, 1>(3 * i, u);
     sum += 0.5 * share * (b * c.transpose() + c * b.transpose());
   }
   return sum;
 }
 
 // s_lu = sum m b_l x b_u over the mass, a column a mode u
-Eigen::Matrix3Xd crosses_of(const Scene& scene, const Structure& structure, int l) {
-  const Eigen::Index size = structure.shapes.rows();
+Eigen::Matrix3Xd crosses_of(const Structure& structure, int l) {
+  const Eigen::MatrixXd& shapes = particle_shapes(structure);
+  const Eigen::Index size = shapes.rows();
   Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(3, size);
   for (Eigen::Index i = 0; i < size; i += 3) {
-    const Eigen::Vector3d b = scene.points[static_cast<std::size_t>(i / 3)].mass /
-                              structure.mass_properties.mass * structure.shapes.block<3, 1>(i, l);
+    const Eigen::Vector3d b =
+        structure.particles.mass[i / 3] / structure.mass_properties.mass * shapes.block<3, 1>(i, l);
     rows(0, i + 1) = -b[2], rows(0, i + 2) = b[1];
     rows(1, i + 2) = -b[0], rows(1, i) = b[2];
     rows(2, i) = -b[1], rows(2, i + 1) = b[0];
   }
-  return rows * structure.shapes;
+  return rows * shapes;
 }
 
 // X141: what the spin does to the stiffness of each pair, per product of w
 class SpinRows {
  public:
-  SpinRows(const Scene& scene, const Structure& whole, const RungTraits& rung, const Eigen::MatrixXd& rows)
-      : scene_(scene), whole_(whole), rung_(rung) {
+  SpinRows(const Structure& whole, const RungTraits& rung, const Eigen::MatrixXd& rows)
+      : whole_(whole), rung_(rung) {
     // internal forces of the static answer to the centrifugal load; on the rung that has it they come with
     // its loads
     prestress_ = Eigen::MatrixXd::Zero(rows.rows(), 6);
@@ -79,18 +82,17 @@ class SpinRows {
           if (prestress.pairs[k][0] < prestress.num_shadowed &&
               prestress.pairs[k][1] < prestress.num_shadowed)
             column[static_cast<Eigen::Index>(k)] = 0.0;
-        prestress_ += column * of_spin(field_of(scene, whole, v) / c);
+        prestress_ += column * of_spin(field_of(whole, v) / c);
       }
   }
 
   Products row(Eigen::Index pair, int l, int u) const {
     Products row = prestress_.row(pair);
-    if (!rung_.couples) row -= whole_.mass_properties.mass * of_spin(outer_of(scene_, whole_, l, u));
+    if (!rung_.couples) row -= whole_.mass_properties.mass * of_spin(outer_of(whole_, l, u));
     return row;
   }
 
  private:
-  const Scene& scene_;
   const Structure& whole_;
   const RungTraits& rung_;
   Eigen::MatrixXd prestress_;  // (pairs x 6)
@@ -181,13 +183,14 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   const Eigen::MatrixXd& rows = rung.has_true_geometry ? prestress.bent_rows : prestress.rows;
   const Eigen::MatrixXd& rate_rows = rung.has_true_geometry ? prestress.bent_rate_rows : prestress.rate_rows;
   const bool damps = !rate_rows.isZero(0.0);
-  neglect.has_unseen = prestress.has_unseen;
+  // what spin does to bodies by the second order of their turn is in no table
+  neglect.has_unseen = prestress.has_unseen || !are_point_masses(scene.points);
   neglect.lacks_modes =
       spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) && scene.leave_out.tolerance > 0.0;
   std::vector<int> place(static_cast<std::size_t>(whole.omega.size()), -1);
   for (std::size_t k = 0; k < spec.modes.size(); ++k)
     place[static_cast<std::size_t>(spec.modes[k])] = static_cast<int>(k);
-  const SpinRows spin(scene, whole, rung, rows);
+  const SpinRows spin(whole, rung, rows);
   int crossed = -1;
   Eigen::Matrix3Xd crosses;
   for (std::size_t k = 0; k < prestress.pairs.size(); ++k) {
@@ -211,7 +214,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
     append(Eigen::RowVectorXd(rows.row(pair)(spec.modes)), neglect.load_rows);
     if (damps) append(Eigen::RowVectorXd(rate_rows.row(pair)(spec.modes)), neglect.rate_rows);
     Products products = spin.row(pair, l, u);
-    if (std::exchange(crossed, l) != l) crosses = crosses_of(scene, whole, l);
+    if (std::exchange(crossed, l) != l) crosses = crosses_of(whole, l);
     if (l == u && !rung.couples) {
       const FarCoriolis far = far_coriolis(whole, prestress, l, crosses);
       products += whole.mass_properties.mass * far.shift;
@@ -222,7 +225,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   }
   fill_shadow(prestress, rows, spec.modes, neglect);
   for (std::int32_t c = 0; c < neglect.num_shadowed; ++c)
-    append(of_spin(field_of(scene, whole, spec.modes[static_cast<std::size_t>(c)])), neglect.inertia_rows);
+    append(of_spin(field_of(whole, spec.modes[static_cast<std::size_t>(c)])), neglect.inertia_rows);
   for (std::size_t k = 0; k < scene.loads.size(); ++k) {
     Array arms;
     set_arms(plan, sums_of(scene.loads[k], plan), arms);
@@ -231,7 +234,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   if (rung.takes_spin_load || rung.couples) return;
   Eigen::Matrix<double, 6, 6> left_out = Eigen::Matrix<double, 6, 6>::Zero();
   for (int mode = 0; mode < static_cast<int>(whole.omega.size()); ++mode) {
-    const Products load = of_spin(field_of(scene, whole, mode));
+    const Products load = of_spin(field_of(whole, mode));
     const double stiffness = whole.mass_properties.mass * whole.omega[mode] * whole.omega[mode];
     if (place[static_cast<std::size_t>(mode)] >= 0)
       append(load, neglect.spin_loads);

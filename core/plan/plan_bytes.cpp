@@ -13,7 +13,7 @@ namespace {
 // "FFPLAN" and the two bytes that text-mode transfers damage
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 6, kVersionWithoutNeglect = 5;
+constexpr std::uint32_t kVersion = 7, kVersionWithoutParticles = 6, kVersionWithoutNeglect = 5;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -83,6 +83,11 @@ void fields(Archive& archive, T& l) {
 template <typename Archive, Is<PlanGroup> T>
 void fields(Archive& archive, T& g) {
   all_of<PlanGroup>(archive, g.name, g.points, g.mass, g.centre, g.inverse_inertia, g.torque_rank, g.line);
+}
+
+template <typename Archive, Is<PlanParticles> T>
+void fields(Archive& archive, T& p) {
+  all_of<PlanParticles>(archive, p.all, p.of_groups);
 }
 
 template <typename Archive, Is<LoadPattern> T>
@@ -184,7 +189,7 @@ void fields(Archive& archive, T& p) {
                p.histories, p.feedbacks, p.force_limit, p.torque_limit, p.command_limits, p.initial,
                p.state_rate, p.points_rate, p.loads_rate, p.status_rate, p.published_points,
                p.published_groups, p.damps, p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers,
-               p.scope, p.wide_modes, p.wide, p.tried_rungs, p.budget, p.neglect);
+               p.scope, p.wide_modes, p.wide, p.tried_rungs, p.budget, p.neglect, p.particles);
 }
 
 template <typename T>
@@ -209,6 +214,9 @@ class Writer {
   // one that plans of before would not have does not change their fingerprints
   void operator()(const PlanStiffening& stiffening) {
     if (has_neglect_ || !stiffening.modes.empty()) fields(*this, stiffening);
+  }
+  void operator()(const PlanParticles& particles) {
+    if (has_neglect_ || !particles.all.empty() || !particles.of_groups.empty()) fields(*this, particles);
   }
   template <typename T>
   void operator()(const T& value) {
@@ -244,8 +252,10 @@ class Writer {
 // takes values off the front of bytes; after the first failure it leaves everything as it is
 class Reader {
  public:
-  explicit Reader(std::span<const std::byte> bytes, bool has_neglect = true)
-      : bytes_(bytes), has_neglect_(has_neglect) {}
+  explicit Reader(std::span<const std::byte> bytes, std::uint32_t version = kVersion)
+      : bytes_(bytes),
+        has_neglect_(version > kVersionWithoutNeglect),
+        has_particles_(version > kVersionWithoutParticles) {}
 
   void operator()(PlanNeglect& neglect) {
     if (has_neglect_) fields(*this, neglect);
@@ -255,6 +265,9 @@ class Reader {
   }
   void operator()(CommandLimits& limits) {
     if (has_neglect_) fields(*this, limits);
+  }
+  void operator()(PlanParticles& particles) {
+    if (has_particles_) fields(*this, particles);
   }
   template <typename T>
   void operator()(T& value) {
@@ -331,7 +344,7 @@ class Reader {
   }
 
   std::span<const std::byte> bytes_;
-  bool has_neglect_;
+  bool has_neglect_, has_particles_;
   std::string error_;
   bool is_nested_ = false;
 };
@@ -372,9 +385,9 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
   header(length);
   header(checksum);
   if (!header.is_good()) return refuse("truncated plan: the header is not complete");
-  if (version != kVersion && version != kVersionWithoutNeglect)
-    return refuse("plan of version " + std::to_string(version) + ", this program reads version " +
-                  std::to_string(kVersionWithoutNeglect) + " and " + std::to_string(kVersion) +
+  if (version < kVersionWithoutNeglect || version > kVersion)
+    return refuse("plan of version " + std::to_string(version) + ", this program reads versions " +
+                  std::to_string(kVersionWithoutNeglect) + " to " + std::to_string(kVersion) +
                   "; compile the scene again");
   const std::span<const std::byte> content = bytes.subspan(kHeaderSize);
   if (content.size() < length)
@@ -386,7 +399,7 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
     return refuse("damaged plan: the checksum does not agree");
 
   std::optional<Plan> plan(std::in_place);
-  Reader reader(content, version != kVersionWithoutNeglect);
+  Reader reader(content, version);
   reader(*plan);
   if (!reader.is_good()) return refuse("inconsistent plan: " + reader.error());
   if (reader.num_left() > 0)

@@ -152,10 +152,16 @@ void PlanCheck::check_points() {
   require(!plan_.points.empty() && plan_.points.size() <= kMaxItems, "the number of points is out of range");
   std::set<std::int32_t> rows;
   for (const PlanPoint& point : plan_.points) {
-    require(is_positive(point.mass) && are_finite(point.r), "a point has no proper mass or position");
+    require(std::isfinite(point.mass) && point.mass >= 0.0 && are_finite(point.r),
+            "a point has no proper mass or position");
     require(point.row >= -1, "a point has a negative row");
     require(point.row >= 0 || !point.pushable, "a pushable point has no rows");
     if (point.row >= 0) require(rows.insert(point.row).second, "two points share rows");
+  }
+  for (const PlanPoint& part : plan_.particles.all) {
+    require(is_positive(part.mass) && are_finite(part.r), "a particle has no proper mass or position");
+    require(part.row >= 0 && rows.insert(part.row).second && !part.pushable,
+            "a particle has no rows of its own");
   }
   num_blocks_ = rows.size();
   require(rows.empty() || is_index(*rows.rbegin(), rows.size()), "the rows of points are not contiguous");
@@ -211,6 +217,17 @@ void PlanCheck::check_groups() {
             "a property of a group is not finite");
     require(group.torque_rank == 3 || group.torque_rank == 2 || group.torque_rank == 0,
             "the torque rank of a group is not 3, 2 or 0");
+  }
+  const auto& of_groups = plan_.particles.of_groups;
+  require(of_groups.empty() ? plan_.particles.all.empty() : of_groups.size() == plan_.groups.size(),
+          "there is not a list of particles for every group");
+  for (const auto& parts : of_groups) {
+    require(!parts.empty() && are_indices(parts, plan_.points.size() + plan_.particles.all.size()),
+            "a group has no mass, or that of a point that is not there");
+    if (!error_.empty()) return;
+    require(std::all_of(parts.begin(), parts.end(),
+                        [&](std::int32_t part) { return mass_point(plan_, part).row >= 0; }),
+            "a part of a group has no rows");
   }
 }
 

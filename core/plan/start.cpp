@@ -5,7 +5,9 @@
 
 #include "core/plan/arrays.hpp"
 #include "core/rounding.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
+#include "core/structure/particles.hpp"
 
 namespace freeflex {
 namespace {
@@ -27,22 +29,34 @@ GivenAtPoints given_at_points(const Scene& scene) {
   return given;
 }
 
-Eigen::VectorXd weighted(const Scene& scene, Eigen::VectorXd V) {
-  for (std::size_t i = 0; i < scene.points.size(); ++i)
-    V.segment<3>(3 * static_cast<Eigen::Index>(i)) *= scene.points[i].mass;
+// displacements of points as those of the particles that carry their mass: what is given does not turn a body
+Eigen::VectorXd at_particles(const Scene& scene, const Eigen::VectorXd& V) {
+  if (are_point_masses(scene.points)) return V;
+  const std::vector<CarriedMass> carried = carried_masses(scene.points);
+  Eigen::VectorXd all(3 * static_cast<Eigen::Index>(carried.size()));
+  for (std::size_t p = 0; p < carried.size(); ++p)
+    all.segment<3>(3 * static_cast<Eigen::Index>(p)) = V.segment<3>(3 * Eigen::Index{carried[p].point});
+  return all;
+}
+
+Eigen::VectorXd weighted(const Structure& structure, Eigen::VectorXd V) {
+  for (Eigen::Index i = 0; i < structure.particles.mass.size(); ++i)
+    V.segment<3>(3 * i) *= structure.particles.mass[i];
   return V;
 }
 
 // q_l = sum m_i b_il . V_i / M   (THEORY X54)
 Eigen::VectorXd project(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V) {
-  return structure.shapes.transpose() * weighted(scene, V) / structure.mass_properties.mass;
+  return particle_shapes(structure).transpose() * weighted(structure, at_particles(scene, V)) /
+         structure.mass_properties.mass;
 }
 
 void warn_of_rigid_part(const Scene& scene, const Structure& structure, const Eigen::VectorXd& V,
                         const char* what, Faults& faults) {
-  const double given = std::sqrt(V.dot(weighted(scene, V)));
-  const Eigen::VectorXd rest = V - structure.shapes * project(scene, structure, V);
-  const double rigid = std::sqrt(rest.dot(weighted(scene, rest)));
+  const Eigen::VectorXd all = at_particles(scene, V);
+  const double given = std::sqrt(all.dot(weighted(structure, all)));
+  const Eigen::VectorXd rest = all - particle_shapes(structure) * project(scene, structure, V);
+  const double rigid = std::sqrt(rest.dot(weighted(structure, rest)));
   if (rigid > kRigidPart * given)
     add_warning(
         faults, scene.initial.origin,

@@ -3,6 +3,7 @@
 
 #include "core/reference/cartesian.hpp"
 #include "core/reference/rotations.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
 #include "core/structure/decompositions.hpp"
@@ -37,6 +38,7 @@ Inertia inverse_inertia(const Eigen::VectorXd& mass, const Matrix3Xd& d) {
 }
 
 std::string find_refusal(const Scene& scene) {
+  if (!are_point_masses(scene.points)) return "the Cartesian reference holds point masses only";
   for (std::size_t k = 0; k < scene.links.size(); ++k) {
     const Link& link = scene.links[k];
     const std::string who = "link " + called(link, static_cast<int>(k));

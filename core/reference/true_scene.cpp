@@ -9,6 +9,7 @@
 #include "core/reference/cartesian.hpp"
 #include "core/reference/rotations.hpp"
 #include "core/reference/steady_motion.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
 
@@ -231,7 +232,9 @@ MatrixXd damping_matrix(const Scene& scene, const CartesianSystem& system) {
 
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error) {
   error.clear();
-  if (!scene.feedbacks.empty())
+  if (!are_point_masses(scene.points))
+    error = "the Cartesian reference holds point masses only";
+  else if (!scene.feedbacks.empty())
     error = "feedback acts on elastic displacements, which the Cartesian reference has not";
   if (!scene.initial.modes.empty())
     error = "the Cartesian reference has no modes: give the initial elastic state by points";

@@ -1,8 +1,10 @@
 #include "core/scene/check_scene.hpp"
 
+#include <algorithm>
 #include <set>
 
 #include "core/limits.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/checker.hpp"
 #include "core/scene/link_kinds.hpp"
 
@@ -19,9 +21,17 @@ void Checker::check_points() {
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& each = scene.points[i];
     const std::string who = "point " + quoted(each.name, static_cast<int>(i));
-    positive(each.origin, who + ": mass", each.mass, "kg");
+    not_negative(each.origin, who + ": mass", each.mass, "kg");
     finite(each.origin, who + ": position", each.position);
+    finite(each.origin, who + ": offset", each.offset);
+    if (const std::string problem = inertia_problem(each.inertia); !problem.empty())
+      error(each.origin, who + ": " + problem);
+    if (each.mass == 0.0 && has_attitude(each))
+      error(each.origin, who + " has inertia or an offset, and no mass: give the mass that they are of");
   }
+  if (!scene.points.empty() && std::all_of(scene.points.begin(), scene.points.end(),
+                                           [](const PointMass& each) { return each.mass == 0.0; }))
+    error(scene.points.front().origin, "no point has mass; a free structure needs at least one that has");
   check_num_points(scene, true, faults);
 }
 
@@ -32,6 +42,10 @@ void Checker::check_group(const Group& group, int index) {
   for (const int each : group.points)
     if (known_point(group.origin, who, each) && !seen.insert(each).second)
       error(group.origin, who + " names point " + quoted(point(each).name, each) + " twice; name each once");
+  if (!group.points.empty() && std::all_of(group.points.begin(), group.points.end(), [&](int each) {
+        return is_point(each) && point(each).mass == 0.0;
+      }))
+    error(group.origin, who + " has no mass, by which a wrench is spread over points; add one that has");
 }
 
 void Checker::check_damping() {
@@ -149,6 +163,11 @@ void Checker::check_publication() {
       continue;
     }
     const Link& link = scene.links[static_cast<std::size_t>(index)];
+    if (!publishes_forces(scene, link))
+      error(link.origin,
+            join_text("link ", called(link, index),
+                      " is rigid, and beside bodies or massless points forces of rigid links are not "
+                      "published: leave it out of publish: loads"));
     if (has_point_forces(link) && link.points.size() > kMaxForcePoints)
       error(link.origin,
             join_text("link ", called(link, index), " has ", link.points.size(), " points; at most ",

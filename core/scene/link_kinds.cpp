@@ -1,5 +1,7 @@
 #include "core/scene/link_kinds.hpp"
 
+#include "core/scene/bodies.hpp"
+
 namespace freeflex {
 
 std::vector<LinkValue> values_of(const Link& link) {
@@ -61,6 +63,10 @@ bool is_body(const Link& link) {
 
 bool has_point_forces(const Link& link) {
   return is_body(link) || std::holds_alternative<MatrixLink>(link.kind);
+}
+
+bool publishes_forces(const Scene& scene, const Link& link) {
+  return traits_of(link).effect != LinkEffect::kForbids || are_point_masses(scene.points);
 }
 
 }  // namespace freeflex

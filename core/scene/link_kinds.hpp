@@ -96,4 +96,7 @@ bool is_body(const Link& link);
 /// Its forces are those on each of its points, as many as it has.
 bool has_point_forces(const Link& link);
 
+/// False of rigid links beside bodies or massless points, whose forces are not found.
+bool publishes_forces(const Scene& scene, const Link& link);
+
 }  // namespace freeflex

@@ -37,11 +37,14 @@ using Faults = std::vector<Fault>;
 /// True when at least one fault is an error.
 bool has_error(const Faults& faults);
 
-/// A point mass (Alekseev 1970, section 1).
+/// A point mass (Alekseev 1970, section 1), or a body whose centre of mass is the point or beside it, or a
+/// massless point that links hold.
 struct PointMass {
   std::string name;
-  double mass = 0.0;                                   // [kg] > 0
+  double mass = 0.0;                                   // [kg] >= 0
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [m] rest position, scene axes
+  Eigen::Vector3d offset = Eigen::Vector3d::Zero();    // [m] centre of mass from the point, scene axes
+  Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();   // [kg m^2] about the centre of mass, scene axes
   Origin origin;
 };
 

@@ -187,8 +187,8 @@ Array make_group_rows(const Plan& plan) {
   Array rows(6 * plan.groups.size() * n, 0.0);
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
     const PlanGroup& group = plan.groups[k];
-    for (const std::int32_t i : group.points) {
-      const PlanPoint& point = plan.points[index(i)];
+    for (const std::int32_t i : parts_of_group(plan, k)) {
+      const PlanPoint& point = mass_point(plan, i);
       const Vec3 d = sub(point.r, group.centre);
       for (std::size_t a = 0; a < 3; ++a) {
         Vec3 unit{};
@@ -239,8 +239,9 @@ void set_arms(const Plan& plan, const LoadSums& sums, Array& arms) noexcept {
     const PlanGroup& group = plan.groups[k];
     const bool has_force = has_load(sums.group_force_W[k], sums.group_force_B[k]),
                has_torque = has_load(sums.group_torque_W[k], sums.group_torque_B[k]);
-    for (std::size_t each = 0; each < group.points.size() && (has_force || has_torque); ++each) {
-      const PlanPoint& point = plan.points[index(group.points[each])];
+    if (!has_force && !has_torque) continue;
+    for (const std::int32_t part : parts_of_group(plan, k)) {
+      const PlanPoint& point = mass_point(plan, part);
       const double share = point.mass / group.mass;
       if (has_force)
         add_arms(plan, point, {share, 0, 0, 0, share, 0, 0, 0, share}, sums.group_force_W[k],

@@ -43,7 +43,7 @@ struct Propagator {
 
 struct PlanPoint {
   std::string name;
-  double mass = 0.0;      // [kg]
+  double mass = 0.0;      // [kg] 0: links hold it
   Vec3 r{};               // [m] rest position from the centre of mass, body axes
   std::int32_t row = -1;  // block of three rows in Plan::rows; -1: nobody reads or loads the point
   bool pushable = false;
@@ -65,6 +65,13 @@ struct PlanGroup {
   Mat3 inverse_inertia{};        // [1/(kg m^2)] pseudo-inverse for collinear groups
   std::int32_t torque_rank = 3;  // 3; 2 collinear; 0 one point
   Vec3 line{};                   // [-] the axis about which a collinear group takes no torque
+};
+
+/// Where points are more than point masses, what their mass counts as   (THEORY X160). Empty: the points.
+struct PlanParticles {
+  std::vector<PlanPoint> all;  // of bodies, without names
+  // (num_groups) what carries the mass of each group, for mass_point: points, and particles of its bodies
+  std::vector<std::vector<std::int32_t>> of_groups;
 };
 
 /// Forces summed per point and wrenches summed per group, in world and in body axes.
@@ -317,6 +324,7 @@ struct Plan {
   std::vector<PlanPoint> points;
   std::vector<PlanLink> links;
   std::vector<PlanGroup> groups;
+  PlanParticles particles;
   Array rows;         // [-] (3*num_row_blocks x num_padded) unit elastic displacements
   Array eckart_rows;  // (6 x num_padded) sum m b [kg], sum m r x b [kg m]: zero but for rounding
   Array link_rows;    // (num_link_rows x num_padded) forces of links per q, q' or Q
@@ -358,6 +366,15 @@ struct PlanShadow {
   std::int32_t substeps = 1;
   Plan plan;
 };
+
+/// What carries mass: a point, or, from the number of points on, a particle.
+inline const PlanPoint& mass_point(const Plan& plan, std::int32_t part) noexcept {
+  const auto i = static_cast<std::size_t>(part);
+  return i < plan.points.size() ? plan.points[i] : plan.particles.all[i - plan.points.size()];
+}
+inline std::span<const std::int32_t> parts_of_group(const Plan& plan, std::size_t group) noexcept {
+  return plan.particles.of_groups.empty() ? plan.groups[group].points : plan.particles.of_groups[group];
+}
 
 /// True on the rungs where elastic motion acts back on the body.
 inline bool is_coupled(const Plan& plan) noexcept { return traits_of(plan.fidelity).couples; }

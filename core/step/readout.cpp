@@ -78,11 +78,11 @@ GroupPose read_group(const Plan& given, const MotionState& state, int group_inde
   const PlanGroup& group = plan.groups[index(group_index)];
   // mean displacement and mean rotation of the group in body axes, and their rates
   Vec3 shift{}, shift_dot{}, turn{}, turn_dot{};
-  for (const std::int32_t i : group.points) {
-    const PlanPoint& point = plan.points[index(i)];
+  for (const std::int32_t i : parts_of_group(plan, index(group_index))) {
+    const PlanPoint& point = mass_point(plan, i);
     const Vec3 d = sub(point.r, group.centre);
-    const Vec3 V = contract(plan, rows_of(plan, i), state.q);
-    const Vec3 V_dot = contract(plan, rows_of(plan, i), state.q_dot);
+    const Vec3 V = contract(plan, point_rows(plan, point.row), state.q);
+    const Vec3 V_dot = contract(plan, point_rows(plan, point.row), state.q_dot);
     shift = add_scaled(shift, point.mass / group.mass, V);
     shift_dot = add_scaled(shift_dot, point.mass / group.mass, V_dot);
     turn = add_scaled(turn, point.mass, cross(d, V));

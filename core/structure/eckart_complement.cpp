@@ -1,32 +1,17 @@
 #include "core/structure/eckart_complement.hpp"
 
-#include <algorithm>
-#include <numeric>
-
-#include "core/structure/mass_properties.hpp"
+#include <cmath>
+#include <utility>
 
 namespace freeflex {
 
-EckartComplement::EckartComplement(const std::vector<PointMass>& points, const MassProperties& properties,
+EckartComplement::EckartComplement(RootMass root_mass, double mass, const Eigen::MatrixXd& rigid,
                                    const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& mechanisms)
-    : mass_(properties.mass), num_mechanisms_(mechanisms.cols()) {
-  std::vector<int> by_mass(points.size());
-  std::iota(by_mass.begin(), by_mass.end(), 0);
-  std::stable_sort(by_mass.begin(), by_mass.end(), [&](int a, int b) {
-    return points[static_cast<std::size_t>(a)].mass > points[static_cast<std::size_t>(b)].mass;
-  });
-  root_mass_.resize(3 * static_cast<Eigen::Index>(points.size()));
-  for (const int point : by_mass)
-    for (int axis = 0; axis < 3; ++axis) {
-      root_mass_[static_cast<Eigen::Index>(order_.size())] =
-          std::sqrt(points[static_cast<std::size_t>(point)].mass);
-      order_.push_back(3 * point + axis);
-    }
-  add_stage(root_mass_.asDiagonal() * rigid_motions(properties)(order_, Eigen::all));
-  // constraints forbid y along M^-1/2 C^T; blocks without a column have no memory that may be pointed into
-  if (constraints.rows() > 0)
-    add_stage(root_mass_.cwiseInverse().asDiagonal() * constraints(Eigen::all, order_).transpose());
-  if (mechanisms.cols() > 0) add_stage(root_mass_.asDiagonal() * mechanisms(order_, Eigen::all));
+    : root_mass_(std::move(root_mass)), mass_(mass), num_mechanisms_(mechanisms.cols()) {
+  add_stage(root_mass_.weigh(rigid));
+  // constraints forbid y along L^-1 C^T; blocks without a column have no memory that may be pointed into
+  if (constraints.rows() > 0) add_stage(root_mass_.weigh_rows(constraints).transpose());
+  if (mechanisms.cols() > 0) add_stage(root_mass_.weigh(mechanisms));
 }
 
 void EckartComplement::add_stage(Eigen::MatrixXd columns) {
@@ -46,7 +31,7 @@ void EckartComplement::add_stage(Eigen::MatrixXd columns) {
 }
 
 Eigen::MatrixXd EckartComplement::reduce(const Eigen::MatrixXd& rows) const {
-  Eigen::MatrixXd turned = rows(Eigen::all, order_) * root_mass_.cwiseInverse().asDiagonal();
+  Eigen::MatrixXd turned = root_mass_.weigh_rows(rows);
   for (const Stage& stage : stages_) {
     turned.applyOnTheRight(stage.qr.householderQ());
     turned = turned.rightCols(turned.cols() - stage.count).eval();
@@ -55,7 +40,7 @@ Eigen::MatrixXd EckartComplement::reduce(const Eigen::MatrixXd& rows) const {
 }
 
 Eigen::VectorXd EckartComplement::sizes(const Eigen::MatrixXd& rows) const {
-  return (rows(Eigen::all, order_) * root_mass_.cwiseInverse().asDiagonal()).rowwise().norm();
+  return root_mass_.weigh_rows(rows).rowwise().norm();
 }
 
 Eigen::MatrixXd EckartComplement::to_displacements(Eigen::MatrixXd y) const {
@@ -65,9 +50,7 @@ Eigen::MatrixXd EckartComplement::to_displacements(Eigen::MatrixXd y) const {
     lower.applyOnTheLeft(stage->qr.householderQ());
     y.bottomRows(y.rows() - stage->first) = lower;
   }
-  Eigen::MatrixXd displacements(y.rows(), y.cols());
-  displacements(order_, Eigen::all) = std::sqrt(mass_) * (root_mass_.cwiseInverse().asDiagonal() * y);
-  return displacements;
+  return std::sqrt(mass_) * root_mass_.motions(y);
 }
 
 Eigen::MatrixXd EckartComplement::shapes(const Eigen::MatrixXd& coordinates) const {

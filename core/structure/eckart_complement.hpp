@@ -4,36 +4,37 @@
 
 #include <vector>
 
-#include "core/structure/decompositions.hpp"
-#include "core/structure/structure.hpp"
+#include "core/structure/root_mass.hpp"
 
 namespace freeflex {
 
-/// In y = sqrt(m) V the rigid motions, what rigid links forbid and the mechanisms span few columns,
-/// orthogonal to each other; Householder reflectors turn them to the front one after the other, and what is
-/// left, H, is orthonormal to rounding whatever the masses   (THEORY X51). Heavy points come first, which
-/// keeps (2.6) for the light ones.
+/// In y = L^T V (sqrt(m) V of point masses) the rigid motions, what rigid links forbid and the mechanisms
+/// span few columns, orthogonal to each other; Householder reflectors turn them to the front one after the
+/// other, and what is left, H, is orthonormal to rounding whatever the masses   (THEORY X51). Heavy points
+/// come first, which keeps (2.6) for the light ones. n freedoms: 3N displacements of point masses.
 class EckartComplement {
  public:
-  /// \param constraints  [-] (num x 3N) LinkFactor::constraints, independent rows
-  /// \param mechanisms   [-] (3N x count) Mechanisms::motions
-  EckartComplement(const std::vector<PointMass>& points, const MassProperties& properties,
+  /// \param mass         [kg] of the whole
+  /// \param rigid        (n x 3..6) rigid motions
+  /// \param constraints  [-] (num x n) LinkFactor::constraints, independent rows
+  /// \param mechanisms   (n x count) motions that strain nothing
+  EckartComplement(RootMass root_mass, double mass, const Eigen::MatrixXd& rigid,
                    const Eigen::MatrixXd& constraints, const Eigen::MatrixXd& mechanisms);
 
-  /// Number of columns of H, 3N - rigid freedoms - constraints - mechanisms   (THEORY X51).
+  /// Number of columns of H, n - rigid freedoms - constraints - mechanisms   (THEORY X51).
   Eigen::Index dimension() const { return root_mass_.size() - num_before_; }
 
-  /// A M^-1/2 H   (THEORY X52) [rows' unit / sqrt(kg)] (num_rows x dimension)
+  /// A L^-T H   (THEORY X52) [rows' unit / sqrt(kg)] (num_rows x dimension)
   Eigen::MatrixXd reduce(const Eigen::MatrixXd& rows) const;
   /// Norms of the same rows before anything is taken out of them: what their rounding goes with.
   Eigen::VectorXd sizes(const Eigen::MatrixXd& rows) const;
 
   /// Unit elastic displacements b of vectors of H coordinates, sum m b.b = M for unit vectors   (THEORY 3.3).
   /// \param coordinates  [-] (dimension x count)
-  /// \return             [-] (3N x count)
+  /// \return             [-] (n x count)
   Eigen::MatrixXd shapes(const Eigen::MatrixXd& coordinates) const;
 
-  /// Mechanisms as unit elastic displacements, orthonormal in the mass metric   (THEORY 3.3, X50) [-] (3N x
+  /// Mechanisms as unit elastic displacements, orthonormal in the mass metric   (THEORY 3.3, X50) [-] (n x
   /// count).
   Eigen::MatrixXd mechanism_shapes() const;
 
@@ -47,9 +48,8 @@ class EckartComplement {
   void add_stage(Eigen::MatrixXd columns);
   Eigen::MatrixXd to_displacements(Eigen::MatrixXd y) const;
 
-  double mass_;                // [kg] of all points
-  std::vector<int> order_;     // freedoms by descending mass
-  Eigen::VectorXd root_mass_;  // [sqrt(kg)] (3N) in that order
+  RootMass root_mass_;
+  double mass_;  // [kg] of the whole
   std::vector<Stage> stages_;
   Eigen::Index num_before_ = 0;  // columns of all stages
   Eigen::Index num_mechanisms_;

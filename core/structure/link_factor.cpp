@@ -7,12 +7,12 @@
 #include <set>
 
 #include "core/rounding.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
-#include "core/structure/graded_svd.hpp"
+#include "core/structure/null_space.hpp"
 
 namespace freeflex {
-namespace {
 
 Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns, bool unit) {
   Eigen::MatrixXd dense = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), num_columns);
@@ -22,6 +22,14 @@ Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns
           coefficient * (unit ? rows[i].unit_scale : rows[i].root_stiffness);
   return dense;
 }
+
+int hub_of(const Scene& scene, const Link& link) {
+  for (const int point : link.points)
+    if (has_attitude(scene.points[static_cast<std::size_t>(point)])) return point;
+  return -1;
+}
+
+namespace {
 
 DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms& freedoms,
                              MatrixLimits& limits, Faults& faults) {
@@ -144,23 +152,25 @@ void name_redundant(const Scene& scene, const Eigen::ColPivHouseholderQR<Eigen::
 }
 
 // what rigid links forbid, less what others forbid already; the rest is named
-void set_constraints(const Scene& scene, double rounding, LinkFactor& factor, Faults& faults) {
+void set_constraints(const Scene& scene, const Freedoms& freedoms, double rounding, LinkFactor& factor,
+                     Faults& faults) {
   DeformationRows all;
   std::vector<int> link_of;
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     if (traits_of(scene.links[i]).effect != LinkEffect::kForbids) continue;
-    const DeformationRows rows = rigid_rows(scene, scene.links[i]);
+    const DeformationRows rows = rigid_rows(scene, scene.links[i], freedoms);
     all.insert(all.end(), rows.begin(), rows.end());
     link_of.insert(link_of.end(), rows.size(), static_cast<int>(i));
   }
-  const auto num_displacements = 3 * static_cast<Eigen::Index>(scene.points.size());
-  factor.constraints.resize(0, num_displacements);
+  const Eigen::Index num_columns =
+      are_point_masses(scene.points) ? freedoms.num_displacements() : freedoms.num_all();
+  factor.constraints.resize(0, num_columns);
   if (all.empty()) return;
   for (DeformationRow& row : all) row.unit_scale = 1.0;
-  Eigen::MatrixXd rows = dense_rows(all, num_displacements, true);
+  Eigen::MatrixXd rows = dense_rows(all, num_columns, true);
   rows.rowwise().normalize();
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.transpose());
-  qr.setThreshold(4.0 * static_cast<double>(num_displacements) * rounding);
+  qr.setThreshold(4.0 * static_cast<double>(num_columns) * rounding);
   const Eigen::Index rank = qr.rank();
   std::vector<int> kept;
   for (Eigen::Index k = 0; k < rank; ++k) kept.push_back(static_cast<int>(qr.colsPermutation().indices()[k]));
@@ -168,43 +178,6 @@ void set_constraints(const Scene& scene, double rounding, LinkFactor& factor, Fa
   std::sort(kept.begin(), kept.end());
   factor.constraints = rows(kept, Eigen::all);
   for (const int row : kept) factor.constraint_link.push_back(link_of[static_cast<std::size_t>(row)]);
-}
-
-struct Condensed {
-  Eigen::MatrixXd rows;      // (num_rows - rank x 3N)
-  Eigen::MatrixXd recovery;  // (num_rotations x 3N), empty unless asked for
-  Eigen::Index rank = 0;
-};
-
-// X47: O^T A_theta = [Z; 0]; the rows of O^T A_V below the rank of A_theta are those of the condensed A, and
-// theta = -Z^+ (O^T A_V) V. known_rank < 0: found here, from columns scaled to one.
-Condensed condense(Eigen::MatrixXd rows, Eigen::Index num_displacements, Eigen::Index known_rank,
-                   bool with_recovery) {
-  sort_rows(rows);
-  const Eigen::Index num_rotations = rows.cols() - num_displacements;
-  Eigen::MatrixXd rotation_columns = rows.rightCols(num_rotations);
-  // a rotation that no row acts on, for a body holds it, has no size
-  const Eigen::RowVectorXd scale =
-      rotation_columns.colwise().norm().unaryExpr([](double norm) { return norm > 0.0 ? 1.0 / norm : 0.0; });
-  rotation_columns *= scale.asDiagonal();
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rotation_columns);
-  // pivots of free rotations are some roundings of one; those of a chain of n beams fall like 1/n
-  qr.setThreshold(8.0 * static_cast<double>(rows.rows()) * kEpsilon);
-  Condensed condensed;
-  condensed.rank = known_rank < 0 ? qr.rank() : known_rank;
-  Eigen::MatrixXd turned = rows.leftCols(num_displacements);
-  turned.applyOnTheLeft(qr.householderQ().adjoint());
-  condensed.rows = turned.bottomRows(rows.rows() - condensed.rank);
-  if (with_recovery) {
-    // rotations that nothing determines stay zero
-    Eigen::MatrixXd solution = Eigen::MatrixXd::Zero(num_rotations, num_displacements);
-    solution.topRows(condensed.rank) = -qr.matrixR()
-                                            .topLeftCorner(condensed.rank, condensed.rank)
-                                            .triangularView<Eigen::Upper>()
-                                            .solve(turned.topRows(condensed.rank));
-    condensed.recovery = scale.asDiagonal() * (qr.colsPermutation() * solution);
-  }
-  return condensed;
 }
 
 Eigen::MatrixXd stack(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& lower) {
@@ -235,6 +208,8 @@ Eigen::MatrixXd damping_rows(const Scene& scene, const LinkFactor& factor) {
 Freedoms::Freedoms(const Scene& scene) : num_displacements_(3 * static_cast<int>(scene.points.size())) {
   for (const Link& link : scene.links)
     if (traits_of(link).turns_joints) joints_.insert(joints_.end(), link.points.begin(), link.points.end());
+  for (std::size_t point = 0; point < scene.points.size(); ++point)
+    if (has_attitude(scene.points[point])) joints_.push_back(static_cast<int>(point));
   std::sort(joints_.begin(), joints_.end());
   joints_.erase(std::unique(joints_.begin(), joints_.end()), joints_.end());
   add_releases(scene);
@@ -261,7 +236,7 @@ void Freedoms::add_bodies(const Scene& scene) {
   std::vector<int> on_line;
   for (int i = 0; i < static_cast<int>(scene.links.size()); ++i) {
     const Link& link = scene.links[static_cast<std::size_t>(i)];
-    if (!is_body(link)) continue;
+    if (!is_body(link) || hub_of(scene, link) >= 0) continue;
     if (!line_of(scene, link.points).isZero(0.0))
       on_line.push_back(i);
     else
@@ -333,9 +308,13 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
       factor.natural.push_back(std::move(row));
     }
   }
-  set_constraints(scene, direction_rounding(scene), factor, faults);
+  set_constraints(scene, freedoms, direction_rounding(scene), factor, faults);
   factor.damping_rows = damping_rows(scene, factor);
   const Eigen::Index num_displacements = freedoms.num_displacements();
+  if (!are_point_masses(scene.points)) {  // what has no mass is condensed with the modes (X162)
+    factor.rows.resize(0, num_displacements);
+    return factor;
+  }
   factor.rows = dense_rows(direct, num_displacements, false);
   factor.unit_rows = dense_rows(direct, num_displacements, true);
   if (with_rotations.empty()) return factor;
@@ -363,6 +342,22 @@ Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link) {
       else
         forces.row(k) += coefficient * factor.recovery.row(freedom - num_displacements);
     }
+    forces.row(k) *= row.root_stiffness * row.root_stiffness;
+  }
+  return forces;
+}
+
+Eigen::MatrixXd natural_forces(const LinkFactor& factor, const Structure& structure, int link) {
+  if (structure.turns.rows() == 0) return natural_forces(factor, link) * structure.shapes;
+  const RowRange range = factor.natural_of[static_cast<std::size_t>(link)];
+  const Eigen::Index num_displacements = structure.shapes.rows();
+  Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(range.count, structure.shapes.cols());
+  for (int k = 0; k < range.count; ++k) {
+    const DeformationRow& row = natural_row(factor, range, k);
+    for (const auto& [freedom, coefficient] : row.coefficients)
+      forces.row(k) +=
+          coefficient * (freedom < num_displacements ? structure.shapes.row(freedom)
+                                                     : structure.turns.row(freedom - num_displacements));
     forces.row(k) *= row.root_stiffness * row.root_stiffness;
   }
   return forces;

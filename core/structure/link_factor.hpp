@@ -24,9 +24,16 @@ using DeformationRows = std::vector<DeformationRow>;
 /// Adds scale * direction . u of the three freedoms that start at first.
 void add_vector(DeformationRow& row, int first, double scale, const Eigen::Vector3d& direction);
 
+/// Rows as a matrix, with stiffnesses or, unit rows, without   (num_rows x num_columns).
+Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns, bool unit);
+
+/// The first of a rigid link's points that has an attitude, with which the others turn; -1 without one
+/// (THEORY X161).
+int hub_of(const Scene& scene, const Link& link);
+
 /// Numbers of the freedoms that rows act on: 3 * point + axis, then three rotations for each joint, then one
 /// for each released rotation of a beam end, then one for each rigid body on a line that turns a joint. A
-/// joint is a point that beams or plates meet at.
+/// joint is a point that beams or plates meet at, or one that has an attitude.
 class Freedoms {
  public:
   explicit Freedoms(const Scene& scene);
@@ -46,7 +53,7 @@ class Freedoms {
   }
 
   /// The rigid body, a link, that what is joined to a point turns with: of several the first named that is
-  /// not on a line, else the first; -1 without one   (THEORY X64).
+  /// not on a line, else the first; -1 without one, and where a hub turns them   (THEORY X64).
   int body_of(int point) const;
   /// The rotation of a rigid body on a line about that line, which its points do not tell; -1 for all other
   /// links and where the body turns no joint   (THEORY X64).
@@ -124,8 +131,9 @@ DeformationRows matrix_rows(const Scene& scene, const Link& link, int link_index
 Eigen::MatrixXd rigid_basis(const Scene& scene, const std::vector<int>& points);
 
 /// Displacements that a rigid link or body forbids, unit rows: u . (V_2 - V_1) for two points, 3 N_link - 6
-/// for a body (3 N_link - 5 on a line), all that is orthogonal to its rigid motions   (THEORY X64).
-DeformationRows rigid_rows(const Scene& scene, const Link& link);
+/// for a body (3 N_link - 5 on a line), all that is orthogonal to its rigid motions   (THEORY X64). With a
+/// hub V_k - V_hub - theta_hub x d_k, and theta_k - theta_hub of other joints   (THEORY X161).
+DeformationRows rigid_rows(const Scene& scene, const Link& link, const Freedoms& freedoms);
 
 /// Unit vector along the line that points stand on, to 64 roundings of their coordinates; zero where they do
 /// not   (THEORY X42, X64).
@@ -154,7 +162,8 @@ struct LinkFactor {
   int num_freedoms = 0;              // displacements and rotations
   Eigen::MatrixXd recovery;  // [1/m] (num_rotations x 3N) rotations = recovery V; empty unless asked for
   // rigid links: what they forbid, and what they forbid once only
-  Eigen::MatrixXd constraints;       // C, [-] (num_constraints x 3N) C V = 0, independent rows
+  // C, [-] (num_constraints x 3N, of scenes with bodies x num_freedoms) C V = 0, independent rows
+  Eigen::MatrixXd constraints;
   std::vector<int> constraint_link;  // (num_constraints) index into Scene::links
   Eigen::MatrixXd
       damping_rows;  // [sqrt(N s/m)] (num x 3N) A_d, of dashpots and viscous links: force A_d^T A_d V'
@@ -175,6 +184,13 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults);
 
 /// Natural forces s = D e of a link per displacement V   [N/m] (count x 3N)   (THEORY X49).
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link);
+/// The same per elastic coordinate (count x n).  \pre structure.shapes, and turns of a scene with bodies
+Eigen::MatrixXd natural_forces(const LinkFactor& factor, const Structure& structure, int link);
+
+/// Puts in the rotations of joints on rigid bodies, which turn with the points of those   (THEORY X64).
+/// \param shapes  (3N x n) displacements  \param turns  (num_rotations x n)
+void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eigen::MatrixXd& shapes,
+                      Eigen::MatrixXd& turns);
 
 /// Structure::local_rotations: of the joint at a point, of the rigid body it belongs to, or the mean rotation
 /// of it and its neighbours   (THEORY X73).  \pre structure.shapes

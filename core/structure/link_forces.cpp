@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/scene/bodies.hpp"
 #include "core/structure/decompositions.hpp"
 #include "core/structure/link_factor.hpp"
 
@@ -39,10 +40,11 @@ Eigen::MatrixXd point_forces(const LinkFactor& factor, const Link& link, RowRang
   return on_points;
 }
 
-// published forces of an elastic link per displacement V   (THEORY X48, X49, X62)
-Eigen::MatrixXd elastic_forces(const Scene& scene, const LinkFactor& factor, int index) {
+// published forces of an elastic link from its natural ones, per displacement V or elastic coordinate
+// (THEORY X48, X49, X62)
+Eigen::MatrixXd elastic_forces(const Scene& scene, const LinkFactor& factor, int index,
+                               const Eigen::MatrixXd& natural) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
-  Eigen::MatrixXd natural = natural_forces(factor, index);
   using Matrix = Eigen::MatrixXd;
   return std::visit(
       LinkCases{
@@ -129,7 +131,10 @@ void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& st
       if (factor.damping_rows.rows() > 0)
         force.rate_rows = -per_multiplier * ((factor.damping_rows * g).transpose() * structure.damping_rows);
     } else {
-      force.rows = elastic_forces(scene, factor, index) * b;
+      force.rows =
+          are_point_masses(scene.points)
+              ? Eigen::MatrixXd(elastic_forces(scene, factor, index, natural_forces(factor, index)) * b)
+              : elastic_forces(scene, factor, index, natural_forces(factor, structure, index));
       if (link.viscous > 0.0) force.rate_rows = link.viscous * force.rows;
     }
     // Rayleigh's stiffness part is a dashpot beside every spring: forces of stiffness and what rigid links

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "core/scene/bodies.hpp"
 #include "core/structure/decompositions.hpp"
 #include "core/structure/link_factor.hpp"
 
@@ -53,6 +54,29 @@ Eigen::MatrixXd rotation_at(const Scene& scene, const LinkFactor& factor, const 
   const int about_line = freedoms.about_line(body);
   if (about_line >= 0) return rotation + line * factor.recovery.row(about_line - num_displacements);
   return rotation + line * (line.transpose() * rotation_of_neighbours(scene, point));
+}
+
+// the same in the modes of a structure with bodies (3 x n)
+Eigen::MatrixXd rotation_of(const Scene& scene, const Freedoms& freedoms, const Structure& structure,
+                            int point) {
+  const Eigen::Index num_displacements = freedoms.num_displacements();
+  const auto of_joint = [&](int joint) -> Eigen::MatrixXd {
+    return structure.turns.middleRows<3>(freedoms.rotation(joint) - num_displacements);
+  };
+  if (freedoms.has_joint(point)) return of_joint(point);
+  for (const Link& link : scene.links)
+    if (std::holds_alternative<Rigid>(link.kind) && names(link, point))
+      if (const int hub = hub_of(scene, link); hub >= 0) return of_joint(hub);
+  const int body = freedoms.body_of(point);
+  if (body < 0) return rotation_of_neighbours(scene, point) * structure.shapes;
+  std::vector<int> points = scene.links[static_cast<std::size_t>(body)].points;
+  std::sort(points.begin(), points.end());
+  const Eigen::MatrixXd rotation = over_all(scene, points, body_rotation(scene, points)) * structure.shapes;
+  const Eigen::Vector3d line = line_of(scene, points);
+  if (line.isZero(0.0)) return rotation;
+  const int about_line = freedoms.about_line(body);
+  if (about_line >= 0) return rotation + line * structure.turns.row(about_line - num_displacements);
+  return rotation + line * (line.transpose() * rotation_of_neighbours(scene, point) * structure.shapes);
 }
 
 }  // namespace
@@ -107,6 +131,23 @@ Eigen::MatrixXd body_rotation(const Scene& scene, const std::vector<int>& points
   return mean_rotation(scene, points, line_of(scene, points).isZero(0.0) ? 0.0 : 0.5);
 }
 
+void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eigen::MatrixXd& shapes,
+                      Eigen::MatrixXd& turns) {
+  for (int point = 0; point < static_cast<int>(scene.points.size()); ++point) {
+    const int body = freedoms.body_of(point);
+    if (body < 0 || !freedoms.has_joint(point)) continue;
+    const std::vector<int>& points = scene.links[static_cast<std::size_t>(body)].points;
+    const Eigen::MatrixXd share = body_rotation(scene, points);
+    Eigen::MatrixXd turn = Eigen::MatrixXd::Zero(3, shapes.cols());
+    for (std::size_t k = 0; k < points.size(); ++k)
+      turn += share.middleCols<3>(3 * static_cast<Eigen::Index>(k)) *
+              shapes.middleRows<3>(3 * Eigen::Index{points[k]});
+    if (const int about = freedoms.about_line(body); about >= 0)
+      turn += line_of(scene, points) * turns.row(about - freedoms.num_displacements());
+    turns.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements()) = turn;
+  }
+}
+
 Eigen::MatrixXd local_rotations(const Scene& scene, const LinkFactor& factor, const Structure& structure) {
   const Freedoms freedoms(scene);
   std::set<int> wanted;
@@ -117,7 +158,9 @@ Eigen::MatrixXd local_rotations(const Scene& scene, const LinkFactor& factor, co
   Eigen::MatrixXd rotations = Eigen::MatrixXd::Zero(structure.shapes.rows(), structure.shapes.cols());
   for (const int point : wanted)
     rotations.middleRows<3>(3 * Eigen::Index{point}) =
-        rotation_at(scene, factor, freedoms, point) * structure.shapes;
+        are_point_masses(scene.points)
+            ? Eigen::MatrixXd(rotation_at(scene, factor, freedoms, point) * structure.shapes)
+            : rotation_of(scene, freedoms, structure, point);
   return rotations;
 }
 

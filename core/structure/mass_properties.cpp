@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "core/rounding.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
 
@@ -20,7 +21,8 @@ void find_centre(const std::vector<PointMass>& points, MassProperties& propertie
   Eigen::VectorXd mass(num_points);
   for (Eigen::Index i = 0; i < num_points; ++i) {
     mass[i] = points[static_cast<std::size_t>(i)].mass;
-    properties.r.col(i) = points[static_cast<std::size_t>(i)].position;
+    properties.r.col(i) =
+        points[static_cast<std::size_t>(i)].position + points[static_cast<std::size_t>(i)].offset;
   }
   properties.mass = mass.sum();
   // sum m r = 0 (2.4); sums start from the first point: a scene far from its origin keeps its digits
@@ -31,6 +33,33 @@ void find_centre(const std::vector<PointMass>& points, MassProperties& propertie
   const Eigen::Vector3d correction = properties.r * mass / properties.mass;
   properties.r.colwise() -= correction;
   properties.p_SB = first + offset + correction;
+  properties.centres = properties.r;
+  for (Eigen::Index i = 0; i < num_points; ++i)
+    properties.r.col(i) -= points[static_cast<std::size_t>(i)].offset;
+}
+
+// X160: columns whose outer products sum to the second moment of a body about its own centre
+Eigen::Matrix3d root_second_moment(const PointMass& point) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(second_moment(point));
+  return eigen.eigenvectors() * eigen.eigenvalues().cwiseMax(0.0).cwiseSqrt().asDiagonal();
+}
+
+// what has extent: the points, or, where they are more than point masses, the centres of what has mass and
+// the radii of gyration about them (a column to either side counts as one)
+Eigen::Matrix3Xd places_of_mass(const std::vector<PointMass>& points, const MassProperties& properties) {
+  if (are_point_masses(points)) return properties.r;
+  Eigen::Matrix3Xd places(3, 4 * properties.r.cols());
+  Eigen::Index count = 0;
+  for (Eigen::Index i = 0; i < properties.r.cols(); ++i) {
+    const PointMass& point = points[static_cast<std::size_t>(i)];
+    if (point.mass == 0.0) continue;
+    places.col(count++) = properties.centres.col(i);
+    if (point.inertia.isZero(0.0)) continue;
+    places.middleCols<3>(count) = root_second_moment(point) / std::sqrt(point.mass);
+    places.middleCols<3>(count).colwise() += Eigen::Vector3d(properties.centres.col(i));
+    count += 3;
+  }
+  return places.leftCols(count);
 }
 
 // X40, X41: principal moments from the singular values s of sqrt(m) r, I_1 = s_2^2 + s_3^2 and so
@@ -38,9 +67,18 @@ void find_centre(const std::vector<PointMass>& points, MassProperties& propertie
 // shapes.
 void find_inertia(const std::vector<PointMass>& points, MassProperties& properties) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
-  Eigen::Matrix3Xd weighted = Eigen::Matrix3Xd::Zero(3, std::max<Eigen::Index>(3, num_points));
-  for (Eigen::Index i = 0; i < num_points; ++i)
-    weighted.col(i) = std::sqrt(points[static_cast<std::size_t>(i)].mass) * properties.r.col(i);
+  const auto has_inertia = [](const PointMass& point) { return !point.inertia.isZero(0.0); };
+  const Eigen::Index num_turning = std::count_if(points.begin(), points.end(), has_inertia);
+  Eigen::Matrix3Xd weighted =
+      Eigen::Matrix3Xd::Zero(3, std::max<Eigen::Index>(3, num_points + 3 * num_turning));
+  Eigen::Index next = num_points;
+  for (Eigen::Index i = 0; i < num_points; ++i) {
+    const PointMass& point = points[static_cast<std::size_t>(i)];
+    weighted.col(i) = std::sqrt(point.mass) * properties.centres.col(i);
+    if (!has_inertia(point)) continue;
+    weighted.middleCols<3>(next) = root_second_moment(point);
+    next += 3;
+  }
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(weighted, Eigen::ComputeThinU);
   const Eigen::Array3d square = svd.singularValues().array().square();
   properties.principal << square[1] + square[2], square[0] + square[2], square[0] + square[1];
@@ -57,12 +95,13 @@ MassProperties find_mass_properties(const std::vector<PointMass>& points, Faults
   find_centre(points, properties);
   find_inertia(points, properties);
   properties.line.setZero();
-  if (points.size() == 1) {
+  const Eigen::Matrix3Xd places = places_of_mass(points, properties);
+  if (places.cols() == 1) {
     properties.rigid_freedoms = 3;
     properties.principal_axes.setIdentity();
     return properties;
   }
-  const double length = std::sqrt(properties.r.colwise().squaredNorm().maxCoeff());
+  const double length = std::sqrt(places.colwise().squaredNorm().maxCoeff());
   double largest_coordinate = 0.0;
   for (const PointMass& point : points)
     largest_coordinate = std::max(largest_coordinate, point.position.cwiseAbs().maxCoeff());
@@ -75,11 +114,11 @@ MassProperties find_mass_properties(const std::vector<PointMass>& points, Faults
   }
   // X42: distance of the farthest point from the best line. Unweighted, so that light points count as heavy
   // ones do.
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(properties.r, Eigen::ComputeThinU);
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(places, Eigen::ComputeThinU);
   const Eigen::Vector3d line = svd.matrixU().col(0);
-  const Eigen::Matrix3Xd across = properties.r - line * (line.transpose() * properties.r);
+  const Eigen::Matrix3Xd across = places - line * (line.transpose() * places);
   const double width = std::sqrt(across.colwise().squaredNorm().maxCoeff());
-  if (points.size() == 2 || width <= kCollinearRoundings * kEpsilon * std::max(length, largest_coordinate)) {
+  if (places.cols() == 2 || width <= kCollinearRoundings * kEpsilon * std::max(length, largest_coordinate)) {
     properties.rigid_freedoms = 5;
     properties.line = line;
     properties.principal[0] = 0.0;

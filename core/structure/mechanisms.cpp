@@ -7,7 +7,7 @@
 #include <numeric>
 
 #include "core/structure/decompositions.hpp"
-#include "core/structure/mass_properties.hpp"
+#include "core/structure/null_space.hpp"
 
 namespace freeflex {
 namespace {
@@ -21,22 +21,6 @@ Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns) {
   Eigen::MatrixXd basis = Eigen::MatrixXd::Identity(columns.rows(), columns.cols());
   basis.applyOnTheLeft(qr.householderQ());
   return basis;
-}
-
-// Null space (columns) of the rows, by rank-revealing QR: [R11 R12] P^T = 0 gives P [-R11^-1 R12; 1].
-Eigen::MatrixXd null_space(const Eigen::MatrixXd& rows, double threshold) {
-  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows);
-  qr.setThreshold(threshold);
-  const Eigen::Index rank = qr.rank();
-  const Eigen::Index nullity = rows.cols() - rank;
-  Eigen::MatrixXd basis(rows.cols(), nullity);
-  if (nullity == 0) return basis;
-  basis.topRows(rank) = -qr.matrixR()
-                             .topLeftCorner(rank, rank)
-                             .triangularView<Eigen::Upper>()
-                             .solve(qr.matrixR().topRightCorner(rank, nullity));
-  basis.bottomRows(nullity).setIdentity();
-  return qr.colsPermutation() * basis;
 }
 
 // rows of x, y and z of the points
@@ -132,9 +116,9 @@ std::vector<int> moved_points(const Eigen::VectorXd& motion) {
 
 }  // namespace
 
-Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const MassProperties& properties,
-                           double rounding) {
-  const Eigen::MatrixXd rigid = orthonormal(rigid_motions(properties));
+Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid_motions,
+                           const Places& places, double rounding) {
+  const Eigen::MatrixXd rigid = orthonormal(rigid_motions);
   Mechanisms mechanisms;
   mechanisms.motions.resize(unit_rows.cols(), 0);
   if (has_full_rank(unit_rows, rigid)) return mechanisms;
@@ -142,16 +126,25 @@ Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const MassPropertie
   Eigen::MatrixXd all_rows(unit_rows.rows() + rigid.cols(), unit_rows.cols());
   all_rows << unit_rows, rigid.transpose();
   const double threshold = 4.0 * static_cast<double>(all_rows.cols()) * rounding;
-  const Eigen::MatrixXd null = null_space(all_rows, threshold);
+  const Eigen::MatrixXd null = null_space(all_rows, threshold).basis;
   if (null.cols() == 0) return mechanisms;
 
   // less rigid motion, so that the core rests as far as it can
+  const auto at_places = [&](const Eigen::MatrixXd& motions) -> Eigen::MatrixXd {
+    return places.rows.size() > 0 ? Eigen::MatrixXd(places.rows * motions) : motions;
+  };
   const Eigen::MatrixXd motions = orthonormal(null);
-  const std::vector<int> core = find_core(motions, rigid, properties.r);
-  mechanisms.motions = localise(motions - rigid * rigid_part(motions, rigid, core));
+  const Eigen::MatrixXd moved = at_places(motions), carried = at_places(rigid);
+  const std::vector<int> core = find_core(moved, carried, places.r);
+  mechanisms.motions = localise(motions - rigid * rigid_part(moved, carried, core));
   for (Eigen::Index k = 0; k < mechanisms.motions.cols(); ++k) {
     mechanisms.motions.col(k) /= mechanisms.motions.col(k).cwiseAbs().maxCoeff();
-    mechanisms.names.push_back({moved_points(mechanisms.motions.col(k))});
+    std::vector<int> points;
+    for (const int place : moved_points(at_places(mechanisms.motions.col(k)))) {
+      const int point = places.point_of.empty() ? place : places.point_of[static_cast<std::size_t>(place)];
+      if (std::find(points.begin(), points.end(), point) == points.end()) points.push_back(point);
+    }
+    mechanisms.names.push_back({std::move(points)});
   }
   return mechanisms;
 }

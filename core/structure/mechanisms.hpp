@@ -5,17 +5,25 @@
 
 namespace freeflex {
 
-/// The mechanisms of a structure as displacements, each freed of rigid motion that would only blur which
+/// The mechanisms of a structure over its n freedoms, each freed of rigid motion that would only blur which
 /// points move.
 struct Mechanisms {
-  Eigen::MatrixXd motions;  // [-] (3N x count) largest component 1
+  Eigen::MatrixXd motions;  // [-] (n x count) largest component 1
   std::vector<Mechanism> names;
 };
 
+/// Places whose displacements tell which points a motion moves.
+struct Places {
+  Eigen::Matrix3Xd r;         // [m] (3 x P) from the centre of mass
+  Eigen::MatrixXd rows;       // [-] (3P x n) displacements per motion; empty: motions are displacements
+  std::vector<int> point_of;  // (P) point that a place belongs to; empty: in order
+};
+
 /// Null space of the unit rows besides rigid motion   (THEORY X50). Stiffnesses and masses take no part, so
-/// no small frequency is ever taken for zero. \param unit_rows  [-] (num_rows x 3N) LinkFactor::unit_rows
+/// no small frequency is ever taken for zero. \param unit_rows  [-] (num_rows x n) LinkFactor::unit_rows
+/// \param rigid      [-] (n x 3..6) rigid motions
 /// \param rounding   [-] relative error of the directions in unit_rows
-Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const MassProperties& properties,
-                           double rounding);
+Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid,
+                           const Places& places, double rounding);
 
 }  // namespace freeflex

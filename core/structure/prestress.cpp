@@ -47,21 +47,10 @@ class LocalShapes {
   LocalShapes(const Scene& scene, const Freedoms& freedoms, const LinkFactor& factor,
               const Structure& structure)
       : scene_(scene), freedoms_(freedoms), shapes_(structure.shapes) {
-    if (factor.recovery.rows() > 0) turns_ = factor.recovery * shapes_;
-    // a joint on a rigid body turns with it   (X64)
-    for (int point = 0; point < static_cast<int>(scene.points.size()); ++point) {
-      const int body = freedoms.body_of(point);
-      if (body < 0 || !freedoms.has_joint(point)) continue;
-      const std::vector<int>& points = scene.links[static_cast<std::size_t>(body)].points;
-      const Eigen::MatrixXd share = body_rotation(scene, points);
-      Eigen::MatrixXd turn = Eigen::MatrixXd::Zero(3, shapes_.cols());
-      for (std::size_t k = 0; k < points.size(); ++k)
-        turn += share.middleCols<3>(3 * static_cast<Eigen::Index>(k)) *
-                shapes_.middleRows<3>(3 * Eigen::Index{points[k]});
-      if (const int about = freedoms.about_line(body); about >= 0)
-        turn += line_of(scene, points) * turns_.row(about - freedoms.num_displacements());
-      turns_.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements()) = turn;
-    }
+    if (structure.turns.rows() > 0) turns_ = structure.turns;
+    if (factor.recovery.rows() == 0) return;
+    turns_ = factor.recovery * shapes_;
+    turn_with_bodies(scene, freedoms, shapes_, turns_);
   }
 
   // freedoms of rows, those of rigid bodies put in already

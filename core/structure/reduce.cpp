@@ -25,6 +25,8 @@ Structure reduce(const Structure& structure, const std::vector<int>& modes) {
   few.shapes = columns(structure.shapes, modes);
   few.damping_rows = columns(structure.damping_rows, modes);
   few.local_rotations = columns(structure.local_rotations, modes);
+  few.turns = columns(structure.turns, modes);
+  few.particles.shapes = columns(structure.particles.shapes, modes);
   for (LinkForceRows& force : few.link_forces) {
     force.rows = columns(force.rows, modes);
     force.rate_rows = columns(force.rate_rows, modes);

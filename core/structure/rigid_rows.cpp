@@ -1,11 +1,43 @@
 // Rigid links and rigid bodies: what they forbid, and which of it is forbidden twice   (X64).
 
+#include <Eigen/Geometry>
+#include <utility>
+
 #include "core/structure/decompositions.hpp"
 #include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 
-DeformationRows rigid_rows(const Scene& scene, const Link& link) {
+namespace {
+
+// X161: what turns with a hub
+DeformationRows hub_rows(const Scene& scene, const Link& link, int hub, const Freedoms& freedoms) {
+  const auto place = [&](int point) { return scene.points[static_cast<std::size_t>(point)].position; };
+  DeformationRows rows;
+  for (const int point : link.points) {
+    if (point == hub) continue;
+    const Eigen::Vector3d d = place(point) - place(hub);
+    for (int axis = 0; axis < 3; ++axis) {
+      DeformationRow row;
+      row.coefficients = {{3 * point + axis, 1.0}, {3 * hub + axis, -1.0}};
+      // -(theta x d) . e = -theta . (d x e)
+      add_vector(row, freedoms.rotation(hub), -1.0, d.cross(Eigen::Vector3d::Unit(axis)));
+      rows.push_back(std::move(row));
+    }
+    if (!freedoms.has_joint(point)) continue;
+    for (int axis = 0; axis < 3; ++axis) {
+      DeformationRow row;
+      row.coefficients = {{freedoms.rotation(point) + axis, 1.0}, {freedoms.rotation(hub) + axis, -1.0}};
+      rows.push_back(std::move(row));
+    }
+  }
+  return rows;
+}
+
+}  // namespace
+
+DeformationRows rigid_rows(const Scene& scene, const Link& link, const Freedoms& freedoms) {
+  if (const int hub = hub_of(scene, link); hub >= 0) return hub_rows(scene, link, hub, freedoms);
   if (link.points.size() == 2) {
     DeformationRow row;
     const Eigen::Vector3d direction = span_of(scene, link).stableNormalized();

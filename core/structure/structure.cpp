@@ -7,28 +7,26 @@
 #include <tuple>
 
 #include "core/rounding.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/check_scene.hpp"
 #include "core/scene/extremes.hpp"
 #include "core/scene/faults.hpp"
-#include "core/structure/eckart_complement.hpp"
-#include "core/structure/graded_svd.hpp"
+#include "core/structure/body_modes.hpp"
 #include "core/structure/link_factor.hpp"
 #include "core/structure/mass_properties.hpp"
 #include "core/structure/mechanisms.hpp"
+#include "core/structure/normal_modes.hpp"
 #include "core/structure/taken_out.hpp"
 
 namespace freeflex {
 namespace {
 
-// [-] components of a shape this close to the largest count as equal, so that rounding does not choose the
-// sign
-constexpr double kEqualComponents = 1e-6;
-
 constexpr int kNamesInWarning = 8;
 
 bool are_sound(const std::vector<PointMass>& points) {
   return !points.empty() && std::all_of(points.begin(), points.end(), [](const PointMass& point) {
-    return std::isfinite(point.mass) && point.mass > 0.0 && point.position.allFinite();
+    return std::isfinite(point.mass) && point.mass >= 0.0 && point.position.allFinite() &&
+           point.offset.allFinite() && inertia_problem(point.inertia).empty();
   });
 }
 
@@ -37,9 +35,18 @@ bool has_rigid_links(const Scene& scene) {
                      [](const Link& link) { return traits_of(link).effect == LinkEffect::kForbids; });
 }
 
+// at most: rigid links may hold what has no mass, and bodies have some moments of zero
 int num_elastic(const Scene& scene, const MassProperties& properties, Eigen::Index num_constraints) {
-  return 3 * static_cast<int>(scene.points.size()) - properties.rigid_freedoms -
-         static_cast<int>(num_constraints);
+  int num_freedoms = 0;
+  for (const PointMass& point : scene.points)
+    num_freedoms += (point.mass > 0.0 ? 3 : 0) + (point.inertia.isZero(0.0) ? 0 : 3);
+  return std::max(0, num_freedoms - properties.rigid_freedoms - static_cast<int>(num_constraints));
+}
+
+Eigen::VectorXd mass_of(const std::vector<PointMass>& points) {
+  Eigen::VectorXd mass(static_cast<Eigen::Index>(points.size()));
+  for (Eigen::Index i = 0; i < mass.size(); ++i) mass[i] = points[static_cast<std::size_t>(i)].mass;
+  return mass;
 }
 
 // matrices are judged while they are factored; with other errors about, judge those that can be
@@ -55,17 +62,6 @@ void check_matrices(const Scene& scene, Faults& faults) {
     MatrixLimits limits;
     if (is_known && matrix->matrix.rows() == size && matrix->matrix.cols() == size)
       matrix_rows(scene, scene.links[i], static_cast<int>(i), limits, faults);
-  }
-}
-
-void fix_signs(Eigen::MatrixXd& shapes) {
-  for (Eigen::Index mode = 0; mode < shapes.cols(); ++mode) {
-    const double largest = shapes.col(mode).cwiseAbs().maxCoeff();
-    for (const double component : shapes.col(mode)) {
-      if (std::abs(component) < (1.0 - kEqualComponents) * largest) continue;
-      if (component < 0.0) shapes.col(mode) *= -1.0;
-      break;
-    }
   }
 }
 
@@ -104,30 +100,24 @@ void warn_of_coincident_points(const Scene& scene, Faults& faults) {
   }
 }
 
-// relative error of the lowest frequency by the rounding of each row before its rigid part is taken out:
-// where links are strained far less than points move, as in a thin shape, that part is nearly all of the row
-// (THEORY X52)
-double reduction_rounding(const Eigen::VectorXd& sizes, const GradedSvd& svd) {
-  constexpr double kRoundings = 2.0;  // of each row, by its direction and six reflectors
-  if (svd.values.size() == 0 || !(svd.values[0] > 0.0)) return 0.0;
-  return kRoundings * std::numeric_limits<double>::epsilon() * svd.lowest_left.cwiseProduct(sizes).norm() /
-         svd.values[0];
-}
-
-// modes from the singular values of A M^-1/2 H (THEORY X52); mechanisms first, with omega exactly zero
-void find_modes(const LinkFactor& factor, const EckartComplement& complement, Structure& structure) {
-  const GradedSvd svd = graded_svd(complement.reduce(factor.rows));
-  const auto num_mechanisms = static_cast<Eigen::Index>(structure.mechanisms.size());
-  const Eigen::Index num_elastic = num_mechanisms + svd.values.size();
-  structure.omega = Eigen::VectorXd::Zero(num_elastic);
-  structure.omega.tail(svd.values.size()) = svd.values;
-  structure.shapes.resize(factor.rows.cols(), num_elastic);
-  structure.shapes << complement.mechanism_shapes(), complement.shapes(svd.vectors);
+// of point masses: mechanisms, then modes of what they and rigid links leave   (THEORY X50 to X52)
+void find_modes(const Scene& scene, const LinkFactor& factor, Structure& structure) {
+  // what rigid links hold is no mechanism
+  Eigen::MatrixXd held(factor.unit_rows.rows() + factor.constraints.rows(), factor.unit_rows.cols());
+  held << factor.unit_rows, factor.constraints;
+  const Eigen::MatrixXd rigid = rigid_motions(structure.mass_properties);
+  Mechanisms mechanisms =
+      find_mechanisms(held, rigid, {structure.mass_properties.r, {}, {}}, direction_rounding(scene));
+  structure.mechanisms = std::move(mechanisms.names);
+  const EckartComplement complement(RootMass(scene.points), structure.mass_properties.mass, rigid,
+                                    factor.constraints, mechanisms.motions);
+  NormalModes modes = normal_modes(factor.rows, complement);
+  structure.omega = std::move(modes.omega);
+  structure.shapes = std::move(modes.motions);
   fix_signs(structure.shapes);
-  structure.damping_rows = factor.damping_rows * structure.shapes;
-  structure.frequency_accuracy = std::max(
-      {svd.accuracy, factor.matrices.accuracy, reduction_rounding(complement.sizes(factor.rows), svd)});
-  if (svd.values.size() > 0) structure.conditioning = svd.values[svd.values.size() - 1] / svd.values[0];
+  structure.frequency_accuracy = std::max(modes.accuracy, factor.matrices.accuracy);
+  structure.conditioning = modes.conditioning;
+  structure.particles = {mass_of(scene.points), structure.mass_properties.r, {}};
 }
 
 bool turns_joints(const Scene& scene) {
@@ -142,7 +132,7 @@ Eigen::VectorXd structural_ratio(const Scene& scene, const LinkFactor& factor, c
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     if (scene.links[i].loss_factor == 0.0) continue;
     const RowRange range = factor.natural_of[i];
-    const Eigen::MatrixXd forces = natural_forces(factor, static_cast<int>(i)) * structure.shapes;
+    const Eigen::MatrixXd forces = natural_forces(factor, structure, static_cast<int>(i));
     for (int k = 0; k < range.count; ++k) {
       const double root = natural_row(factor, range, k).root_stiffness;
       ratio +=
@@ -175,23 +165,21 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
   if (has_error(faults)) return std::nullopt;
   warn_of_coincident_points(scene, faults);
 
-  const LinkFactor factor = factor_links(scene, turns_joints(scene), faults);
+  LinkFactor factor = factor_links(scene, turns_joints(scene), faults);
   if (has_error(faults)) return std::nullopt;
   // how many modes rigid links leave is known only now
   if (has_rigid_links(scene))
     check_modes(scene, num_elastic(scene, structure.mass_properties, factor.constraints.rows()), faults);
   if (has_error(faults)) return std::nullopt;
 
-  // what rigid links hold is no mechanism
-  Eigen::MatrixXd held(factor.unit_rows.rows() + factor.constraints.rows(), factor.unit_rows.cols());
-  held << factor.unit_rows, factor.constraints;
-  Mechanisms mechanisms = find_mechanisms(held, structure.mass_properties, direction_rounding(scene));
   structure.num_constraints = static_cast<int>(factor.constraints.rows());
-  structure.mechanisms = std::move(mechanisms.names);
+  if (are_point_masses(scene.points))
+    find_modes(scene, factor, structure);
+  else
+    find_body_modes(scene, factor, structure, faults);
+  if (has_error(faults)) return std::nullopt;
   warn_of_mechanisms(scene, structure.mechanisms, faults);
-  const EckartComplement complement(scene.points, structure.mass_properties, factor.constraints,
-                                    mechanisms.motions);
-  find_modes(factor, complement, structure);
+  structure.damping_rows = factor.damping_rows * structure.shapes;
   if (!structure.omega.allFinite() || !structure.shapes.allFinite()) {
     add_overflow(scene, "the frequencies are not finite", faults);
     return std::nullopt;

@@ -16,6 +16,7 @@ struct MassProperties {
   double mass = 0.0;               // [kg]
   Eigen::Vector3d p_SB;            // [m] centre of mass in scene axes
   Eigen::Matrix3Xd r;              // [m] (3 x N) rest positions from the centre of mass, body axes
+  Eigen::Matrix3Xd centres;        // [m] (3 x N) the same of the centres of mass of bodies
   Eigen::Matrix3d inertia;         // [kg m^2] about the centre of mass, body axes
   Eigen::Vector3d principal;       // [kg m^2] ascending
   Eigen::Matrix3d principal_axes;  // columns, right-handed
@@ -41,10 +42,22 @@ struct LinkForceRows {
   Eigen::MatrixXd load_rows;  // (num_values x num_constraint_shapes), no rows but for rigid links
 };
 
+/// What sums over the mass run over where points are more than point masses: particles that move with them
+/// (THEORY X160).
+struct Particles {
+  Eigen::VectorXd mass;    // [kg] (P)
+  Eigen::Matrix3Xd r;      // [m] (3 x P) rest positions from the centre of mass, body axes
+  Eigen::MatrixXd shapes;  // [-] (3P x n) their unit elastic displacements, sum m b.b = M
+};
+
 struct Structure {
   MassProperties mass_properties;
-  Eigen::VectorXd omega;   // [rad/s] (n) ascending; exact 0 for mechanisms
-  Eigen::MatrixXd shapes;  // [-] (3N x n) unit elastic displacements b, sum m b.b = M (THEORY 3.3)
+  Eigen::VectorXd omega;  // [rad/s] (n) ascending; exact 0 for mechanisms
+  // [-] (3N x n) unit elastic displacements b of the points; of point masses sum m b.b = M   (THEORY 3.3)
+  Eigen::MatrixXd shapes;
+  // of scenes with bodies, else empty: [1/m] (num_rotations x n) rotations of joints in the order of Freedoms
+  Eigen::MatrixXd turns;
+  Particles particles;
   std::vector<Mechanism> mechanisms;
   double frequency_accuracy = 0.0;   // [-] stated relative accuracy of the lowest nonzero frequency
   double conditioning = 0.0;         // [-] omega_max / omega_min over nonzero modes
@@ -60,6 +73,11 @@ struct Structure {
   Prestress prestress;
   std::vector<FollowerStiffness> follower_stiffness;  // of loads in local axes
 };
+
+/// Displacements of what carries the mass: Structure::particles, or the points themselves.
+inline const Eigen::MatrixXd& particle_shapes(const Structure& structure) {
+  return structure.particles.shapes.rows() > 0 ? structure.particles.shapes : structure.shapes;
+}
 
 /// Checks the physics of a scene as far as that needs no modes: values, references, mass properties and,
 /// beside other errors, matrices. Faults are appended; the mass properties are those of a scene without

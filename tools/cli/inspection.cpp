@@ -6,6 +6,7 @@
 #include <numbers>
 #include <utility>
 
+#include "core/scene/bodies.hpp"
 #include "core/scene/link_kinds.hpp"
 #include "tools/terminal/json.hpp"
 
@@ -95,6 +96,11 @@ MatrixSummary summary_of(const Eigen::MatrixXd& matrix) {
 
 std::optional<Inspection> inspect_scene(Scene scene, Structure structure, std::optional<Recipe> recipe,
                                         std::string& why_not) {
+  if (!are_point_masses(scene.points)) {
+    why_not =
+        "the paper's bases are of point masses; this scene has bodies or massless points: see freeflex modes";
+    return std::nullopt;
+  }
   Inspection inspection;
   inspection.scene = std::move(scene);
   inspection.structure = std::move(structure);
@@ -103,7 +109,8 @@ std::optional<Inspection> inspect_scene(Scene scene, Structure structure, std::o
   inspection.shape = shape_class(inspection.scene.points, inspection.structure.mass_properties);
   for (const Link& link : inspection.scene.links)
     if (traits_of(link).effect == LinkEffect::kForbids)
-      inspection.num_rigid_rows += static_cast<int>(rigid_rows(inspection.scene, link).size());
+      inspection.num_rigid_rows +=
+          static_cast<int>(rigid_rows(inspection.scene, link, Freedoms(inspection.scene)).size());
   inspection.basis = recipe ? find_basis(inspection.scene, inspection.structure, factor, *recipe, why_not)
                             : find_basis(inspection.scene, inspection.structure, factor);
   if (!why_not.empty()) return std::nullopt;

@@ -64,6 +64,22 @@ std::optional<Eigen::Vector3d> read_vector(Report& report, const Node& node, con
   return Eigen::Vector3d((*values)[0], (*values)[1], (*values)[2]);
 }
 
+std::optional<Eigen::Quaterniond> read_unit_quaternion(Report& report, const Node& node,
+                                                       const std::string& label) {
+  const auto q = read_numbers(report, node, label, {"-"}, 4);
+  if (!q) return std::nullopt;
+  const Eigen::Vector4d quaternion((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
+  const double norm = quaternion.stableNorm();
+  constexpr double kTolerance = 1e-6;  // [-] six digits written by hand
+  if (std::abs(norm - 1.0) > kTolerance) {
+    report.error(node.origin,
+                 label + " has norm " + format_number(norm) + ", must be a unit quaternion [w, x, y, z]");
+    return std::nullopt;
+  }
+  const Eigen::Vector4d unit = quaternion / norm;
+  return Eigen::Quaterniond(unit[0], unit[1], unit[2], unit[3]);
+}
+
 std::optional<std::string> read_text(Report& report, const Node& node, const std::string& label) {
   if (node.kind == Node::Kind::kText) return node.text;
   report.error(node.origin, label + " is " + describe(node) + ", must be text");

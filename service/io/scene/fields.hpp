@@ -1,6 +1,7 @@
 // Reading typed values out of a tree, with the fault for each way it can be wrong.
 #pragma once
 
+#include <Eigen/Geometry>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -19,6 +20,10 @@ std::optional<std::vector<double>> read_numbers(Report& report, const Node& node
                                                 const Quantity& quantity, std::optional<std::size_t> count);
 std::optional<Eigen::Vector3d> read_vector(Report& report, const Node& node, const std::string& label,
                                            std::string_view unit);
+
+/// [w, x, y, z] of norm 1 within 1e-6.
+std::optional<Eigen::Quaterniond> read_unit_quaternion(Report& report, const Node& node,
+                                                       const std::string& label);
 
 /// What to say of a list that is longer than wanted because commas stand in it for decimal points, as in
 /// [0,5, 1, 0]; empty when that cannot be.

@@ -4,7 +4,7 @@
 namespace freeflex::io::reader {
 namespace {
 
-constexpr Quantity kMass{"kg", Bound::kPositive};
+constexpr Quantity kMass{"kg", Bound::kNonNegative};  // 0: a point that links hold
 
 }  // namespace
 
@@ -33,7 +33,8 @@ bool SceneReader::add_point(PointMass point) {
 }
 
 void SceneReader::read_point(const Node& node, std::size_t position) {
-  const Fields fields(report_, node, item_label("point", node, position), {"name", "mass", "at"});
+  const Fields fields(report_, node, item_label("point", node, position),
+                      {"name", "mass", "at", "inertia", "offset", "axes"});
   PointMass point;
   point.origin = node.origin;
   point.name = std::to_string(scene_.points.size() + 1);
@@ -47,7 +48,34 @@ void SceneReader::read_point(const Node& node, std::size_t position) {
   }
   fields.require("mass", kMass, point.mass);
   fields.require("at", "m", point.position);
+  read_body(fields, point);
   add_point(std::move(point));
+}
+
+// moments, or the six entries of the matrix, and the centre of mass, in axes of the body's own
+void SceneReader::read_body(const Fields& fields, PointMass& point) {
+  const Node *inertia = fields.find("inertia"), *axes = fields.find("axes");
+  fields.read("offset", "m", point.offset);
+  if (inertia != nullptr) {
+    const bool is_matrix = inertia->items.size() == 6;
+    const auto J = read_numbers(report_, *inertia, fields.label() + ": inertia", {"kg m^2"},
+                                is_matrix ? std::size_t{6} : std::size_t{3});
+    if (J) point.inertia.diagonal() << (*J)[0], (*J)[1], (*J)[2];
+    if (J && is_matrix) {
+      point.inertia(0, 1) = point.inertia(1, 0) = (*J)[3];
+      point.inertia(0, 2) = point.inertia(2, 0) = (*J)[4];
+      point.inertia(1, 2) = point.inertia(2, 1) = (*J)[5];
+    }
+  }
+  if (axes == nullptr) return;
+  if (inertia == nullptr && fields.find("offset") == nullptr)
+    report_.error(axes->origin,
+                  fields.label() + ": axes are those of inertia and offset, and neither is given");
+  if (const auto q = read_unit_quaternion(report_, *axes, fields.label() + ": axes")) {
+    const Eigen::Matrix3d turn = q->toRotationMatrix();
+    point.inertia = (turn * point.inertia * turn.transpose()).eval();
+    point.offset = (turn * point.offset).eval();
+  }
 }
 
 void SceneReader::read_points_table(const Node& node) {

@@ -184,15 +184,8 @@ void SceneReader::read_initial(const Node& node) {
   fields.read("velocity", "m/s", initial.velocity);
   fields.read("angular_velocity", "rad/s", initial.angular_velocity);
   if (const Node* attitude = fields.find("attitude")) {
-    if (const auto q = read_numbers(report_, *attitude, "initial: attitude", {"-"}, 4)) {
-      const Eigen::Vector4d quaternion((*q)[0], (*q)[1], (*q)[2], (*q)[3]);
-      const double norm = quaternion.stableNorm();
-      constexpr double kTolerance = 1e-6;  // [-] six digits written by hand
-      if (std::abs(norm - 1.0) > kTolerance)
-        report_.error(attitude->origin, "initial: attitude has norm " + format_number(norm) +
-                                            ", must be a unit quaternion [w, x, y, z]");
-      initial.attitude = quaternion / norm;
-    }
+    if (const auto q = read_unit_quaternion(report_, *attitude, "initial: attitude"))
+      initial.attitude << q->w(), q->x(), q->y(), q->z();
   }
   if (const Node* points = fields.find("points")) read_initial_points(*points);
   if (const Node* modes = fields.find("modes")) read_initial_modes(*modes);
@@ -253,7 +246,8 @@ void SceneReader::read_publish(const Node* node) {
   publication.groups = every(scene_.groups.size());
   for (std::size_t i = 0; i < scene_.links.size(); ++i)
     // forces on each point are not published unless chosen by name
-    if (!has_point_forces(scene_.links[i])) publication.links.push_back(static_cast<int>(i));
+    if (!has_point_forces(scene_.links[i]) && publishes_forces(scene_, scene_.links[i]))
+      publication.links.push_back(static_cast<int>(i));
   if (!node) return;
   const Fields fields(report_, *node, "publish", {"state", "points", "loads", "groups", "status"});
   fields.read("state", kPublicationRate, publication.state_rate);

@@ -50,6 +50,7 @@ class SceneReader {
   // points.cpp
   void read_points(const Node& node);
   void read_point(const Node& node, std::size_t position);
+  void read_body(const Fields& fields, PointMass& point);
   void read_points_table(const Node& node);
   bool add_point(PointMass point);
 

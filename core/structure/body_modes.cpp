@@ -1,0 +1,233 @@
+#include "core/structure/body_modes.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/rounding.hpp"
+#include "core/scene/bodies.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/mechanisms.hpp"
+#include "core/structure/normal_modes.hpp"
+#include "core/structure/null_space.hpp"
+#include "core/structure/particles.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr int kNamesInError = 8;
+constexpr double kStaysBelow = 1e-6;  // [-] of a motion's largest displacement
+
+// Everything over all freedoms, rotations times a length so that they stand beside displacements.
+struct AllFreedoms {
+  double length = 1.0;   // [m]
+  Eigen::MatrixXd rows;  // A, [sqrt(N/m)]
+  Eigen::MatrixXd unit_rows;
+  Eigen::MatrixXd mass_rows;  // N, [sqrt(kg)]
+  Eigen::MatrixXd unit_mass_rows;
+  Eigen::MatrixXd constraints;  // C
+  Eigen::MatrixXd rigid;        // with mass, a unit column each
+  Eigen::MatrixXd idle;         // rigid motions without: about a line that all mass stands on
+};
+
+double length_of(const MassProperties& body) {
+  const double size =
+      std::sqrt(std::max(body.r.colwise().squaredNorm().maxCoeff(), body.principal.maxCoeff() / body.mass));
+  return size > 0.0 ? size : 1.0;
+}
+
+// the rotation of each freedom beyond the displacements per unit turn of the whole about an axis
+Eigen::VectorXd turned_freedoms(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis) {
+  const int before = freedoms.num_displacements();
+  Eigen::VectorXd turn = Eigen::VectorXd::Zero(freedoms.num_rotations());
+  for (int point = 0; point < static_cast<int>(scene.points.size()); ++point)
+    if (freedoms.has_joint(point)) turn.segment<3>(freedoms.rotation(point) - before) = axis;
+  for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
+    const Link& link = scene.links[static_cast<std::size_t>(index)];
+    if (const int about = freedoms.about_line(index); about >= 0)
+      turn[about - before] = axis.dot(line_of(scene, link.points));
+    const auto* beam = std::get_if<Beam>(&link.kind);
+    if (beam == nullptr) continue;
+    const Eigen::Matrix3d axes = beam_axes(span_of(scene, link), beam->y_axis);
+    for (int end = 0; end < 2; ++end)
+      for (int k = 0; k < 3; ++k)
+        if (const int freedom = freedoms.released(index, end, k); freedom >= 0)
+          turn[freedom - before] = axes.col(k).dot(axis);
+  }
+  return turn;
+}
+
+// X43 over all freedoms: translations, then rotations, those about the largest moments first
+void set_rigid_motions(const Scene& scene, const Freedoms& freedoms, const MassProperties& body,
+                       AllFreedoms& all) {
+  Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(freedoms.num_all(), 6);
+  for (Eigen::Index i = 0; i < body.r.cols(); ++i) {
+    motions.block<3, 3>(3 * i, 0).setIdentity();
+    for (int k = 0; k < 3; ++k)
+      motions.block<3, 1>(3 * i, 3 + k) =
+          Eigen::Vector3d(body.principal_axes.col(2 - k)).cross(Eigen::Vector3d(body.r.col(i)));
+  }
+  for (int k = 0; k < 3; ++k)
+    motions.col(3 + k).tail(freedoms.num_rotations()) =
+        all.length * turned_freedoms(scene, freedoms, body.principal_axes.col(2 - k));
+  const double least = kEpsilon * all.length;
+  std::vector<int> massive, idle;
+  for (int k = 0; k < 6; ++k)
+    if (k < body.rigid_freedoms)
+      massive.push_back(k);
+    else if (motions.col(k).cwiseAbs().maxCoeff() > 64.0 * least)
+      idle.push_back(k);
+  motions.colwise().normalize();
+  all.rigid = motions(Eigen::all, massive);
+  all.idle = motions(Eigen::all, idle);
+}
+
+Eigen::MatrixXd beside(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& lower) {
+  Eigen::MatrixXd both(upper.rows() + lower.rows(), upper.cols());
+  both << upper, lower;
+  return both;
+}
+
+AllFreedoms all_freedoms(const Scene& scene, const Freedoms& freedoms, const LinkFactor& factor,
+                         const MassProperties& body) {
+  AllFreedoms all;
+  all.length = length_of(body);
+  const auto scaled = [&](Eigen::MatrixXd rows) {
+    rows.rightCols(freedoms.num_rotations()) /= all.length;
+    return rows;
+  };
+  const DeformationRows mass = mass_rows(scene, freedoms, all.length);
+  all.rows = scaled(dense_rows(factor.natural, freedoms.num_all(), false));
+  all.unit_rows = scaled(dense_rows(factor.natural, freedoms.num_all(), true));
+  all.mass_rows = scaled(dense_rows(mass, freedoms.num_all(), false));
+  all.unit_mass_rows = scaled(dense_rows(mass, freedoms.num_all(), true));
+  all.constraints = scaled(factor.constraints);
+  set_rigid_motions(scene, freedoms, body, all);
+  // an idle turn strains nothing; a stiffness of its own says where it stands
+  const double stiff = all.rows.size() > 0 ? all.rows.cwiseAbs().maxCoeff() : 1.0;
+  all.rows = beside(all.rows, stiff * all.idle.transpose());
+  all.unit_rows = beside(all.unit_rows, all.idle.transpose());
+  return all;
+}
+
+// Coordinates s that have mass and that rigid links leave free: y = Z z, z = s at the pivots + W w, w = S s
+// (X162)
+class Coordinates {
+ public:
+  Coordinates(const Scene& scene, const Freedoms& freedoms, AllFreedoms all, Faults& faults) {
+    const double rounding = 4.0 * static_cast<double>(freedoms.num_all()) * direction_rounding(scene);
+    has_constraints_ = all.constraints.rows() > 0;
+    if (has_constraints_) held_ = null_space(all.constraints, rounding);
+    if (has_constraints_)
+      for (Eigen::MatrixXd* each : {&all.rows, &all.unit_rows, &all.mass_rows, &all.unit_mass_rows})
+        *each = (*each * held_.basis).eval();
+    massless_ = null_space(all.unit_mass_rows, rounding);
+    const Eigen::MatrixXd loose = all.unit_rows * massless_.basis;
+    const auto num_kept = static_cast<Eigen::Index>(massless_.pivots.size());
+    const auto split = [&](const Eigen::MatrixXd& rows) {
+      Eigen::MatrixXd both(rows.rows(), num_kept + massless_.basis.cols());
+      both << rows(Eigen::all, massless_.pivots), rows * massless_.basis;
+      return both;
+    };
+    const Condensed unit = condense(split(all.unit_rows), num_kept, -1, false);
+    if (unit.rank < loose.cols()) name_loose(scene, loose, faults);
+    condensed_ = condense(split(all.rows), num_kept, unit.rank, true);
+    unit_rows_ = unit.rows;
+    mass_rows_ = all.mass_rows(Eigen::all, massless_.pivots);
+  }
+
+  const Eigen::MatrixXd& rows() const { return condensed_.rows; }
+  const Eigen::MatrixXd& unit_rows() const { return unit_rows_; }
+  const Eigen::MatrixXd& mass_rows() const { return mass_rows_; }
+  // s of motions that rigid links allow
+  Eigen::MatrixXd coordinates_of(const Eigen::MatrixXd& freedoms) const {
+    const Eigen::MatrixXd z = has_constraints_ ? Eigen::MatrixXd(freedoms(held_.free, Eigen::all)) : freedoms;
+    return z(massless_.pivots, Eigen::all) -
+           massless_.basis(massless_.pivots, Eigen::all) * z(massless_.free, Eigen::all);
+  }
+  Eigen::MatrixXd freedoms_of(const Eigen::MatrixXd& s) const {
+    Eigen::MatrixXd z = massless_.basis * (condensed_.recovery * s);
+    z(massless_.pivots, Eigen::all) += s;
+    return has_constraints_ ? Eigen::MatrixXd(held_.basis * z) : z;
+  }
+
+ private:
+  // massless points that links leave free to move; rotations that nothing resists drop out
+  void name_loose(const Scene& scene, const Eigen::MatrixXd& loose, Faults& faults) const {
+    const double threshold = 8.0 * static_cast<double>(loose.rows()) * direction_rounding(scene);
+    const Eigen::MatrixXd w = null_space(loose, threshold).basis;
+    Eigen::MatrixXd y = massless_.basis * w;
+    if (has_constraints_) y = (held_.basis * y).eval();
+    std::vector<int> points;
+    for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
+      if (y.middleRows<3>(3 * Eigen::Index{i}).norm() > kStaysBelow * y.cwiseAbs().maxCoeff())
+        points.push_back(i);
+    if (points.empty()) return;
+    add_error(
+        faults, scene.points[static_cast<std::size_t>(points.front())].origin,
+        join_text(points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamesInError),
+                  points.size() == 1 ? " has" : " have", " no mass, and links do not hold ",
+                  points.size() == 1 ? "it" : "them", " in every direction: give a mass, or add links"));
+  }
+
+  NullSpace held_, massless_;
+  Condensed condensed_;
+  Eigen::MatrixXd unit_rows_, mass_rows_;
+  bool has_constraints_ = false;
+};
+
+// points, and beside those that turn three more on arms
+Places places_of(const Scene& scene, const Freedoms& freedoms, const MassProperties& body, double length,
+                 const Coordinates& coordinates) {
+  std::vector<int> point_of;
+  for (int i = 0; i < static_cast<int>(scene.points.size()); ++i) point_of.push_back(i);
+  for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
+    if (has_attitude(scene.points[static_cast<std::size_t>(i)])) point_of.insert(point_of.end(), 3, i);
+  const Eigen::Index n = coordinates.rows().cols();
+  const Eigen::MatrixXd y = coordinates.freedoms_of(Eigen::MatrixXd::Identity(n, n));
+  Places places;
+  places.r.resize(3, static_cast<Eigen::Index>(point_of.size()));
+  places.rows.resize(3 * places.r.cols(), n);
+  for (Eigen::Index p = 0; p < places.r.cols(); ++p) {
+    const int point = point_of[static_cast<std::size_t>(p)];
+    places.r.col(p) = body.r.col(point);
+    places.rows.middleRows<3>(3 * p) = y.middleRows<3>(3 * Eigen::Index{point});
+    if (p < body.r.cols()) continue;
+    const Eigen::Vector3d arm = length * Eigen::Vector3d::Unit((p - body.r.cols()) % 3);
+    places.r.col(p) += arm;
+    for (Eigen::Index k = 0; k < n; ++k)
+      places.rows.block<3, 1>(3 * p, k) +=
+          Eigen::Vector3d(y.block<3, 1>(freedoms.rotation(point), k)).cross(arm) / length;
+  }
+  places.point_of = std::move(point_of);
+  return places;
+}
+
+}  // namespace
+
+void find_body_modes(const Scene& scene, LinkFactor& factor, Structure& structure, Faults& faults) {
+  const Freedoms freedoms(scene);
+  const MassProperties& body = structure.mass_properties;
+  const AllFreedoms all = all_freedoms(scene, freedoms, factor, body);
+  const Coordinates coordinates(scene, freedoms, all, faults);
+  if (has_error(faults)) return;
+  const Eigen::MatrixXd rigid = coordinates.coordinates_of(all.rigid);
+  Mechanisms mechanisms =
+      find_mechanisms(coordinates.unit_rows(), rigid,
+                      places_of(scene, freedoms, body, all.length, coordinates), direction_rounding(scene));
+  structure.mechanisms = std::move(mechanisms.names);
+  const EckartComplement complement(RootMass(coordinates.mass_rows()), body.mass, rigid,
+                                    Eigen::MatrixXd(0, rigid.rows()), mechanisms.motions);
+  NormalModes modes = normal_modes(coordinates.rows(), complement);
+  const Eigen::MatrixXd y = coordinates.freedoms_of(modes.motions);
+  structure.omega = std::move(modes.omega);
+  structure.shapes = y.topRows(freedoms.num_displacements());
+  const Eigen::VectorXd signs = fix_signs(structure.shapes);
+  structure.turns = y.bottomRows(freedoms.num_rotations()) * (signs / all.length).asDiagonal();
+  turn_with_bodies(scene, freedoms, structure.shapes, structure.turns);
+  structure.frequency_accuracy = std::max(modes.accuracy, factor.matrices.accuracy);
+  structure.conditioning = modes.conditioning;
+  structure.particles = find_particles(scene, freedoms, structure);
+}
+
+}  // namespace freeflex

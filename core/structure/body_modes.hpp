@@ -1,0 +1,12 @@
+// Modes of structures that are more than point masses: bodies, massless points, rigid links between them.
+#pragma once
+
+#include "core/structure/link_factor.hpp"
+
+namespace freeflex {
+
+/// Fills omega, shapes, turns, particles, mechanisms and what is stated of them   (THEORY section 16).
+/// Errors: massless points that nothing holds. \pre structure.mass_properties; factor of the scene
+void find_body_modes(const Scene& scene, LinkFactor& factor, Structure& structure, Faults& faults);
+
+}  // namespace freeflex

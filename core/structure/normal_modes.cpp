@@ -1,0 +1,55 @@
+#include "core/structure/normal_modes.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+#include "core/structure/graded_svd.hpp"
+
+namespace freeflex {
+namespace {
+
+// [-] components of a shape this close to the largest count as equal, so that rounding does not choose the
+// sign
+constexpr double kEqualComponents = 1e-6;
+
+// relative error of the lowest frequency by the rounding of each row before its rigid part is taken out:
+// where links are strained far less than points move, as in a thin shape, that part is nearly all of the row
+// (THEORY X52)
+double reduction_rounding(const Eigen::VectorXd& sizes, const GradedSvd& svd) {
+  constexpr double kRoundings = 2.0;  // of each row, by its direction and six reflectors
+  if (svd.values.size() == 0 || !(svd.values[0] > 0.0)) return 0.0;
+  return kRoundings * std::numeric_limits<double>::epsilon() * svd.lowest_left.cwiseProduct(sizes).norm() /
+         svd.values[0];
+}
+
+}  // namespace
+
+NormalModes normal_modes(const Eigen::MatrixXd& rows, const EckartComplement& complement) {
+  const GradedSvd svd = graded_svd(complement.reduce(rows));
+  const Eigen::MatrixXd mechanisms = complement.mechanism_shapes();
+  NormalModes modes;
+  modes.omega = Eigen::VectorXd::Zero(mechanisms.cols() + svd.values.size());
+  modes.omega.tail(svd.values.size()) = svd.values;
+  modes.motions.resize(rows.cols(), modes.omega.size());
+  modes.motions << mechanisms, complement.shapes(svd.vectors);
+  modes.accuracy = std::max(svd.accuracy, reduction_rounding(complement.sizes(rows), svd));
+  if (svd.values.size() > 0) modes.conditioning = svd.values[svd.values.size() - 1] / svd.values[0];
+  return modes;
+}
+
+Eigen::VectorXd fix_signs(Eigen::MatrixXd& shapes) {
+  Eigen::VectorXd signs = Eigen::VectorXd::Ones(shapes.cols());
+  for (Eigen::Index mode = 0; mode < shapes.cols(); ++mode) {
+    const double largest = shapes.col(mode).cwiseAbs().maxCoeff();
+    for (const double component : shapes.col(mode)) {
+      if (std::abs(component) < (1.0 - kEqualComponents) * largest) continue;
+      if (component < 0.0) signs[mode] = -1.0;
+      break;
+    }
+    if (signs[mode] < 0.0) shapes.col(mode) *= -1.0;
+  }
+  return signs;
+}
+
+}  // namespace freeflex

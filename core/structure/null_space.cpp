@@ -1,0 +1,56 @@
+#include "core/structure/null_space.hpp"
+
+#include "core/rounding.hpp"
+#include "core/structure/graded_svd.hpp"
+
+namespace freeflex {
+
+NullSpace null_space(const Eigen::MatrixXd& rows, double threshold) {
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows);
+  qr.setThreshold(threshold);
+  const Eigen::Index rank = qr.rank();
+  const Eigen::Index nullity = rows.cols() - rank;
+  NullSpace null;
+  const auto& order = qr.colsPermutation().indices();
+  null.pivots.assign(order.data(), order.data() + rank);
+  null.free.assign(order.data() + rank, order.data() + order.size());
+  null.basis.resize(rows.cols(), nullity);
+  if (nullity == 0) return null;
+  null.basis.topRows(rank) = -qr.matrixR()
+                                  .topLeftCorner(rank, rank)
+                                  .triangularView<Eigen::Upper>()
+                                  .solve(qr.matrixR().topRightCorner(rank, nullity));
+  null.basis.bottomRows(nullity).setIdentity();
+  null.basis = (qr.colsPermutation() * null.basis).eval();
+  return null;
+}
+
+Condensed condense(Eigen::MatrixXd rows, Eigen::Index num_kept, Eigen::Index known_rank, bool with_recovery) {
+  sort_rows(rows);
+  const Eigen::Index num_condensed = rows.cols() - num_kept;
+  Eigen::MatrixXd rotation_columns = rows.rightCols(num_condensed);
+  // a rotation that no row acts on, for a body holds it, has no size
+  const Eigen::RowVectorXd scale =
+      rotation_columns.colwise().norm().unaryExpr([](double norm) { return norm > 0.0 ? 1.0 / norm : 0.0; });
+  rotation_columns *= scale.asDiagonal();
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rotation_columns);
+  // pivots of free rotations are some roundings of one; those of a chain of n beams fall like 1/n
+  qr.setThreshold(8.0 * static_cast<double>(rows.rows()) * kEpsilon);
+  Condensed condensed;
+  condensed.rank = known_rank < 0 ? qr.rank() : known_rank;
+  Eigen::MatrixXd turned = rows.leftCols(num_kept);
+  turned.applyOnTheLeft(qr.householderQ().adjoint());
+  condensed.rows = turned.bottomRows(rows.rows() - condensed.rank);
+  if (with_recovery) {
+    // rotations that nothing determines stay zero
+    Eigen::MatrixXd solution = Eigen::MatrixXd::Zero(num_condensed, num_kept);
+    solution.topRows(condensed.rank) = -qr.matrixR()
+                                            .topLeftCorner(condensed.rank, condensed.rank)
+                                            .triangularView<Eigen::Upper>()
+                                            .solve(turned.topRows(condensed.rank));
+    condensed.recovery = scale.asDiagonal() * (qr.colsPermutation() * solution);
+  }
+  return condensed;
+}
+
+}  // namespace freeflex
