@@ -32,6 +32,7 @@ NormalModes normal_modes(const Eigen::MatrixXd& rows, const EckartComplement& co
   modes.omega = Eigen::VectorXd::Zero(mechanisms.cols() + svd.values.size());
   modes.omega.tail(svd.values.size()) = svd.values;
   modes.motions.resize(rows.cols(), modes.omega.size());
+  if (modes.omega.size() == 0) return modes;
   modes.motions << mechanisms, complement.shapes(svd.vectors);
   modes.accuracy = std::max(svd.accuracy, reduction_rounding(complement.sizes(rows), svd));
   if (svd.values.size() > 0) modes.conditioning = svd.values[svd.values.size() - 1] / svd.values[0];

@@ -6,11 +6,16 @@
 namespace freeflex {
 
 NullSpace null_space(const Eigen::MatrixXd& rows, double threshold) {
+  NullSpace null;
+  if (rows.rows() == 0 || rows.cols() == 0) {
+    null.basis = Eigen::MatrixXd::Identity(rows.cols(), rows.cols());
+    for (int k = 0; k < static_cast<int>(rows.cols()); ++k) null.free.push_back(k);
+    return null;
+  }
   Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows);
   qr.setThreshold(threshold);
   const Eigen::Index rank = qr.rank();
   const Eigen::Index nullity = rows.cols() - rank;
-  NullSpace null;
   const auto& order = qr.colsPermutation().indices();
   null.pivots.assign(order.data(), order.data() + rank);
   null.free.assign(order.data() + rank, order.data() + order.size());
@@ -28,6 +33,9 @@ NullSpace null_space(const Eigen::MatrixXd& rows, double threshold) {
 Condensed condense(Eigen::MatrixXd rows, Eigen::Index num_kept, Eigen::Index known_rank, bool with_recovery) {
   sort_rows(rows);
   const Eigen::Index num_condensed = rows.cols() - num_kept;
+  // Eigen pivots neither nothing nor without a row
+  if (num_condensed == 0 || rows.rows() == 0)
+    return {rows.leftCols(num_kept), Eigen::MatrixXd::Zero(num_condensed, num_kept), 0};
   Eigen::MatrixXd rotation_columns = rows.rightCols(num_condensed);
   // a rotation that no row acts on, for a body holds it, has no size
   const Eigen::RowVectorXd scale =

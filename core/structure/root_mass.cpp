@@ -46,7 +46,7 @@ Eigen::MatrixXd RootMass::weigh_rows(const Eigen::MatrixXd& rows) const {
 Eigen::MatrixXd RootMass::motions(const Eigen::MatrixXd& y) const {
   Eigen::MatrixXd motions(y.rows(), y.cols());
   if (R_.size() > 0)
-    motions(order_, Eigen::all) = R_.triangularView<Eigen::Upper>().solve(y);
+    motions(order_, Eigen::all) = Eigen::MatrixXd(R_.triangularView<Eigen::Upper>().solve(y));
   else
     motions(order_, Eigen::all) = root_mass_.cwiseInverse().asDiagonal() * y;
   return motions;
