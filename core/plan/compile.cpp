@@ -186,16 +186,17 @@ std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
   return kept;
 }
 
-// what spins by the second order of a body's turn is not in the rungs above yet
+// the coupled rungs sum over point masses, and have nothing of the second order of a body's turn
 void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
-  if (!traits_of(rung).couples && !traits_of(rung).takes_spin_load) return;
+  if (!traits_of(rung).couples) return;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
     if (point.mass > 0.0 && !has_attitude(point)) continue;
-    return add_error(faults, point.origin,
-                     join_text("point ", quoted(point.name, static_cast<int>(i)),
-                               has_attitude(point) ? " has inertia or an offset" : " has no mass",
-                               ", which fidelity ", name_of(rung), " does not take; use separated"));
+    return add_error(
+        faults, point.origin,
+        join_text("point ", quoted(point.name, static_cast<int>(i)),
+                  has_attitude(point) ? " has inertia or an offset" : " has no mass", ", which fidelity ",
+                  name_of(rung), " does not take; use spin-loaded or below"));
   }
 }
 

@@ -164,18 +164,19 @@ INSTANTIATE_TEST_SUITE_P(
                  {"points.csv:3:1: error: row 1 has 4 fields, the header has 5: name, mass, x, y, z",
                   "points.csv:4:1: error: row 2 has 6 fields, the header has 5: name, mass, x, y, z; a comma "
                   "parts fields, decimals take a point"}},
-        BadScene{"BadNumbers",
-                 {{"scene.yaml", "points: {csv: points.csv}\n"},
-                  {"points.csv",
-                   "name,mass,x,y,z\r\n"
-                   "a, heavy,0,,0\r\n"
-                   "b,1,1 mm,0, 1e\r\n"}},
-                 {"points.csv:2:4: error: point 'a': mass 'heavy' is not a number, must be a number > 0 [kg]",
-                  "points.csv:2:12: error: point 'a': y is empty, must be a number [m]",
-                  "points.csv:3:5: error: point 'b': x '1 mm' has a unit, must be SI without a unit [m]: "
-                  "write 0.001",
-                  "points.csv:3:13: error: point 'b': z '1e' is not a number, must be a number [m], in SI "
-                  "without a unit"}},
+        BadScene{
+            "BadNumbers",
+            {{"scene.yaml", "points: {csv: points.csv}\n"},
+             {"points.csv",
+              "name,mass,x,y,z\r\n"
+              "a, heavy,0,,0\r\n"
+              "b,1,1 mm,0, 1e\r\n"}},
+            {"points.csv:2:4: error: point 'a': mass 'heavy' is not a number, must be a number >= 0 [kg]",
+             "points.csv:2:12: error: point 'a': y is empty, must be a number [m]",
+             "points.csv:3:5: error: point 'b': x '1 mm' has a unit, must be SI without a unit [m]: "
+             "write 0.001",
+             "points.csv:3:13: error: point 'b': z '1e' is not a number, must be a number [m], in SI "
+             "without a unit"}},
         BadScene{
             "Semicolons",
             {{"scene.yaml", "points: {csv: points.csv}\n"},
@@ -214,7 +215,7 @@ INSTANTIATE_TEST_SUITE_P(
                    "points:\n"
                    "  - {name: a, mass: 1, at: [5, 0, 0]}\n"
                    "  - {csv: points.csv}\n"
-                   "  - {mass: 0, at: [6, 0, 0]}\n"},
+                   "  - {mass: -2, at: [6, 0, 0]}\n"},
                   {"points.csv",
                    "mass,x,y,z\n"
                    "1,0,0\n"
@@ -222,10 +223,10 @@ INSTANTIATE_TEST_SUITE_P(
                    "1,0\n"
                    "-1,0,0,0\n"
                    "1,5,0,0,0\n"}},
-                 {"scene.yaml:4:12: error: point 3: mass 0 kg, must be > 0",
+                 {"scene.yaml:4:12: error: point 3: mass -2 kg, must be >= 0",
                   "points.csv:2:1: error: row 1 has 3 fields, the header has 4: mass, x, y, z",
                   "points.csv:4:1: error: row 2 has 2 fields, the header has 4: mass, x, y, z",
-                  "points.csv:5:1: error: point in row 3: mass -1 kg, must be > 0",
+                  "points.csv:5:1: error: point in row 3: mass -1 kg, must be >= 0",
                   "points.csv:6:1: error: row 4 has 5 fields, the header has 4: mass, x, y, z; a comma parts "
                   "fields, decimals take a point"}},
         BadScene{"RowWithABadName",
@@ -233,12 +234,12 @@ INSTANTIATE_TEST_SUITE_P(
                   {"points.csv",
                    "name,mass,x,y,z\n"
                    "a,1,0,0,0\n"
-                   ",0,1,0,0\n"
-                   "c d,0,1,0,0\n"}},
+                   ",-1,1,0,0\n"
+                   "c d,-1,1,0,0\n"}},
                  {"points.csv:3:1: error: point in row 2: name '' must be 1 to 63 of A-Z a-z 0-9 _ . -",
-                  "points.csv:3:2: error: point in row 2: mass 0 kg, must be > 0",
+                  "points.csv:3:2: error: point in row 2: mass -1 kg, must be >= 0",
                   "points.csv:4:1: error: point in row 3: name 'c d' must be 1 to 63 of A-Z a-z 0-9 _ . -",
-                  "points.csv:4:5: error: point in row 3: mass 0 kg, must be > 0"}},
+                  "points.csv:4:5: error: point in row 3: mass -1 kg, must be >= 0"}},
         BadScene{"PointTwiceAcrossFiles",
                  {{"scene.yaml",
                    "points:\n"

@@ -15,7 +15,7 @@ INSTANTIATE_TEST_SUITE_P(
                  {{"scene.yaml",
                    "points:\n"
                    "  - {name: a, mass: -1.5, at: [0, 0, 0]}\n"}},
-                 {"scene.yaml:2:21: error: point 'a': mass -1.5 kg, must be > 0"}},
+                 {"scene.yaml:2:21: error: point 'a': mass -1.5 kg, must be >= 0"}},
         BadScene{"ZeroStiffness",
                  {{"scene.yaml", kThreePoints + "links:\n"
                                                 "  - {name: l, spring: [hub, tip], stiffness: 0}\n"}},
@@ -41,7 +41,7 @@ INSTANTIATE_TEST_SUITE_P(
                    "points:\n"
                    "  - {name: a, mass: 1e999, at: [0, 0, 0]}\n"}},
                  {"scene.yaml:2:21: error: point 'a': mass '1e999' is too large or too small for a double, "
-                  "must be a number > 0 [kg]"}},
+                  "must be a number >= 0 [kg]"}},
         BadScene{"AttitudeNotUnit",
                  {{"scene.yaml", kThreePoints + "initial: {attitude: [1, 1, 0, 0]}\n"}},
                  {"scene.yaml:5:21: error: initial: attitude has norm 1.4142135623730951, must be a unit "
@@ -236,7 +236,7 @@ INSTANTIATE_TEST_SUITE_P(
                    "points:\n"
                    "  - {name: a, mass: 3 mm, at: [0, 0, 0]}\n"}},
                  {"scene.yaml:2:21: error: point 'a': mass '3 mm' has a unit of another kind, must be a "
-                  "number > 0 [kg], in SI without a unit"}},
+                  "number >= 0 [kg], in SI without a unit"}},
         BadScene{"UnknownUnit",
                  {{"scene.yaml",
                    "points:\n"

@@ -191,20 +191,21 @@ INSTANTIATE_TEST_SUITE_P(
             {{"scene.yaml",
               "points:\n"
               "  - {name: a, mass: heavy, at: [0, 0, 0]}\n"}},
-            {"scene.yaml:2:21: error: point 'a': mass 'heavy' is not a number, must be a number > 0 [kg]"}},
-        BadScene{"MassIsQuoted",
-                 {{"scene.yaml",
-                   "points:\n"
-                   "  - {name: a, mass: \"2\", at: [0, 0, 0]}\n"}},
-                 {"scene.yaml:2:22: error: point 'a': mass '2' is text in quotes, must be a number > 0 [kg]: "
-                  "remove the quotes"}},
+            {"scene.yaml:2:21: error: point 'a': mass 'heavy' is not a number, must be a number >= 0 [kg]"}},
+        BadScene{
+            "MassIsQuoted",
+            {{"scene.yaml",
+              "points:\n"
+              "  - {name: a, mass: \"2\", at: [0, 0, 0]}\n"}},
+            {"scene.yaml:2:22: error: point 'a': mass '2' is text in quotes, must be a number >= 0 [kg]: "
+             "remove the quotes"}},
         BadScene{"MassIsEmpty",
                  {{"scene.yaml",
                    "points:\n"
                    "  - name: a\n"
                    "    mass:\n"
                    "    at: [0, 0, 0]\n"}},
-                 {"scene.yaml:3:5: error: point 'a': mass is empty, must be a number > 0 [kg]"}},
+                 {"scene.yaml:3:5: error: point 'a': mass is empty, must be a number >= 0 [kg]"}},
         BadScene{"PositionOfTwoNumbers",
                  {{"scene.yaml",
                    "points:\n"

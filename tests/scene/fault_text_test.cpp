@@ -16,19 +16,19 @@ TEST(FaultText, CaretStandsBelowTheColumn) {
   const io::SceneResult result = io::read_scene("scene.yaml");
   ASSERT_EQ(result.faults.size(), 1u);
   EXPECT_EQ(io::format_fault(result.faults[0], result.sources),
-            "scene.yaml:2:21: error: point 'a': mass -1 kg, must be > 0\n"
+            "scene.yaml:2:21: error: point 'a': mass -1 kg, must be >= 0\n"
             "      - {name: a, mass: -1, at: [0, 0, 0]}  # \xc3\xa9\n"
             "                        ^");
 }
 
 TEST(FaultText, CaretCountsCharactersNotBytes) {
   const TemporaryFolder folder;
-  folder.write("scene.yaml", "{\"\xc3\xa9\xc3\xa9\": 1, points: {mass: 0, at: [0, 0, 0]}}\n");
+  folder.write("scene.yaml", "{\"\xc3\xa9\xc3\xa9\": 1, points: {mass: -1, at: [0, 0, 0]}}\n");
   const io::SceneResult result = io::read_scene("scene.yaml");
   ASSERT_EQ(result.faults.size(), 2u);
   EXPECT_EQ(io::format_fault(result.faults[1], result.sources),
-            "scene.yaml:1:26: error: point 1: mass 0 kg, must be > 0\n"
-            "    {\"\xc3\xa9\xc3\xa9\": 1, points: {mass: 0, at: [0, 0, 0]}}\n"
+            "scene.yaml:1:26: error: point 1: mass -1 kg, must be >= 0\n"
+            "    {\"\xc3\xa9\xc3\xa9\": 1, points: {mass: -1, at: [0, 0, 0]}}\n"
             "                             ^");
 }
 

@@ -70,7 +70,7 @@ TEST_F(Limits, PointsThatAreTooManyAreSaidBesideOtherFaults) {
   folder_.write("points.csv", csv);
   EXPECT_EQ(
       read_text("points: {csv: points.csv}\n"),
-      (Messages{"points.csv:2:1: error: point in row 1: mass -1 kg, must be > 0",
+      (Messages{"points.csv:2:1: error: point in row 1: mass -1 kg, must be >= 0",
                 "points.csv:1237:1: error: this is point 1236 of 1300; at most 1235 are taken, rigid or "
                 "not: " +
                     kWhyPoints}));
@@ -156,7 +156,7 @@ TEST_F(Limits, FaultsAreListedUpToAThousand) {
   folder_.write("points.csv", csv);
   const Messages messages = read_text("points: {csv: points.csv}\n");
   ASSERT_EQ(messages.size(), 1001u);
-  EXPECT_EQ(messages[999], "points.csv:1001:1: error: point in row 1000: mass -1 kg, must be > 0");
+  EXPECT_EQ(messages[999], "points.csv:1001:1: error: point in row 1000: mass -1 kg, must be >= 0");
   EXPECT_EQ(messages[1000], "scene.yaml: error: more than 1000 faults; the rest is not listed");
 }
 

@@ -102,7 +102,7 @@ TEST(CommandLine, BothProgramsSayOneFaultInTheSameWords) {
   write_text(folder / "cut.plan", "freeflex");
   const std::vector<std::pair<std::string, std::string>> faults{
       {"none.yaml", "none.yaml: error: cannot read 'none.yaml': No such file or directory"},
-      {"bad.yaml", "bad.yaml:2:21: error: point 'a': mass -1 kg, must be > 0"},
+      {"bad.yaml", "bad.yaml:2:21: error: point 'a': mass -1 kg, must be >= 0"},
       {"cut.plan", "cut.plan"},
       {"", "error: SCENE is missing"},
       {"good.yaml --rat 5", "error: no option '--rat' (did you mean '--rate'?)"},
