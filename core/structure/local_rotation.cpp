@@ -47,7 +47,7 @@ Eigen::MatrixXd rotation_at(const Scene& scene, const LinkFactor& factor, const 
   if (body < 0) return rotation_of_neighbours(scene, point);
   std::vector<int> points = scene.links[static_cast<std::size_t>(body)].points;
   std::sort(points.begin(), points.end());
-  const Eigen::MatrixXd rotation = over_all(scene, points, body_rotation(scene, points));
+  Eigen::MatrixXd rotation = over_all(scene, points, body_rotation(scene, points));
   const Eigen::Vector3d line = line_of(scene, points);
   if (line.isZero(0.0)) return rotation;
   const int about_line = freedoms.about_line(body);
