@@ -27,7 +27,7 @@ namespace reader = io::reader;
 using freeflex_msgs::control_t;
 
 constexpr const char* kEnding = ".key";                    // of the files of a folder
-constexpr std::size_t kDigits = 2 * crypto_auth_KEYBYTES;  // hexadecimal, of a secret
+constexpr std::size_t kDigits = std::size_t{2} * crypto_auth_KEYBYTES;  // hexadecimal, of a secret
 
 /// An open file, closed at the end.
 class Descriptor {
@@ -256,7 +256,8 @@ void read_folder(int fd, const std::string& path, const Plan& plan, KeysResult& 
   }
   std::sort(names.begin(), names.end());
   for (const std::string& name : names) {
-    const std::string file = path + "/" + name;
+    std::string file = path;
+    file.append("/").append(name);
     const Descriptor key(open_private(fd, name.c_str()));
     if (key.get() < 0)
       result.faults += (result.faults.empty() ? "" : "\n") + explain_open(file);
@@ -350,7 +351,7 @@ secret: {}
   const bool is_whole = write(file.get(), text.data(), text.size()) == static_cast<ssize_t>(text.size()) &&
                         fsync(file.get()) == 0;
   if (is_whole) return {};
-  const std::string fault = path + ": cannot be written: " + std::strerror(errno);
+  std::string fault = path + ": cannot be written: " + std::strerror(errno);
   unlink(path.c_str());
   return fault;
 }

@@ -91,7 +91,7 @@ void TrueGeometry::add_angle(const Scene& scene, int index) {
   angles_.push_back(angle);
 }
 
-double TrueGeometry::add_angles(const Places& e, Forces force, VectorXd* energies) const {
+double TrueGeometry::add_angles(const Places& e, const Forces& force, VectorXd* energies) const {
   double sum = 0.0;
   const auto add = [&](const TrueAngle& angle, double energy) {
     if (energies != nullptr) (*energies)[angle.link] += energy;
@@ -102,7 +102,7 @@ double TrueGeometry::add_angles(const Places& e, Forces force, VectorXd* energie
   return sum;
 }
 
-double TrueGeometry::add_matrices(const Places& e, Forces force, VectorXd* energies) const {
+double TrueGeometry::add_matrices(const Places& e, const Forces& force, VectorXd* energies) const {
   double sum = 0.0;
   for (const TrueMatrix& matrix : matrices_) {
     const FittedFrame::Fit fit = matrix.frame.fit(r_ + e);
@@ -116,7 +116,7 @@ double TrueGeometry::add_matrices(const Places& e, Forces force, VectorXd* energ
   return sum;
 }
 
-void TrueGeometry::add_damping(const Places& e, const Places& e_dot, Forces force) const {
+void TrueGeometry::add_damping(const Places& e, const Places& e_dot, const Forces& force) const {
   if (damping_.size() == 0) return;
   const FittedFrame::Fit fit = body_.fit(r_ + e);
   const Matrix3Xd rates = body_.rates(fit, e_dot);

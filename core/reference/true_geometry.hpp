@@ -83,7 +83,7 @@ class TrueGeometry {
   void add_followers(const std::vector<PointLoad>& loads, double scale, const Places& e, Forces force) const;
 
   /// Adds the forces [N] of damping that acts on the elastic velocities in body axes   (THEORY X157).
-  void add_damping(const Places& e, const Places& e_dot, Forces force) const;
+  void add_damping(const Places& e, const Places& e_dot, const Forces& force) const;
 
   /// Changes accelerations [m/s^2] by the least, mass times square, that rigid links need   (THEORY X156).
   void constrain(const Places& e, const Places& e_dot, Forces acceleration) const;
@@ -131,8 +131,8 @@ class TrueGeometry {
   Eigen::VectorXd newton_step(const Places& e) const;
   void turn(const Eigen::VectorXd& step) const;
   bool relax(const Places& e) const;
-  double add_angles(const Places& e, Forces force, Eigen::VectorXd* energies) const;
-  double add_matrices(const Places& e, Forces force, Eigen::VectorXd* energies) const;
+  double add_angles(const Places& e, const Forces& force, Eigen::VectorXd* energies) const;
+  double add_matrices(const Places& e, const Forces& force, Eigen::VectorXd* energies) const;
   std::vector<FittedFrame::Fit> fit_bodies(const Places& e) const;
 
   Eigen::VectorXd mass_;

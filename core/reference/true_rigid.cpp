@@ -23,7 +23,7 @@ MatrixXd body_rows(const TrueBody& body, const FittedFrame::Fit& fit, const Vect
   MatrixXd rows = MatrixXd::Zero(body.forbidden.cols(), 3 * mass.size());
   const auto& points = body.frame.points();
   for (std::size_t k = 0; k < points.size(); ++k)
-    rows.middleCols<3>(3 * points[k]) =
+    rows.middleCols<3>(3 * Eigen::Index{points[k]}) =
         body.forbidden.middleRows<3>(3 * static_cast<Eigen::Index>(k)).transpose() * fit.A.transpose() /
         std::sqrt(mass[points[k]]);
   return rows;

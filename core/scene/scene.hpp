@@ -112,6 +112,7 @@ using LinkKind =
     std::variant<Spring, Bar, Beam, MatrixLink, BendingSpring, TorsionSpring, Plate, Rigid, Dashpot>;
 
 /// One massless link.
+// NOLINTNEXTLINE(bugprone-exception-escape): Eigen's sparse matrices copy where they might move
 struct Link {
   std::string name;
   std::vector<int> points;  // indices into Scene::points: two, three, four or, matrix and rigid, two or more

@@ -198,7 +198,7 @@ std::optional<std::span<const std::byte>> find_body(std::span<const std::byte> b
   const std::size_t end = bytes.size() - kTagBytes;
   const std::optional<std::string_view> key_id = string_at(bytes, wire::kFingerprintBytes);
   const std::size_t begin =
-      static_cast<std::size_t>(wire::kFingerprintBytes) + 4 + key_id->size() + 1 + 3 * 8 + 4;
+      static_cast<std::size_t>(wire::kFingerprintBytes) + 4 + key_id->size() + 1 + std::size_t{3} * 8 + 4;
   return bytes.subspan(begin, end - begin);
 }
 
