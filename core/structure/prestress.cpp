@@ -56,6 +56,7 @@ class LocalShapes {
   // freedoms of rows, those of rigid bodies put in already
   Eigen::RowVectorXd deformation(const DeformationRow& row) const {
     Eigen::RowVectorXd e = Eigen::RowVectorXd::Zero(shapes_.cols());
+    if (e.size() == 0) return e;  // a row of a matrix without columns begins at an offset from null
     for (const auto& [freedom, coefficient] : row.coefficients)
       e += coefficient * (freedom < freedoms_.num_displacements()
                               ? shapes_.row(freedom)
