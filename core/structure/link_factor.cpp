@@ -352,6 +352,7 @@ Eigen::MatrixXd natural_forces(const LinkFactor& factor, const Structure& struct
   const RowRange range = factor.natural_of[static_cast<std::size_t>(link)];
   const Eigen::Index num_displacements = structure.shapes.rows();
   Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(range.count, structure.shapes.cols());
+  if (forces.cols() == 0) return forces;
   for (int k = 0; k < range.count; ++k) {
     const DeformationRow& row = natural_row(factor, range, k);
     for (const auto& [freedom, coefficient] : row.coefficients)
