@@ -241,7 +241,7 @@ INSTANTIATE_TEST_SUITE_P(
                  {{"scene.yaml",
                    "points:\n"
                    "  - {name: a, mass: 3 stone, at: [0, 0, 0]}\n"}},
-                 {"scene.yaml:2:21: error: point 'a': mass '3 stone' is not a number, must be a number > 0 "
+                 {"scene.yaml:2:21: error: point 'a': mass '3 stone' is not a number, must be a number >= 0 "
                   "[kg], in SI without a unit"}},
         BadScene{"CompoundUnits",
                  {{"scene.yaml",

@@ -185,7 +185,8 @@ INSTANTIATE_TEST_SUITE_P(
                   "FILE}"}},
         BadScene{"PointIsText",
                  {{"scene.yaml", "points: [hub]\n"}},
-                 {"scene.yaml:1:10: error: point 1 is the text 'hub', must be a mapping of name, mass, at"}},
+                 {"scene.yaml:1:10: error: point 1 is the text 'hub', must be a mapping of name, mass, at, "
+                  "inertia, offset, axes"}},
         BadScene{
             "MassIsText",
             {{"scene.yaml",

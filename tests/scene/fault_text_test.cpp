@@ -35,7 +35,7 @@ TEST(FaultText, CaretCountsCharactersNotBytes) {
 TEST(FaultText, LongLinesAreCutAroundTheCaret) {
   const TemporaryFolder folder;
   folder.write("scene.yaml",
-               std::string(500, ' ') + "points: {mass: 0, at: [0, 0, 0]}" + std::string(500, ' ') + "\n");
+               std::string(500, ' ') + "points: {mass: -1, at: [0, 0, 0]}" + std::string(500, ' ') + "\n");
   const io::SceneResult result = io::read_scene("scene.yaml");
   ASSERT_EQ(result.faults.size(), 1u);
   const std::string text = io::format_fault(result.faults[0], result.sources);
@@ -43,7 +43,7 @@ TEST(FaultText, LongLinesAreCutAroundTheCaret) {
   ASSERT_NE(caret_line, 0u);
   EXPECT_LE(caret_line - line, 110u);
   const std::size_t column = text.find('^') - caret_line;
-  EXPECT_EQ(text.substr(line + column, 10), "0, at: [0,");
+  EXPECT_EQ(text.substr(line + column, 10), "-1, at: [0");
 }
 
 TEST(FaultText, PlaceIsLeftOutWhenThereIsNone) {

@@ -83,7 +83,8 @@ MatrixLink& box(Scene& scene) { return std::get<MatrixLink>(scene.links.back().k
 const std::vector<BadScene>& bad_scenes() {
   static const std::vector<BadScene> kBad{
       {"the scene has no points", [](Scene& s) { s = Scene{}; }},
-      {"point 'p0': mass is 0 kg, must be finite and > 0", [](Scene& s) { s.points[0].mass = 0.0; }},
+      {"point 'p0' has inertia or an offset, and no mass",
+       [](Scene& s) { s.points[0].mass = 0.0, s.points[0].offset[0] = 0.1; }},
       {"point 'p0': mass is -2 kg", [](Scene& s) { s.points[0].mass = -2.0; }},
       {"mass is nan kg", [](Scene& s) { s.points[0].mass = kNaN; }},
       {"point 'p3': position is not finite", [](Scene& s) { s.points[3].position.y() = kNaN; }},
