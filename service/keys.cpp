@@ -26,7 +26,7 @@ namespace {
 namespace reader = io::reader;
 using freeflex_msgs::control_t;
 
-constexpr const char* kEnding = ".key";                    // of the files of a folder
+constexpr const char* kEnding = ".key";                                 // of the files of a folder
 constexpr std::size_t kDigits = std::size_t{2} * crypto_auth_KEYBYTES;  // hexadecimal, of a secret
 
 /// An open file, closed at the end.
