@@ -16,7 +16,7 @@ bool are_point_masses(const std::vector<PointMass>& points);
 /// Second moment of the mass about its own centre, S = (tr J) / 2 - J [kg m^2]   (THEORY X160).
 Eigen::Matrix3d second_moment(const PointMass& point);
 
-/// What keeps an inertia from being one: not symmetric, a negative moment, one above the sum of the two
+/// What keeps a symmetric matrix from being an inertia: a negative moment, one above the sum of the two
 /// others. Empty: nothing.
 std::string inertia_problem(const Eigen::Matrix3d& inertia);
 

@@ -205,7 +205,7 @@ Places places_of(const Scene& scene, const Freedoms& freedoms, const MassPropert
 
 }  // namespace
 
-void find_body_modes(const Scene& scene, LinkFactor& factor, Structure& structure, Faults& faults) {
+void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults) {
   const Freedoms freedoms(scene);
   const MassProperties& body = structure.mass_properties;
   const AllFreedoms all = all_freedoms(scene, freedoms, factor, body);

@@ -7,6 +7,6 @@ namespace freeflex {
 
 /// Fills omega, shapes, turns, particles, mechanisms and what is stated of them   (THEORY section 16).
 /// Errors: massless points that nothing holds. \pre structure.mass_properties; factor of the scene
-void find_body_modes(const Scene& scene, LinkFactor& factor, Structure& structure, Faults& faults);
+void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults);
 
 }  // namespace freeflex

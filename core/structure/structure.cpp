@@ -35,12 +35,10 @@ bool has_rigid_links(const Scene& scene) {
                      [](const Link& link) { return traits_of(link).effect == LinkEffect::kForbids; });
 }
 
-// at most: rigid links may hold what has no mass, and bodies have some moments of zero
+// of point masses: of others it is known with the modes
 int num_elastic(const Scene& scene, const MassProperties& properties, Eigen::Index num_constraints) {
-  int num_freedoms = 0;
-  for (const PointMass& point : scene.points)
-    num_freedoms += (point.mass > 0.0 ? 3 : 0) + (point.inertia.isZero(0.0) ? 0 : 3);
-  return std::max(0, num_freedoms - properties.rigid_freedoms - static_cast<int>(num_constraints));
+  return 3 * static_cast<int>(scene.points.size()) - properties.rigid_freedoms -
+         static_cast<int>(num_constraints);
 }
 
 Eigen::VectorXd mass_of(const std::vector<PointMass>& points) {
@@ -153,7 +151,8 @@ MassProperties check_physics(const Scene& scene, Faults& faults) {
   MassProperties properties;
   if (are_sound(scene.points)) {
     properties = find_mass_properties(scene.points, faults);
-    if (!has_rigid_links(scene)) check_modes(scene, num_elastic(scene, properties, 0), faults);
+    if (!has_rigid_links(scene) && are_point_masses(scene.points))
+      check_modes(scene, num_elastic(scene, properties, 0), faults);
   }
   if (has_error(faults)) check_matrices(scene, faults);
   return properties;
@@ -165,10 +164,10 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
   if (has_error(faults)) return std::nullopt;
   warn_of_coincident_points(scene, faults);
 
-  LinkFactor factor = factor_links(scene, turns_joints(scene), faults);
+  const LinkFactor factor = factor_links(scene, turns_joints(scene), faults);
   if (has_error(faults)) return std::nullopt;
   // how many modes rigid links leave is known only now
-  if (has_rigid_links(scene))
+  if (has_rigid_links(scene) && are_point_masses(scene.points))
     check_modes(scene, num_elastic(scene, structure.mass_properties, factor.constraints.rows()), faults);
   if (has_error(faults)) return std::nullopt;
 
@@ -177,6 +176,8 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
     find_modes(scene, factor, structure);
   else
     find_body_modes(scene, factor, structure, faults);
+  if (!are_point_masses(scene.points) && !has_error(faults))
+    check_modes(scene, static_cast<int>(structure.omega.size()), faults);
   if (has_error(faults)) return std::nullopt;
   warn_of_mechanisms(scene, structure.mechanisms, faults);
   structure.damping_rows = factor.damping_rows * structure.shapes;

@@ -209,6 +209,12 @@ TEST(Bodies, CarryRigidArms) {
   const Structure structure = build(scene);
   EXPECT_EQ(structure.omega.size(), 6);
   EXPECT_LT(largest_difference(structure.omega, build(points).omega), 1e-9);
+  // what arms hold has no mass: every mode may be named
+  scene.damping.mode_ratios = {{6, 0.01}};
+  build(scene);
+  scene.damping.mode_ratios = {{7, 0.01}};
+  Faults faults;
+  EXPECT_FALSE(build_structure(scene, faults));
 }
 
 // massless in between: one beam of the whole length
