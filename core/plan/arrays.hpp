@@ -15,6 +15,11 @@ inline Mat3 to_array(const Eigen::Matrix3d& m) {
   return {m(0, 0), m(0, 1), m(0, 2), m(1, 0), m(1, 1), m(1, 2), m(2, 0), m(2, 1), m(2, 2)};
 }
 
+/// A row of a matrix that may have no columns, of which Eigen's own begins at an offset from null.
+inline Eigen::RowVectorXd row_of(const Eigen::MatrixXd& matrix, Eigen::Index row) {
+  return matrix.cols() == 0 ? Eigen::RowVectorXd(0) : Eigen::RowVectorXd(matrix.row(row));
+}
+
 /// Values over modes and, if there are more, over constraint shapes.
 inline Array padded(const Plan& plan, const Eigen::Ref<const Eigen::VectorXd>& values) {
   Array all(static_cast<std::size_t>(plan.num_padded), 0.0);

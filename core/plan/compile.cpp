@@ -23,11 +23,6 @@
 namespace freeflex {
 namespace {
 
-// a row of a matrix that may have no columns, of which Eigen's own begins at an offset from null
-Eigen::RowVectorXd row_of(const Eigen::MatrixXd& matrix, Eigen::Index row) {
-  return matrix.cols() == 0 ? Eigen::RowVectorXd(0) : Eigen::RowVectorXd(matrix.row(row));
-}
-
 // unit elastic displacements and constraint shapes side by side
 Eigen::MatrixXd all_shapes(const Structure& structure) {
   Eigen::MatrixXd shapes(structure.shapes.rows(),
@@ -198,6 +193,12 @@ void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
                   has_attitude(point) ? " has inertia or an offset" : " has no mass", ", which fidelity ",
                   name_of(rung), " does not take; use spin-loaded or below"));
   }
+  for (std::size_t i = 0; i < scene.links.size(); ++i)
+    if (has_mass(scene.links[i]))
+      return add_error(
+          faults, scene.links[i].origin,
+          join_text("link ", called(scene.links[i], static_cast<int>(i)), " has mass, which fidelity ",
+                    name_of(rung), " does not take; use spin-loaded or below"));
 }
 
 void compile_publication(const Publication& publication, Plan& plan) {

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <optional>
+#include <set>
 #include <span>
 
 #include "core/plan/arrays.hpp"
@@ -14,35 +16,58 @@
 namespace freeflex {
 namespace {
 
-// what carries the mass of a group's points: indices for mass_point
-std::vector<std::int32_t> parts_of(const Scene& scene, const Group& group, const Structure& structure,
-                                   Plan& plan, std::map<int, std::vector<std::int32_t>>& of_bodies) {
-  std::vector<std::int32_t> parts;
-  const std::vector<CarriedMass> carried = carried_masses(scene.points);
-  for (const int point : group.points) {
-    const PointMass& each = scene.points[static_cast<std::size_t>(point)];
-    if (!has_attitude(each)) {
-      if (each.mass > 0.0) parts.push_back(point);
-      continue;
-    }
-    auto& own = of_bodies[point];
-    for (std::size_t p = 0; p < carried.size() && own.empty(); ++p) {
-      for (; p < carried.size() && carried[p].point == point; ++p) {
-        const auto column = static_cast<Eigen::Index>(p);
-        PlanPoint part;
-        part.mass = carried[p].mass;
-        part.r = to_array(Eigen::Vector3d(structure.particles.r.col(column)));
-        part.row = num_row_blocks(plan);
-        for (int axis = 0; axis < 3; ++axis)
-          append_row(plan, structure.particles.shapes.row(3 * column + axis), plan.rows);
-        own.push_back(static_cast<std::int32_t>(plan.points.size() + plan.particles.all.size()));
-        plan.particles.all.push_back(part);
-      }
-    }
-    parts.insert(parts.end(), own.begin(), own.end());
+// What carries the mass of groups: indices for mass_point. Particles stand in the plan where a group has
+// them.
+class Parts {
+ public:
+  Parts(const Scene& scene, const Structure& structure, Plan& plan)
+      : scene_(scene), structure_(structure), plan_(plan) {
+    const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
+    for (std::size_t p = 0; p < carried.size(); ++p)
+      (carried[p].point >= 0 ? of_points_[carried[p].point] : of_links_[carried[p].link]).push_back(p);
   }
-  return parts;
-}
+
+  std::vector<std::int32_t> of(const Group& group) {
+    std::vector<std::int32_t> parts;
+    for (const int point : group.points) {
+      const PointMass& each = scene_.points[static_cast<std::size_t>(point)];
+      if (!has_attitude(each) && each.mass > 0.0) parts.push_back(point);
+      if (has_attitude(each)) add(of_points_[point], parts);
+    }
+    const std::set<int> points(group.points.begin(), group.points.end());
+    for (const auto& [link, own] : of_links_) {
+      const std::vector<int>& ends = scene_.links[static_cast<std::size_t>(link)].points;
+      if (std::all_of(ends.begin(), ends.end(), [&](int end) { return points.count(end) > 0; }))
+        add(own, parts);
+    }
+    return parts;
+  }
+
+ private:
+  void add(const std::vector<std::size_t>& particles, std::vector<std::int32_t>& parts) {
+    for (const std::size_t p : particles) {
+      const auto [found, is_new] =
+          in_plan_.emplace(p, static_cast<std::int32_t>(plan_.points.size() + plan_.particles.all.size()));
+      if (is_new) append(static_cast<Eigen::Index>(p));
+      parts.push_back(found->second);
+    }
+  }
+  void append(Eigen::Index particle) {
+    PlanPoint part;
+    part.mass = structure_.particles.mass[particle];
+    part.r = to_array(Eigen::Vector3d(structure_.particles.r.col(particle)));
+    part.row = num_row_blocks(plan_);
+    for (int axis = 0; axis < 3; ++axis)
+      append_row(plan_, row_of(structure_.particles.shapes, 3 * particle + axis), plan_.rows);
+    plan_.particles.all.push_back(part);
+  }
+
+  const Scene& scene_;
+  const Structure& structure_;
+  Plan& plan_;
+  std::map<int, std::vector<std::size_t>> of_points_, of_links_;  // particles
+  std::map<std::size_t, std::int32_t> in_plan_;
+};
 
 PlanGroup compile_group(const Group& group, std::span<const std::int32_t> parts, const Plan& of,
                         double largest_coordinate) {
@@ -89,11 +114,13 @@ PlanGroup compile_group(const Group& group, std::span<const std::int32_t> parts,
 
 void compile_groups(const Scene& scene, const Structure& structure, Plan& plan) {
   const double largest = structure.mass_properties.r.cwiseAbs().maxCoeff();
-  std::map<int, std::vector<std::int32_t>> of_bodies;
+  const bool has_particles = !are_point_masses(scene);
+  std::optional<Parts> mass;
+  if (has_particles && !scene.groups.empty()) mass.emplace(scene, structure, plan);
   for (const Group& group : scene.groups) {
     std::vector<std::int32_t> parts(group.points.begin(), group.points.end());
-    if (!are_point_masses(scene.points)) {
-      parts = parts_of(scene, group, structure, plan, of_bodies);
+    if (has_particles) {
+      parts = mass->of(group);
       plan.particles.of_groups.push_back(parts);
     }
     plan.groups.push_back(compile_group(group, parts, plan, largest));

@@ -171,12 +171,12 @@ class Unneeded {
 }  // namespace
 
 bool may_leave_out(const Scene& scene, Fidelity rung) {
-  return traits_of(rung).has_modes && !traits_of(rung).couples && are_point_masses(scene.points);
+  return traits_of(rung).has_modes && !traits_of(rung).couples && are_point_masses(scene);
 }
 
 std::vector<PlanPart> account_of_whole(const Scene& scene, Fidelity rung, Faults& faults) {
   std::vector<PlanPart> parts = every_part();
-  const bool has_bodies = !are_point_masses(scene.points);
+  const bool has_bodies = !are_point_masses(scene);
   for (PlanPart& part : parts)
     part.why = has_bodies                ? "a scene with bodies or massless points is advanced whole"
                : traits_of(rung).couples ? "the coupled rungs need a complete set of modes"

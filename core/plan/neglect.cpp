@@ -184,7 +184,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   const Eigen::MatrixXd& rate_rows = rung.has_true_geometry ? prestress.bent_rate_rows : prestress.rate_rows;
   const bool damps = !rate_rows.isZero(0.0);
   // what spin does to bodies by the second order of their turn is in no table
-  neglect.has_unseen = prestress.has_unseen || !are_point_masses(scene.points);
+  neglect.has_unseen = prestress.has_unseen || !are_point_masses(scene);
   neglect.lacks_modes =
       spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) && scene.leave_out.tolerance > 0.0;
   std::vector<int> place(static_cast<std::size_t>(whole.omega.size()), -1);

@@ -29,13 +29,15 @@ GivenAtPoints given_at_points(const Scene& scene) {
   return given;
 }
 
-// displacements of points as those of the particles that carry their mass: what is given does not turn a body
+// displacements of points as those of what carries the mass: what is given does not turn a body, and moves
+// the mass of a link as it lies between its points
 Eigen::VectorXd at_particles(const Scene& scene, const Eigen::VectorXd& V) {
-  if (are_point_masses(scene.points)) return V;
-  const std::vector<CarriedMass> carried = carried_masses(scene.points);
-  Eigen::VectorXd all(3 * static_cast<Eigen::Index>(carried.size()));
+  if (are_point_masses(scene)) return V;
+  const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
+  Eigen::VectorXd all = Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(carried.size()));
   for (std::size_t p = 0; p < carried.size(); ++p)
-    all.segment<3>(3 * static_cast<Eigen::Index>(p)) = V.segment<3>(3 * Eigen::Index{carried[p].point});
+    for (const auto& [point, share] : carried[p].shares)
+      all.segment<3>(3 * static_cast<Eigen::Index>(p)) += share * V.segment<3>(3 * Eigen::Index{point});
   return all;
 }
 

@@ -38,7 +38,7 @@ Inertia inverse_inertia(const Eigen::VectorXd& mass, const Matrix3Xd& d) {
 }
 
 std::string find_refusal(const Scene& scene) {
-  if (!are_point_masses(scene.points)) return "the Cartesian reference holds point masses only";
+  if (!are_point_masses(scene)) return "the Cartesian reference holds point masses only";
   for (std::size_t k = 0; k < scene.links.size(); ++k) {
     const Link& link = scene.links[k];
     const std::string who = "link " + called(link, static_cast<int>(k));

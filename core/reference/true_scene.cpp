@@ -232,7 +232,7 @@ MatrixXd damping_matrix(const Scene& scene, const CartesianSystem& system) {
 
 std::optional<CartesianSystem> make_true_geometry(const Scene& scene, std::string& error) {
   error.clear();
-  if (!are_point_masses(scene.points))
+  if (!are_point_masses(scene))
     error = "the Cartesian reference holds point masses only";
   else if (!scene.feedbacks.empty())
     error = "feedback acts on elastic displacements, which the Cartesian reference has not";

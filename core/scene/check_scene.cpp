@@ -29,9 +29,11 @@ void Checker::check_points() {
     if (each.mass == 0.0 && has_attitude(each))
       error(each.origin, who + " has inertia or an offset, and no mass: give the mass that they are of");
   }
-  if (!scene.points.empty() && std::all_of(scene.points.begin(), scene.points.end(),
-                                           [](const PointMass& each) { return each.mass == 0.0; }))
-    error(scene.points.front().origin, "no point has mass; a free structure needs at least one that has");
+  if (!scene.points.empty() &&
+      std::all_of(scene.points.begin(), scene.points.end(),
+                  [](const PointMass& each) { return each.mass == 0.0; }) &&
+      std::none_of(scene.links.begin(), scene.links.end(), [](const Link& link) { return has_mass(link); }))
+    error(scene.points.front().origin, "nothing has mass; a free structure needs a point or a link that has");
   check_num_points(scene, true, faults);
 }
 
@@ -42,10 +44,16 @@ void Checker::check_group(const Group& group, int index) {
   for (const int each : group.points)
     if (known_point(group.origin, who, each) && !seen.insert(each).second)
       error(group.origin, who + " names point " + quoted(point(each).name, each) + " twice; name each once");
-  if (!group.points.empty() && std::all_of(group.points.begin(), group.points.end(), [&](int each) {
-        return is_point(each) && point(each).mass == 0.0;
+  const auto is_massless = [&](int each) { return is_point(each) && point(each).mass == 0.0; };
+  const auto is_in = [&](int each) { return seen.count(each) > 0; };
+  if (!group.points.empty() && std::all_of(group.points.begin(), group.points.end(), is_massless) &&
+      std::none_of(scene.links.begin(), scene.links.end(), [&](const Link& link) {
+        return has_mass(link) && std::all_of(link.points.begin(), link.points.end(), is_in);
       }))
-    error(group.origin, who + " has no mass, by which a wrench is spread over points; add one that has");
+    error(group.origin,
+          who +
+              " has no mass, by which a wrench is spread over points: add a point that has some, or all "
+              "points of a link that has");
 }
 
 void Checker::check_damping() {

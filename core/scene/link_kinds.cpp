@@ -6,34 +6,41 @@ namespace freeflex {
 
 std::vector<LinkValue> values_of(const Link& link) {
   using Values = std::vector<LinkValue>;
-  return std::visit(LinkCases{
-                        [](const Spring& spring) {
-                          return Values{{"stiffness", spring.stiffness, "N/m"}};
-                        },
-                        [](const Bar& bar) {
-                          return Values{{"EA", bar.EA, "N"}};
-                        },
-                        [](const Beam& beam) {
-                          return Values{{"EA", beam.EA, "N"},           {"GJ", beam.GJ, "N m^2"},
-                                        {"EI_y", beam.EI_y, "N m^2"},   {"EI_z", beam.EI_z, "N m^2"},
-                                        {"GA_y", beam.GA_y, "N", true}, {"GA_z", beam.GA_z, "N", true}};
-                        },
-                        [](const MatrixLink&) { return Values{}; },
-                        [](const BendingSpring& spring) {
-                          return Values{{"stiffness", spring.stiffness, "N m/rad"}};
-                        },
-                        [](const TorsionSpring& spring) {
-                          return Values{{"stiffness", spring.stiffness, "N m/rad"}};
-                        },
-                        [](const Plate& plate) {
-                          return Values{{"E", plate.E, "Pa"}, {"thickness", plate.thickness, "m"}};
-                        },
-                        [](const Rigid&) { return Values{}; },
-                        [](const Dashpot& dashpot) {
-                          return Values{{"damping", dashpot.damping, "N s/m", false, false}};
-                        },
-                    },
-                    link.kind);
+  return std::visit(
+      LinkCases{
+          [](const Spring& spring) {
+            return Values{{"stiffness", spring.stiffness, "N/m"}};
+          },
+          [](const Bar& bar) {
+            return Values{{"EA", bar.EA, "N"}, {"mass_per_length", bar.mass_per_length, "kg/m", true}};
+          },
+          [](const Beam& beam) {
+            return Values{{"EA", beam.EA, "N"},
+                          {"GJ", beam.GJ, "N m^2"},
+                          {"EI_y", beam.EI_y, "N m^2"},
+                          {"EI_z", beam.EI_z, "N m^2"},
+                          {"GA_y", beam.GA_y, "N", true},
+                          {"GA_z", beam.GA_z, "N", true},
+                          {"mass_per_length", beam.mass_per_length, "kg/m", true}};
+          },
+          [](const MatrixLink&) { return Values{}; },
+          [](const BendingSpring& spring) {
+            return Values{{"stiffness", spring.stiffness, "N m/rad"}};
+          },
+          [](const TorsionSpring& spring) {
+            return Values{{"stiffness", spring.stiffness, "N m/rad"}};
+          },
+          [](const Plate& plate) {
+            return Values{{"E", plate.E, "Pa"},
+                          {"thickness", plate.thickness, "m"},
+                          {"density", plate.density, "kg/m^3", true}};
+          },
+          [](const Rigid&) { return Values{}; },
+          [](const Dashpot& dashpot) {
+            return Values{{"damping", dashpot.damping, "N s/m", false, false}};
+          },
+      },
+      link.kind);
 }
 
 Eigen::Vector3d span_of(const Scene& scene, const Link& link) {
@@ -66,7 +73,7 @@ bool has_point_forces(const Link& link) {
 }
 
 bool publishes_forces(const Scene& scene, const Link& link) {
-  return traits_of(link).effect != LinkEffect::kForbids || are_point_masses(scene.points);
+  return traits_of(link).effect != LinkEffect::kForbids || are_point_masses(scene);
 }
 
 }  // namespace freeflex

@@ -48,6 +48,13 @@ struct PointMass {
   Origin origin;
 };
 
+/// How the mass of a link is spread over its points   (THEORY X164).
+enum class MassSpread {
+  kConsistent,  // by the shapes that the link deforms in
+  kLumped,      // in equal parts on its points
+  kMeanAxial,   // consistent across, along the mean of lumped and consistent
+};
+
 /// Axial spring between two points   (THEORY X44).
 struct Spring {
   double stiffness = 0.0;  // [N/m] > 0
@@ -55,7 +62,9 @@ struct Spring {
 
 /// Bar between two points: axial stiffness EA / L, L the rest length   (THEORY X44).
 struct Bar {
-  double EA = 0.0;  // [N] > 0
+  double EA = 0.0;               // [N] > 0
+  double mass_per_length = 0.0;  // [kg/m] >= 0
+  MassSpread spread = MassSpread::kConsistent;
 };
 
 /// Beam in space between two points, rigidly joined to every other beam and plate there but for releases:
@@ -71,6 +80,8 @@ struct Beam {
   double GA_z = 0.0;  // [N] the same along local z
   // at each end, the rotations about local x, y, z that the joint does not hold
   std::array<std::array<bool, 3>, 2> released{};
+  double mass_per_length = 0.0;  // [kg/m] >= 0; along the axis, without rotary inertia of the section
+  MassSpread spread = MassSpread::kConsistent;
 };
 
 /// Resists the change of the angle at the middle one of three points; on a line, bending in both planes
@@ -86,9 +97,11 @@ struct TorsionSpring {
 
 /// Thin isotropic triangular plate, membrane and bending   (THEORY X62).
 struct Plate {
-  double E = 0.0;          // [Pa] > 0
-  double nu = 0.0;         // [-] Poisson's ratio, -1 < nu < 0.5
-  double thickness = 0.0;  // [m] > 0
+  double E = 0.0;                               // [Pa] > 0
+  double nu = 0.0;                              // [-] Poisson's ratio, -1 < nu < 0.5
+  double thickness = 0.0;                       // [m] > 0
+  double density = 0.0;                         // [kg/m^3] >= 0
+  MassSpread spread = MassSpread::kConsistent;  // not kMeanAxial
 };
 
 /// A matrix from elsewhere over the link's points, row 3*k+axis for points[k]   (THEORY X46, X63).

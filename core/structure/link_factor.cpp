@@ -163,7 +163,7 @@ void set_constraints(const Scene& scene, const Freedoms& freedoms, double roundi
     link_of.insert(link_of.end(), rows.size(), static_cast<int>(i));
   }
   const Eigen::Index num_columns =
-      are_point_masses(scene.points) ? freedoms.num_displacements() : freedoms.num_all();
+      are_point_masses(scene) ? freedoms.num_displacements() : freedoms.num_all();
   factor.constraints.resize(0, num_columns);
   if (all.empty()) return;
   for (DeformationRow& row : all) row.unit_scale = 1.0;
@@ -311,7 +311,7 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
   set_constraints(scene, freedoms, direction_rounding(scene), factor, faults);
   factor.damping_rows = damping_rows(scene, factor);
   const Eigen::Index num_displacements = freedoms.num_displacements();
-  if (!are_point_masses(scene.points)) {  // what has no mass is condensed with the modes (X162)
+  if (!are_point_masses(scene)) {  // what has no mass is condensed with the modes (X162)
     factor.rows.resize(0, num_displacements);
     return factor;
   }
@@ -328,6 +328,11 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
   factor.unit_rows = stack(factor.unit_rows, unit.rows);
   factor.recovery = std::move(condensed.recovery);
   return factor;
+}
+
+void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationRows& rows) {
+  const BodyRotations bodies(scene, freedoms);
+  for (DeformationRow& row : rows) bodies.substitute(row);
 }
 
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link) {

@@ -191,6 +191,8 @@ Eigen::MatrixXd natural_forces(const LinkFactor& factor, const Structure& struct
 /// \param shapes  (3N x n) displacements  \param turns  (num_rotations x n)
 void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eigen::MatrixXd& shapes,
                       Eigen::MatrixXd& turns);
+/// The same in rows over all freedoms: rotations of such joints by the displacements of the points.
+void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationRows& rows);
 
 /// Structure::local_rotations: of the joint at a point, of the rigid body it belongs to, or the mean rotation
 /// of it and its neighbours   (THEORY X73).  \pre structure.shapes

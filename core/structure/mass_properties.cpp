@@ -15,14 +15,23 @@ namespace {
 constexpr double kNearlyCollinear = 1e-6;
 
 // (1.1), (1.3), (1.4): centre of mass, and rest positions from it, corrected once for the rounding of the sum
-void find_centre(const std::vector<PointMass>& points, MassProperties& properties) {
+void find_centre(const std::vector<PointMass>& points, const std::vector<SpreadMass>& spread,
+                 MassProperties& properties) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
-  properties.r.resize(3, num_points);
-  Eigen::VectorXd mass(num_points);
+  const Eigen::Index num_all = num_points + static_cast<Eigen::Index>(spread.size());
+  properties.r.resize(3, num_all);
+  Eigen::VectorXd mass(num_all);
   for (Eigen::Index i = 0; i < num_points; ++i) {
     mass[i] = points[static_cast<std::size_t>(i)].mass;
     properties.r.col(i) =
         points[static_cast<std::size_t>(i)].position + points[static_cast<std::size_t>(i)].offset;
+  }
+  for (Eigen::Index i = num_points; i < num_all; ++i) {
+    const SpreadMass& each = spread[static_cast<std::size_t>(i - num_points)];
+    mass[i] = each.mass;
+    properties.r.col(i).setZero();
+    for (const auto& [point, share] : each.shares)
+      properties.r.col(i) += share * points[static_cast<std::size_t>(point)].position;
   }
   properties.mass = mass.sum();
   // sum m r = 0 (2.4); sums start from the first point: a scene far from its origin keeps its digits
@@ -34,6 +43,7 @@ void find_centre(const std::vector<PointMass>& points, MassProperties& propertie
   properties.r.colwise() -= correction;
   properties.p_SB = first + offset + correction;
   properties.centres = properties.r;
+  properties.r.conservativeResize(3, num_points);
   for (Eigen::Index i = 0; i < num_points; ++i)
     properties.r.col(i) -= points[static_cast<std::size_t>(i)].offset;
 }
@@ -46,10 +56,13 @@ Eigen::Matrix3d root_second_moment(const PointMass& point) {
 
 // what has extent: the points, or, where they are more than point masses, the centres of what has mass and
 // the radii of gyration about them (a column to either side counts as one)
-Eigen::Matrix3Xd places_of_mass(const std::vector<PointMass>& points, const MassProperties& properties) {
-  if (are_point_masses(points)) return properties.r;
-  Eigen::Matrix3Xd places(3, 4 * properties.r.cols());
-  Eigen::Index count = 0;
+Eigen::Matrix3Xd places_of_mass(const Scene& scene, const MassProperties& properties) {
+  if (are_point_masses(scene)) return properties.r;
+  const std::vector<PointMass>& points = scene.points;
+  const Eigen::Index num_spread = properties.centres.cols() - properties.r.cols();
+  Eigen::Matrix3Xd places(3, 4 * properties.r.cols() + num_spread);
+  places.leftCols(num_spread) = properties.centres.rightCols(num_spread);
+  Eigen::Index count = num_spread;
   for (Eigen::Index i = 0; i < properties.r.cols(); ++i) {
     const PointMass& point = points[static_cast<std::size_t>(i)];
     if (point.mass == 0.0) continue;
@@ -65,13 +78,18 @@ Eigen::Matrix3Xd places_of_mass(const std::vector<PointMass>& points, const Mass
 // X40, X41: principal moments from the singular values s of sqrt(m) r, I_1 = s_2^2 + s_3^2 and so
 // on. Squares of singular values keep the digits that an eigensolver on the inertia tensor loses for thin
 // shapes.
-void find_inertia(const std::vector<PointMass>& points, MassProperties& properties) {
+void find_inertia(const std::vector<PointMass>& points, const std::vector<SpreadMass>& spread,
+                  MassProperties& properties) {
   const auto num_points = static_cast<Eigen::Index>(points.size());
+  const auto num_spread = static_cast<Eigen::Index>(spread.size());
   const auto has_inertia = [](const PointMass& point) { return !point.inertia.isZero(0.0); };
   const Eigen::Index num_turning = std::count_if(points.begin(), points.end(), has_inertia);
   Eigen::Matrix3Xd weighted =
-      Eigen::Matrix3Xd::Zero(3, std::max<Eigen::Index>(3, num_points + 3 * num_turning));
-  Eigen::Index next = num_points;
+      Eigen::Matrix3Xd::Zero(3, std::max<Eigen::Index>(3, num_points + num_spread + 3 * num_turning));
+  for (Eigen::Index i = num_points; i < num_points + num_spread; ++i)
+    weighted.col(i) =
+        std::sqrt(spread[static_cast<std::size_t>(i - num_points)].mass) * properties.centres.col(i);
+  Eigen::Index next = num_points + num_spread;
   for (Eigen::Index i = 0; i < num_points; ++i) {
     const PointMass& point = points[static_cast<std::size_t>(i)];
     weighted.col(i) = std::sqrt(point.mass) * properties.centres.col(i);
@@ -90,12 +108,14 @@ void find_inertia(const std::vector<PointMass>& points, MassProperties& properti
 
 }  // namespace
 
-MassProperties find_mass_properties(const std::vector<PointMass>& points, Faults& faults) {
+MassProperties find_mass_properties(const Scene& scene, Faults& faults) {
+  const std::vector<PointMass>& points = scene.points;
+  const std::vector<SpreadMass> spread = spread_masses(scene);
   MassProperties properties;
-  find_centre(points, properties);
-  find_inertia(points, properties);
+  find_centre(points, spread, properties);
+  find_inertia(points, spread, properties);
   properties.line.setZero();
-  const Eigen::Matrix3Xd places = places_of_mass(points, properties);
+  const Eigen::Matrix3Xd places = places_of_mass(scene, properties);
   if (places.cols() == 1) {
     properties.rigid_freedoms = 3;
     properties.principal_axes.setIdentity();

@@ -6,6 +6,7 @@
 
 #include "core/scene/bodies.hpp"
 #include "core/structure/decompositions.hpp"
+#include "core/structure/spread_rows.hpp"
 
 namespace freeflex {
 namespace {
@@ -13,8 +14,21 @@ namespace {
 // [-] of the largest moment: smaller ones are rounding
 constexpr double kNoMoment = 1e-12;
 
+// V + theta x arm
+CarriedMass on_arm(const Freedoms& freedoms, int point, double mass, const Eigen::Vector3d& arm) {
+  CarriedMass each{.mass = mass, .point = point, .arm = arm, .shares = {{point, 1.0}}, .displacement = {}};
+  for (int axis = 0; axis < 3; ++axis) {
+    auto& row = each.displacement[static_cast<std::size_t>(axis)];
+    row.emplace_back(3 * point + axis, 1.0);
+    if (arm.isZero(0.0)) continue;
+    const Eigen::Vector3d turn = arm.cross(Eigen::Vector3d::Unit(axis));
+    for (int k = 0; k < 3; ++k) row.emplace_back(freedoms.rotation(point) + k, turn[k]);
+  }
+  return each;
+}
+
 // X160: of S_k = (tr J) / 2 - J_k the positive ones
-std::vector<CarriedMass> corners(const PointMass& body, int point) {
+std::vector<CarriedMass> corners(const PointMass& body, int point, const Freedoms& freedoms) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(second_moment(body));
   const Eigen::Vector3d S = eigen.eigenvalues().cwiseMax(0.0);
   const Eigen::Matrix3d arms = eigen.eigenvectors() * (S / body.mass).cwiseSqrt().asDiagonal();
@@ -22,23 +36,28 @@ std::vector<CarriedMass> corners(const PointMass& body, int point) {
       Eigen::Vector3d{1.0, 1.0, 1.0}, {1.0, -1.0, -1.0}, {-1.0, 1.0, -1.0}, {-1.0, -1.0, 1.0}};
   std::vector<CarriedMass> all;
   for (const Eigen::Vector3d& sign : kSigns)
-    all.push_back({point, 0.25 * body.mass, Eigen::Vector3d(body.offset + arms * sign)});
+    all.push_back(on_arm(freedoms, point, 0.25 * body.mass, body.offset + arms * sign));
   return all;
 }
 
 }  // namespace
 
-std::vector<CarriedMass> carried_masses(const std::vector<PointMass>& points) {
+std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& freedoms) {
   std::vector<CarriedMass> all;
-  for (int i = 0; i < static_cast<int>(points.size()); ++i) {
-    const PointMass& each = points[static_cast<std::size_t>(i)];
+  for (int i = 0; i < static_cast<int>(scene.points.size()); ++i) {
+    const PointMass& each = scene.points[static_cast<std::size_t>(i)];
     if (each.inertia.isZero(0.0)) {
-      if (each.mass > 0.0) all.push_back({i, each.mass, each.offset});
+      if (each.mass > 0.0) all.push_back(on_arm(freedoms, i, each.mass, each.offset));
     } else {
-      const auto own = corners(each, i);
+      const auto own = corners(each, i, freedoms);
       all.insert(all.end(), own.begin(), own.end());
     }
   }
+  for (const SpreadMass& part : spread_masses(scene))
+    all.push_back({.mass = part.mass,
+                   .link = part.link,
+                   .shares = part.shares,
+                   .displacement = displacement_of(scene, freedoms, part)});
   return all;
 }
 
@@ -66,27 +85,33 @@ DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double l
       rows.push_back(std::move(row));
     }
   }
+  for (int i = 0; i < static_cast<int>(scene.links.size()); ++i)
+    if (has_mass(scene.links[static_cast<std::size_t>(i)]))
+      for (DeformationRow& row : spread_rows(scene, freedoms, i)) rows.push_back(std::move(row));
+  turn_with_bodies(scene, freedoms, rows);
   return rows;
 }
 
 Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Structure& structure) {
-  const std::vector<CarriedMass> carried = carried_masses(scene.points);
+  const std::vector<CarriedMass> carried = carried_masses(scene, freedoms);
   const auto count = static_cast<Eigen::Index>(carried.size());
+  const Eigen::MatrixXd &shapes = structure.shapes, &turns = structure.turns;
   Particles particles;
   particles.mass.resize(count);
-  particles.r.resize(3, count);
-  particles.shapes.resize(3 * count, structure.shapes.cols());
+  particles.r = Eigen::Matrix3Xd::Zero(3, count);
+  particles.shapes = Eigen::MatrixXd::Zero(3 * count, shapes.cols());
   for (Eigen::Index p = 0; p < count; ++p) {
     const CarriedMass& each = carried[static_cast<std::size_t>(p)];
     particles.mass[p] = each.mass;
-    particles.r.col(p) = structure.mass_properties.r.col(each.point) + each.arm;
-    auto shape = particles.shapes.middleRows<3>(3 * p);
-    shape = structure.shapes.middleRows<3>(3 * Eigen::Index{each.point});
-    if (each.arm.isZero(0.0)) continue;
-    const auto theta =
-        structure.turns.middleRows<3>(freedoms.rotation(each.point) - freedoms.num_displacements());
-    for (Eigen::Index mode = 0; mode < shape.cols(); ++mode)
-      shape.col(mode) += Eigen::Vector3d(theta.col(mode)).cross(each.arm);
+    for (const auto& [point, share] : each.shares)
+      particles.r.col(p) += share * structure.mass_properties.r.col(point);
+    particles.r.col(p) += each.arm;
+    if (shapes.cols() == 0) continue;
+    for (Eigen::Index axis = 0; axis < 3; ++axis)
+      for (const auto& [freedom, coefficient] : each.displacement[static_cast<std::size_t>(axis)])
+        particles.shapes.row(3 * p + axis) +=
+            coefficient *
+            (freedom < shapes.rows() ? shapes.row(freedom) : turns.row(freedom - shapes.rows()));
   }
   return particles;
 }

@@ -1,23 +1,33 @@
 // What sums over the mass run over: point masses, or the particles that bodies count as.
 #pragma once
 
+#include <array>
+#include <utility>
+#include <vector>
+
 #include "core/structure/link_factor.hpp"
 
 namespace freeflex {
 
-/// A part of the mass that one point carries on a rigid arm.
+/// A part of the mass and how it moves, V = displacement . freedoms to first order.
 struct CarriedMass {
-  int point = -1;
   double mass = 0.0;                              // [kg] > 0
-  Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] from the point, scene axes
+  int point = -1;                                 // that carries it; -1: a link does
+  int link = -1;                                  // that has it; -1: a point does
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] from that point, scene axes
+  std::vector<std::pair<int, double>> shares;     // [-] of points, between which it stands but for the arm
+  // [-], [m] along each scene axis   (THEORY X160, X164)
+  std::array<std::vector<std::pair<int, double>>, 3> displacement;
 };
 
 /// Each point's own mass, or four of a body with inertia: m / 4 at the corners +-a_k of a tetrahedron about
-/// its centre, a_k^2 = S_k / m along the principal axes of its second moment S   (THEORY X160).
-std::vector<CarriedMass> carried_masses(const std::vector<PointMass>& points);
+/// its centre, a_k^2 = S_k / m along the principal axes of its second moment S   (THEORY X160). Then the
+/// parts of links that have mass, each displaced as its link deforms   (THEORY X164).
+std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& freedoms);
 
-/// Rows of the mass over all freedoms, M = N^T N: sqrt(m) (V + theta x d) and sqrt(J_k) theta . e_k
-/// (THEORY X160). \param length  [m] that makes the unit rows of rotations of order one
+/// Rows of the mass over all freedoms, M = N^T N: of bodies sqrt(m) (V + theta x d) and sqrt(J_k) theta . e_k
+/// (THEORY X160), of links sqrt(m) V of their parts   (THEORY X164).
+/// \param length  [m] that makes the unit rows of rotations of order one
 DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double length);
 
 /// The particles of a structure with bodies, moving as its points do.  \pre structure.shapes and turns

@@ -23,11 +23,23 @@ namespace {
 
 constexpr int kNamesInWarning = 8;
 
-bool are_sound(const std::vector<PointMass>& points) {
-  return !points.empty() && std::all_of(points.begin(), points.end(), [](const PointMass& point) {
-    return std::isfinite(point.mass) && point.mass >= 0.0 && point.position.allFinite() &&
-           point.offset.allFinite() && inertia_problem(point.inertia).empty();
-  });
+// mass properties can be found: values that are none have been said
+bool are_sound(const Scene& scene) {
+  const auto is_known = [&](int point) {
+    return point >= 0 && point < static_cast<int>(scene.points.size());
+  };
+  const bool has_points = !scene.points.empty() &&
+                          std::all_of(scene.points.begin(), scene.points.end(), [](const PointMass& point) {
+                            return std::isfinite(point.mass) && point.mass >= 0.0 &&
+                                   point.position.allFinite() && point.offset.allFinite() &&
+                                   inertia_problem(point.inertia).empty();
+                          });
+  return has_points && std::all_of(scene.links.begin(), scene.links.end(), [&](const Link& link) {
+           const LinkTraits kind = traits_of(link);
+           return !has_mass(link) || (link.points.size() >= kind.least && link.points.size() <= kind.most &&
+                                      std::all_of(link.points.begin(), link.points.end(), is_known) &&
+                                      std::isfinite(mass_of(scene, link)));
+         });
 }
 
 bool has_rigid_links(const Scene& scene) {
@@ -149,9 +161,9 @@ Eigen::VectorXd structural_ratio(const Scene& scene, const LinkFactor& factor, c
 MassProperties check_physics(const Scene& scene, Faults& faults) {
   check_scene(scene, faults);
   MassProperties properties;
-  if (are_sound(scene.points)) {
-    properties = find_mass_properties(scene.points, faults);
-    if (!has_rigid_links(scene) && are_point_masses(scene.points))
+  if (are_sound(scene)) {
+    properties = find_mass_properties(scene, faults);
+    if (!has_rigid_links(scene) && are_point_masses(scene))
       check_modes(scene, num_elastic(scene, properties, 0), faults);
   }
   if (has_error(faults)) check_matrices(scene, faults);
@@ -167,16 +179,16 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
   const LinkFactor factor = factor_links(scene, turns_joints(scene), faults);
   if (has_error(faults)) return std::nullopt;
   // how many modes rigid links leave is known only now
-  if (has_rigid_links(scene) && are_point_masses(scene.points))
+  if (has_rigid_links(scene) && are_point_masses(scene))
     check_modes(scene, num_elastic(scene, structure.mass_properties, factor.constraints.rows()), faults);
   if (has_error(faults)) return std::nullopt;
 
   structure.num_constraints = static_cast<int>(factor.constraints.rows());
-  if (are_point_masses(scene.points))
+  if (are_point_masses(scene))
     find_modes(scene, factor, structure);
   else
     find_body_modes(scene, factor, structure, faults);
-  if (!are_point_masses(scene.points) && !has_error(faults))
+  if (!are_point_masses(scene) && !has_error(faults))
     check_modes(scene, static_cast<int>(structure.omega.size()), faults);
   if (has_error(faults)) return std::nullopt;
   warn_of_mechanisms(scene, structure.mechanisms, faults);

@@ -13,12 +13,12 @@ namespace freeflex {
 
 /// Mass properties of the rest shape (THEORY 1.1, 1.3, 1.4, X40, X41).
 struct MassProperties {
-  double mass = 0.0;               // [kg]
-  Eigen::Vector3d p_SB;            // [m] centre of mass in scene axes
-  Eigen::Matrix3Xd r;              // [m] (3 x N) rest positions from the centre of mass, body axes
-  Eigen::Matrix3Xd centres;        // [m] (3 x N) the same of the centres of mass of bodies
-  Eigen::Matrix3d inertia;         // [kg m^2] about the centre of mass, body axes
-  Eigen::Vector3d principal;       // [kg m^2] ascending
+  double mass = 0.0;          // [kg]
+  Eigen::Vector3d p_SB;       // [m] centre of mass in scene axes
+  Eigen::Matrix3Xd r;         // [m] (3 x N) rest positions from the centre of mass, body axes
+  Eigen::Matrix3Xd centres;   // [m] (3 x (N + parts)) of the centres of mass of bodies, then spread_masses
+  Eigen::Matrix3d inertia;    // [kg m^2] about the centre of mass, body axes
+  Eigen::Vector3d principal;  // [kg m^2] ascending
   Eigen::Matrix3d principal_axes;  // columns, right-handed
   int rigid_freedoms = 6;          // 6; 5 collinear; 3 for one point
   Eigen::Vector3d line;            // [-] unit vector along a collinear shape, else zero

@@ -14,7 +14,7 @@ constexpr double kJoint = 1e-6;  // [kg] of a joint of the point masses: what it
 // each body as its particles, held to its joint by a rigid body
 Scene as_point_masses(const Scene& scene) {
   Scene points = scene;
-  for (const CarriedMass& each : carried_masses(scene.points)) {
+  for (const CarriedMass& each : carried_masses(scene, Freedoms(scene))) {
     PointMass& joint = points.points[static_cast<std::size_t>(each.point)];
     if (!has_attitude(joint) && joint.mass != kJoint) continue;
     joint.inertia.setZero();

@@ -24,7 +24,7 @@ std::vector<int> in_turn(const Scene& scene) {
 
 MassProperties properties_of(const Scene& scene) {
   Faults faults;
-  return find_mass_properties(scene.points, faults);
+  return find_mass_properties(scene, faults);
 }
 
 // rank of a recipe with the points as they are numbered, rigid links aside

@@ -97,7 +97,7 @@ Scene frame_with_body() {
 // the same with the body as point masses that a rigid body of four points and its joint holds together
 Scene frame_of_points(const Scene& scene, double joint_mass) {
   Scene points = scene;
-  const std::vector<CarriedMass> carried = carried_masses(scene.points);
+  const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
   points.points[0].inertia.setZero();
   points.points[0].offset.setZero();
   points.points[0].mass = joint_mass;
@@ -136,7 +136,7 @@ TEST(Bodies, CountAsTheirParticlesInEverySum) {
   double mass = 0.0;
   Eigen::Vector3d moment = Eigen::Vector3d::Zero();
   Eigen::Matrix3d second = Eigen::Matrix3d::Zero();
-  for (const CarriedMass& each : carried_masses(scene.points))
+  for (const CarriedMass& each : carried_masses(scene, Freedoms(scene)))
     if (each.point == 0) {
       mass += each.mass;
       moment += each.mass * each.arm;
@@ -195,7 +195,7 @@ TEST(Bodies, CarryRigidArms) {
     for (std::size_t l = 1; l < 4; ++l) add_link(scene, arms[0][k], arms[1][l], Spring{1000.0});
   // the same of point masses, joints almost without mass
   Scene points = scene;
-  const std::vector<CarriedMass> carried = carried_masses(scene.points);
+  const std::vector<CarriedMass> carried = carried_masses(scene, Freedoms(scene));
   points.links.erase(points.links.begin(), points.links.begin() + 2);
   for (PointMass& each : points.points) each.inertia.setZero(), each.mass = 1e-12;
   for (const int body : {a, b}) {

@@ -256,7 +256,7 @@ TEST(RigidFreedoms, AreFiveOnlyForPointsOnALine) {
     for (int i = 0; i < 5; ++i)
       add_point(scene, i == 0 ? 1e6 : 1.0, {0.1 * i, i == 2 ? 0.5 * width : 0.0, 0.0});
     Faults faults;
-    const MassProperties body = find_mass_properties(scene.points, faults);
+    const MassProperties body = find_mass_properties(scene, faults);
     EXPECT_EQ(body.rigid_freedoms, width > 0.0 ? 6 : 5) << width;
     EXPECT_EQ(faults.size(), width == 1e-12 ? 1U : 0U) << width;
   }
@@ -265,7 +265,7 @@ TEST(RigidFreedoms, AreFiveOnlyForPointsOnALine) {
   for (int i = 0; i < 9; ++i)
     add_point(scene, 1.0, Eigen::Vector3d(1.0, 2.0, 3.0) + 0.1 * i * Eigen::Vector3d(0.3, -0.7, 0.9));
   Faults faults;
-  EXPECT_EQ(find_mass_properties(scene.points, faults).rigid_freedoms, 5);
+  EXPECT_EQ(find_mass_properties(scene, faults).rigid_freedoms, 5);
   EXPECT_TRUE(faults.empty());
 }
 
@@ -275,7 +275,7 @@ TEST(MassPropertiesOfABox, AreTheClosedForm) {
   for (int corner = 0; corner < 8; ++corner)
     add_point(scene, 0.5, {10.0 + (corner & 1) * 2.0, -3.0 + (corner & 2) * 1.5, (corner & 4) * 1.0});
   Faults faults;
-  const MassProperties body = find_mass_properties(scene.points, faults);
+  const MassProperties body = find_mass_properties(scene, faults);
   EXPECT_DOUBLE_EQ(body.mass, 4.0);
   EXPECT_TRUE(body.p_SB.isApprox(Eigen::Vector3d(11.0, -1.5, 2.0), 1e-15));
   EXPECT_TRUE(body.principal.isApprox(Eigen::Vector3d(4.0 + 9.0, 4.0 + 16.0, 9.0 + 16.0), 1e-14));

@@ -96,7 +96,7 @@ MatrixSummary summary_of(const Eigen::MatrixXd& matrix) {
 
 std::optional<Inspection> inspect_scene(Scene scene, Structure structure, std::optional<Recipe> recipe,
                                         std::string& why_not) {
-  if (!are_point_masses(scene.points)) {
+  if (!are_point_masses(scene)) {
     why_not =
         "the paper's bases are of point masses; this scene has bodies or massless points: see freeflex modes";
     return std::nullopt;

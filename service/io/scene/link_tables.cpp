@@ -23,12 +23,15 @@ enum Column : std::size_t {
   kE,
   kNu,
   kThicknessColumn,
+  kMassColumn,
+  kDensityColumn,
   kViscousColumn,
   kLossFactorColumn
 };
-const std::vector<std::string_view> kColumns{"name", "from", "to",        "third",   "stiffness",  "EA",
-                                             "GJ",   "EIy",  "EIz",       "GAy",     "GAz",        "damping",
-                                             "E",    "nu",   "thickness", "viscous", "loss_factor"};
+const std::vector<std::string_view> kColumns{
+    "name",    "from",    "to",         "third",   "stiffness", "EA", "GJ",        "EIy",
+    "EIz",     "GAy",     "GAz",        "damping", "E",         "nu", "thickness", "mass_per_length",
+    "density", "viscous", "loss_factor"};
 
 /// A kind of link that a table may hold. The columns name, viscous and loss_factor may always stand beside.
 struct TableForm {
@@ -41,8 +44,11 @@ LinkKind read_spring(const CsvTable&, const CsvRow& row, const std::string& labe
   return Spring{row.number(kStiffnessColumn, label, kStiffness)};
 }
 
-LinkKind read_bar(const CsvTable&, const CsvRow& row, const std::string& label) {
-  return Bar{row.number(kEA, label, kForce)};
+LinkKind read_bar(const CsvTable& table, const CsvRow& row, const std::string& label) {
+  Bar bar;
+  bar.EA = row.number(kEA, label, kForce);
+  if (table.has(kColumns[kMassColumn])) bar.mass_per_length = row.number(kMassColumn, label, kMassPerLength);
+  return bar;
 }
 
 LinkKind read_beam(const CsvTable& table, const CsvRow& row, const std::string& label) {
@@ -53,6 +59,7 @@ LinkKind read_beam(const CsvTable& table, const CsvRow& row, const std::string& 
   beam.EI_z = row.number(kEIz, label, kRigidity);
   if (table.has(kColumns[kGAy])) beam.GA_y = row.number(kGAy, label, kForce);
   if (table.has(kColumns[kGAz])) beam.GA_z = row.number(kGAz, label, kForce);
+  if (table.has(kColumns[kMassColumn])) beam.mass_per_length = row.number(kMassColumn, label, kMassPerLength);
   return beam;
 }
 
@@ -60,11 +67,12 @@ LinkKind read_dashpot(const CsvTable&, const CsvRow& row, const std::string& lab
   return Dashpot{row.number(kDampingColumn, label, kDamping)};
 }
 
-LinkKind read_plate(const CsvTable&, const CsvRow& row, const std::string& label) {
+LinkKind read_plate(const CsvTable& table, const CsvRow& row, const std::string& label) {
   Plate plate;
   plate.E = row.number(kE, label, kModulus);
   plate.nu = row.number(kNu, label, kPoissonRatio);
   plate.thickness = row.number(kThicknessColumn, label, kThickness);
+  if (table.has(kColumns[kDensityColumn])) plate.density = row.number(kDensityColumn, label, kDensity);
   return plate;
 }
 
@@ -72,10 +80,10 @@ LinkKind read_plate(const CsvTable&, const CsvRow& row, const std::string& label
 const TableForm* form_of(const CsvTable& table) {
   static const std::vector<TableForm> kForms{
       {{kStiffnessColumn}, {}, kElasticLosses, read_spring},
-      {{kEA}, {}, kElasticLosses, read_bar},
-      {{kEA, kGJ, kEIy, kEIz}, {kGAy, kGAz}, kRotationLosses, read_beam},
+      {{kEA}, {kMassColumn}, kElasticLosses, read_bar},
+      {{kEA, kGJ, kEIy, kEIz}, {kGAy, kGAz, kMassColumn}, kRotationLosses, read_beam},
       {{kDampingColumn}, {}, kDashpotLosses, read_dashpot},
-      {{kThird, kE, kNu, kThicknessColumn}, {}, kRotationLosses, read_plate}};
+      {{kThird, kE, kNu, kThicknessColumn}, {kDensityColumn}, kRotationLosses, read_plate}};
   const auto fits = [&](const TableForm& form) {
     for (std::size_t column = kThird; column < kViscousColumn; ++column) {
       const auto holds = [&](const std::vector<Column>& columns) {
@@ -117,8 +125,9 @@ void SceneReader::read_links_table(const Node& node) {
   if (!form) {
     report_.error(table.header(),
                   "the columns give no kind of link; beside from and to they must be stiffness (springs), EA "
-                  "(bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), damping (dashpots), or third, "
-                  "E, nu, thickness (plates)");
+                  "and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz, "
+                  "mass_per_length (beams), damping (dashpots), or third, E, nu, thickness and, if wanted, "
+                  "density (plates)");
     return links_.mark_incomplete();
   }
   const auto check_loss = [&](Column column, std::string_view refusal) {

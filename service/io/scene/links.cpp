@@ -50,9 +50,32 @@ LinkKind read_spring(Report&, const Fields& fields) {
   return spring;
 }
 
-LinkKind read_bar(Report&, const Fields& fields) {
+// `lumped` or `mean_axial`, of a link that has mass
+MassSpread read_spread(Report& report, const Fields& fields, bool has_mass) {
+  const auto is_set = [&](std::string_view key) {
+    const Node* node = fields.find(key);
+    if (node == nullptr) return false;
+    const std::string label = fields.label() + ": " + std::string(key);
+    if (!has_mass)
+      report.error(node->origin,
+                   label +
+                       " tells how the mass of the link is spread, and it has none; give one, or "
+                       "leave this out");
+    return read_word(report, *node, label, {"true", "false"}) == 0;
+  };
+  const bool is_lumped = is_set("lumped"), is_mean = is_set("mean_axial");
+  if (is_lumped && is_mean)
+    report.error(fields.origin(),
+                 fields.label() + ": its mass is lumped or has mean_axial; keep one of them");
+  if (is_lumped) return MassSpread::kLumped;
+  return is_mean ? MassSpread::kMeanAxial : MassSpread::kConsistent;
+}
+
+LinkKind read_bar(Report& report, const Fields& fields) {
   Bar bar;
   fields.require("EA", kForce, bar.EA);
+  fields.read("mass_per_length", kMassPerLength, bar.mass_per_length);
+  bar.spread = read_spread(report, fields, fields.find("mass_per_length") != nullptr);
   return bar;
 }
 
@@ -89,6 +112,8 @@ LinkKind read_beam(Report& report, const Fields& fields) {
   fields.require("EIz", kRigidity, beam.EI_z);
   fields.read("GAy", kForce, beam.GA_y);
   fields.read("GAz", kForce, beam.GA_z);
+  fields.read("mass_per_length", kMassPerLength, beam.mass_per_length);
+  beam.spread = read_spread(report, fields, fields.find("mass_per_length") != nullptr);
   if (const Node* axis = fields.find("y_axis")) {
     const auto direction = read_vector(report, *axis, fields.label() + ": y_axis", "-");
     if (direction && direction->isZero(0.0))
@@ -116,11 +141,13 @@ LinkKind read_torsion(Report&, const Fields& fields) {
   return spring;
 }
 
-LinkKind read_plate(Report&, const Fields& fields) {
+LinkKind read_plate(Report& report, const Fields& fields) {
   Plate plate;
   fields.require("E", kModulus, plate.E);
   fields.require("nu", kPoissonRatio, plate.nu);
   fields.require("thickness", kThickness, plate.thickness);
+  fields.read("density", kDensity, plate.density);
+  plate.spread = read_spread(report, fields, fields.find("density") != nullptr);
   return plate;
 }
 
@@ -143,16 +170,17 @@ LinkKind read_dashpot(Report&, const Fields& fields) {
 const std::vector<LinkForm>& link_forms() {
   static const std::vector<LinkForm> kForms{
       {"spring", Extent::kChain, 2, {"stiffness"}, kElasticLosses, read_spring},
-      {"bar", Extent::kChain, 2, {"EA"}, kElasticLosses, read_bar},
+      {"bar", Extent::kChain, 2, {"EA", "mass_per_length", "lumped", "mean_axial"}, kElasticLosses, read_bar},
       {"beam",
        Extent::kChain,
        2,
-       {"EA", "GJ", "EIy", "EIz", "GAy", "GAz", "y_axis", "release"},
+       {"EA", "GJ", "EIy", "EIz", "GAy", "GAz", "y_axis", "release", "mass_per_length", "lumped",
+        "mean_axial"},
        kRotationLosses,
        read_beam},
       {"bending", Extent::kChain, 3, {"stiffness"}, kElasticLosses, read_bending},
       {"torsion", Extent::kChain, 4, {"stiffness"}, kElasticLosses, read_torsion},
-      {"plate", Extent::kOne, 3, {"E", "nu", "thickness"}, kRotationLosses, read_plate},
+      {"plate", Extent::kOne, 3, {"E", "nu", "thickness", "density", "lumped"}, kRotationLosses, read_plate},
       {"matrix", Extent::kFile, 2, {"points"}, kElasticLosses, read_stiffness_matrix},
       {"flexibility", Extent::kFile, 2, {"points"}, kElasticLosses, read_flexibility_matrix},
       {"rigid", Extent::kBody, 2, {}, kRigidLosses, read_rigid},

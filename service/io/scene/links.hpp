@@ -17,6 +17,8 @@ inline constexpr Quantity kAngleStiffness{"N m/rad", Bound::kPositive};
 inline constexpr Quantity kModulus{"Pa", Bound::kPositive};
 inline constexpr Quantity kPoissonRatio{"-", Bound::kPoissonRatio};
 inline constexpr Quantity kThickness{"m", Bound::kPositive};
+inline constexpr Quantity kMassPerLength{"kg/m", Bound::kNonNegative};
+inline constexpr Quantity kDensity{"kg/m^3", Bound::kNonNegative};
 inline constexpr Quantity kDamping{"N s/m", Bound::kPositive};
 inline constexpr Quantity kViscous{"s", Bound::kNonNegative};
 inline constexpr Quantity kLossFactor{"-", Bound::kNonNegative};

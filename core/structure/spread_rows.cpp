@@ -1,0 +1,209 @@
+#include "core/structure/spread_rows.hpp"
+
+#include <Eigen/Geometry>
+#include <cmath>
+
+namespace freeflex {
+namespace {
+
+void add(Displacement& row, int first, double scale, const Eigen::Vector3d& direction) {
+  for (int axis = 0; axis < 3; ++axis)
+    if (direction[axis] != 0.0) row.emplace_back(first + axis, scale * direction[axis]);
+}
+
+// a link of two points, local axes as columns
+struct Line {
+  const Scene& scene;
+  const Freedoms& freedoms;
+  int index;
+  const Link& link;
+  double length;
+  Eigen::Matrix3d axes;
+
+  Line(const Scene& of, const Freedoms& all, int link_index)
+      : scene(of),
+        freedoms(all),
+        index(link_index),
+        link(of.links[static_cast<std::size_t>(link_index)]),
+        length(span_of(of, link).stableNorm()) {
+    const auto* beam = std::get_if<Beam>(&link.kind);
+    axes = beam_axes(span_of(of, link), beam != nullptr ? beam->y_axis : Eigen::Vector3d::Zero());
+  }
+
+  void add_point(Displacement& row, std::size_t end, double share, int axis) const {
+    add(row, 3 * link.points[end], share, axes.col(axis));
+  }
+  void add_turn(Displacement& row, std::size_t end, double share, int axis) const {
+    const int released = freedoms.released(index, static_cast<int>(end), axis);
+    if (released >= 0)
+      row.emplace_back(released, share);
+    else
+      add(row, freedoms.rotation(link.points[end]), share, axes.col(axis));
+  }
+
+  Displacement between(double x, int axis) const {
+    Displacement row;
+    add_point(row, 0, 1.0 - x, axis);
+    add_point(row, 1, x, axis);
+    return row;
+  }
+
+  // deflection along `axis` where the beam bends about `about`, at x of its length; a turn of an end lifts it
+  // by `lift` times the turn
+  Displacement bent(double x, int axis, int about, double lift, double shear) const {
+    const double c = 1.0 / (1.0 + shear), L = lift * length;
+    Displacement row;
+    add_point(row, 0, c * (1.0 - 3.0 * x * x + 2.0 * x * x * x + shear * (1.0 - x)), axis);
+    add_turn(row, 0, c * L * x * (1.0 - x) * (1.0 - x + 0.5 * shear), about);
+    add_point(row, 1, c * (3.0 * x * x - 2.0 * x * x * x + shear * x), axis);
+    add_turn(row, 1, -c * L * x * (1.0 - x) * (x + 0.5 * shear), about);
+    return row;
+  }
+
+  // along each local axis
+  std::array<Displacement, 3> at(double x) const {
+    const auto* beam = std::get_if<Beam>(&link.kind);
+    if (beam == nullptr) return {between(x, 0), between(x, 1), between(x, 2)};
+    const auto shear = [&](double EI, double GA) {
+      return GA > 0.0 ? 12.0 * EI / (GA * length * length) : 0.0;
+    };
+    return {between(x, 0), bent(x, 1, 2, 1.0, shear(beam->EI_z, beam->GA_y)),
+            bent(x, 2, 1, -1.0, shear(beam->EI_y, beam->GA_z))};
+  }
+};
+
+// a plate: in its plane as linear between its corners, across it by the cubic of Bazeley and others (1965,
+// Proc. Conf. Matrix Methods Struct. Mech., Wright-Patterson, 547-576) of deflections and slopes at them
+struct Sheet {
+  const Scene& scene;
+  const Freedoms& freedoms;
+  const Link& link;
+  Eigen::Matrix3d axes;  // columns: two in the plane, the normal
+
+  Sheet(const Scene& of, const Freedoms& all, int link_index)
+      : scene(of), freedoms(all), link(of.links[static_cast<std::size_t>(link_index)]) {
+    const Eigen::Vector3d side = to(0, 1), normal = side.cross(to(0, 2)).stableNormalized();
+    axes << side.stableNormalized(), normal.cross(side.stableNormalized()), normal;
+  }
+  Eigen::Vector3d to(std::size_t from, std::size_t corner) const {
+    const auto at = [&](std::size_t k) {
+      return scene.points[static_cast<std::size_t>(link.points[k])].position;
+    };
+    return at(corner) - at(from);
+  }
+
+  Displacement in_plane(const std::array<double, 3>& L, int axis) const {
+    Displacement row;
+    for (std::size_t i = 0; i < 3; ++i) add(row, 3 * link.points[i], L[i], axes.col(axis));
+    return row;
+  }
+  // a corner turned by theta has the slope n x theta, along d the slope theta . (d x n)
+  Displacement across(const std::array<double, 3>& L) const {
+    const Eigen::Vector3d n = axes.col(2);
+    const double all = 0.5 * L[0] * L[1] * L[2];
+    Displacement row;
+    for (std::size_t i = 0; i < 3; ++i) {
+      const std::size_t j = (i + 1) % 3, k = (i + 2) % 3;
+      const double own = L[i] + L[i] * L[i] * (L[j] + L[k]) - L[i] * (L[j] * L[j] + L[k] * L[k]);
+      add(row, 3 * link.points[i], own, n);
+      const Eigen::Vector3d lever =
+          (L[i] * L[i] * L[j] + all) * to(i, j) + (L[i] * L[i] * L[k] + all) * to(i, k);
+      add(row, freedoms.rotation(link.points[i]), 1.0, lever.cross(n));
+    }
+    return row;
+  }
+
+  std::array<Displacement, 3> at(const std::array<double, 3>& L) const {
+    return {in_plane(L, 0), in_plane(L, 1), across(L)};
+  }
+};
+
+bool is_plate(const Link& link) { return std::holds_alternative<Plate>(link.kind); }
+
+std::array<double, 3> corner_shares(const SpreadMass& part) {
+  return {part.shares[0].second, part.shares[1].second, part.shares[2].second};
+}
+
+std::array<Displacement, 3> turned(const Eigen::Matrix3d& axes, const std::array<Displacement, 3>& local) {
+  std::array<Displacement, 3> rows;
+  for (int axis = 0; axis < 3; ++axis)
+    for (int k = 0; k < 3; ++k)
+      for (const auto& [freedom, coefficient] : local[static_cast<std::size_t>(k)])
+        if (axes(axis, k) != 0.0)
+          rows[static_cast<std::size_t>(axis)].emplace_back(freedom, axes(axis, k) * coefficient);
+  return rows;
+}
+
+DeformationRow mass_row(double mass, Displacement coefficients) {
+  DeformationRow row;
+  row.coefficients = std::move(coefficients);
+  row.root_stiffness = std::sqrt(mass);
+  return row;
+}
+
+// m [2 1; 1 2] / 6 on the ends, or the mean of that and m / 2 on each: by what the ends share and differ in
+void add_along(const Line& line, double mass, MassSpread spread, int axis, DeformationRows& rows) {
+  Displacement sum, difference;
+  for (const std::size_t end : {0, 1}) {
+    line.add_point(sum, end, std::sqrt(0.5), axis);
+    line.add_point(difference, end, std::sqrt(0.5) * (end == 0 ? -1.0 : 1.0), axis);
+  }
+  rows.push_back(mass_row(mass / 2.0, std::move(sum)));
+  rows.push_back(mass_row(spread == MassSpread::kMeanAxial ? mass / 3.0 : mass / 6.0, std::move(difference)));
+}
+
+void add_line_rows(const Scene& scene, const Freedoms& freedoms, int index, DeformationRows& rows) {
+  const Line line(scene, freedoms, index);
+  for (const SpreadMass& part : spread_masses(scene, index)) {
+    std::array<Displacement, 3> moved = line.at(part.shares[1].second);
+    for (const std::size_t axis : {1, 2}) rows.push_back(mass_row(part.mass, std::move(moved[axis])));
+  }
+  add_along(line, mass_of(scene, line.link), spread_of(line.link), 0, rows);
+}
+
+void add_plate_rows(const Scene& scene, const Freedoms& freedoms, int index, DeformationRows& rows) {
+  const Sheet sheet(scene, freedoms, index);
+  for (const SpreadMass& part : spread_masses(scene, index))
+    rows.push_back(mass_row(part.mass, sheet.across(corner_shares(part))));
+  // the square of what is linear is exact by the middles of the sides
+  for (const std::array<double, 3>& middle :
+       {std::array<double, 3>{0.5, 0.5, 0.0}, {0.0, 0.5, 0.5}, {0.5, 0.0, 0.5}})
+    for (const int axis : {0, 1})
+      rows.push_back(mass_row(mass_of(scene, sheet.link) / 3.0, sheet.in_plane(middle, axis)));
+}
+
+}  // namespace
+
+std::array<Displacement, 3> displacement_of(const Scene& scene, const Freedoms& freedoms,
+                                            const SpreadMass& part) {
+  const Link& link = scene.links[static_cast<std::size_t>(part.link)];
+  if (spread_of(link) == MassSpread::kLumped) {
+    std::array<Displacement, 3> rows;
+    for (int axis = 0; axis < 3; ++axis)
+      rows[static_cast<std::size_t>(axis)].emplace_back(3 * part.shares[0].first + axis, 1.0);
+    return rows;
+  }
+  if (is_plate(link)) {
+    const Sheet sheet(scene, freedoms, part.link);
+    return turned(sheet.axes, sheet.at(corner_shares(part)));
+  }
+  const Line line(scene, freedoms, part.link);
+  return turned(line.axes, line.at(part.shares[1].second));
+}
+
+DeformationRows spread_rows(const Scene& scene, const Freedoms& freedoms, int index) {
+  const Link& link = scene.links[static_cast<std::size_t>(index)];
+  DeformationRows rows;
+  if (spread_of(link) == MassSpread::kLumped) {
+    for (const SpreadMass& part : spread_masses(scene, index))
+      for (int axis = 0; axis < 3; ++axis)
+        rows.push_back(mass_row(part.mass, {{3 * part.shares[0].first + axis, 1.0}}));
+  } else if (is_plate(link)) {
+    add_plate_rows(scene, freedoms, index, rows);
+  } else {
+    add_line_rows(scene, freedoms, index, rows);
+  }
+  return rows;
+}
+
+}  // namespace freeflex
