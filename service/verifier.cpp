@@ -73,6 +73,16 @@ Reason check_grants(const ForceCommand& command, const Key& key, std::span<char>
       return refuse_force(text, "forces", i, "point", entry.point, "force", entry.force, grants.largest_force,
                           "N", key);
   }
+  for (int i = 0; i < command.num_torques; ++i) {
+    const PointTorque& entry = command.torques[static_cast<std::size_t>(i)];
+    if (!may_use(grants.points, entry.point)) {
+      io::print(text, "torques[%d]: point %d is not among the points of key %s", i, entry.point, id);
+      return Reason::kNotGranted;
+    }
+    if (is_over(entry.torque, grants.largest_torque))
+      return refuse_force(text, "torques", i, "point", entry.point, "torque", entry.torque,
+                          grants.largest_torque, "N m", key);
+  }
   for (int i = 0; i < command.num_wrenches; ++i) {
     const Wrench& entry = command.wrenches[static_cast<std::size_t>(i)];
     if (!may_use(grants.groups, entry.group)) {

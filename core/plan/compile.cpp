@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <optional>
+#include <set>
 
 #include "core/plan/arrays.hpp"
 #include "core/plan/groups.hpp"
@@ -18,6 +19,7 @@
 #include "core/scene/extremes.hpp"
 #include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
+#include "core/structure/link_factor.hpp"
 #include "core/structure/reduce.hpp"
 
 namespace freeflex {
@@ -139,6 +141,23 @@ void compile_points(const Scene& scene, const Structure& structure, const Eigen:
   }
 }
 
+// bodies whose attitude is read or loaded
+void compile_turning(const Scene& scene, const Structure& structure, Plan& plan) {
+  std::set<int> wanted;
+  for (const int point : scene.pushable) wanted.insert(point);
+  for (const int point : scene.publication.points) wanted.insert(point);
+  for (const Load& load : scene.loads)
+    for (const TorqueLoad& each : load.torques) wanted.insert(each.point);
+  const Freedoms freedoms(scene);
+  for (const int point : wanted) {
+    if (!has_attitude(scene.points[static_cast<std::size_t>(point)])) continue;
+    plan.particles.turning.push_back(point);
+    const int first = freedoms.rotation(point) - freedoms.num_displacements();
+    for (int axis = 0; axis < 3; ++axis)
+      append_row(plan, row_of(structure.turns, first + axis), plan.particles.turn_rows);
+  }
+}
+
 void compile_links(const Scene& scene, const Structure& structure, Plan& plan) {
   for (const Link& link : scene.links) {
     const LinkTraits kind = traits_of(link);
@@ -234,6 +253,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
     for (const int mode : spec.modes) plan.mode_numbers.push_back(mode + 1);
   const Eigen::MatrixXd shapes = all_shapes(structure);
   compile_points(scene, structure, shapes, spec.has_every_row, plan);
+  if (!are_point_masses(scene)) compile_turning(scene, structure, plan);
   compile_field(structure, structure.particles.shapes.rows() > 0 ? structure.particles.shapes : shapes, plan);
   compile_links(scene, structure, plan);
   compile_groups(scene, structure, plan);

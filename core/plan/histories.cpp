@@ -101,8 +101,10 @@ LoadSums sums_of(const Load& load, const Plan& plan) {
   std::vector<Wrench> wrenches;
   for (const WrenchLoad& each : load.wrenches)
     wrenches.push_back({each.group, 0, to_array(each.force), to_array(each.torque)});
+  std::vector<PointTorque> torques;
+  for (const TorqueLoad& each : load.torques) torques.push_back({each.point, 0, to_array(each.torque)});
   LoadSums sums = make_load_sums(plan);
-  add_loads(load.axes == Axes::kWorld ? 0 : 1, forces, wrenches, sums);
+  add_loads(plan, {load.axes == Axes::kWorld ? 0 : 1, forces, wrenches, torques}, sums);
   return sums;
 }
 
@@ -115,6 +117,9 @@ void compile_histories(const Scene& scene, const Structure& structure, Plan& pla
     // local axes: body axes, and what turns them
     history.pattern = build_pattern(plan, sums_of(load, plan));
     history.followers = followers(load, structure, plan);
+    if (load.axes == Axes::kLocal)
+      for (const TorqueLoad& each : load.torques)
+        history.torques.all.push_back({turning_of(plan, each.point), to_array(each.torque)});
     set_stiffness(structure, static_cast<int>(plan.histories.size()), plan, history);
     plan.histories.push_back(std::move(history));
   }

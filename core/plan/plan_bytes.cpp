@@ -87,7 +87,7 @@ void fields(Archive& archive, T& g) {
 
 template <typename Archive, Is<PlanParticles> T>
 void fields(Archive& archive, T& p) {
-  all_of<PlanParticles>(archive, p.all, p.of_groups);
+  all_of<PlanParticles>(archive, p.all, p.of_groups, p.turning, p.turn_rows);
 }
 
 template <typename Archive, Is<LoadPattern> T>
@@ -126,7 +126,22 @@ void fields(Archive& archive, T& c) {
 template <typename Archive, Is<LoadSums> T>
 void fields(Archive& archive, T& s) {
   all_of<LoadSums>(archive, s.force_W, s.force_B, s.group_force_W, s.group_torque_W, s.group_force_B,
-                   s.group_torque_B);
+                   s.group_torque_B, s.torque);
+}
+
+template <typename Archive, Is<TorqueSums> T>
+void fields(Archive& archive, T& s) {
+  all_of<TorqueSums>(archive, s.W, s.B);
+}
+
+template <typename Archive, Is<PlanTorque> T>
+void fields(Archive& archive, T& t) {
+  all_of<PlanTorque>(archive, t.turning, t.torque_B);
+}
+
+template <typename Archive, Is<PlanTorques> T>
+void fields(Archive& archive, T& t) {
+  all_of<PlanTorques>(archive, t.all);
 }
 
 template <typename Archive, Is<PlanStiffening> T>
@@ -147,7 +162,8 @@ void fields(Archive& archive, T& s) {
 template <typename Archive, Is<PlanHistory> T>
 void fields(Archive& archive, T& h) {
   all_of<PlanHistory>(archive, h.name, h.kind, h.pulse_start, h.pulse_duration, h.start_tick, h.end_tick,
-                      h.frequency, h.phase, h.times, h.values, h.pattern, h.followers, h.stiffening);
+                      h.frequency, h.phase, h.times, h.values, h.pattern, h.followers, h.stiffening,
+                      h.torques);
 }
 
 template <typename Archive, Is<PlanLinkOutput> T>
@@ -216,7 +232,14 @@ class Writer {
     if (has_neglect_ || !stiffening.modes.empty()) fields(*this, stiffening);
   }
   void operator()(const PlanParticles& particles) {
-    if (has_neglect_ || !particles.all.empty() || !particles.of_groups.empty()) fields(*this, particles);
+    if (has_neglect_ || !particles.all.empty() || !particles.of_groups.empty() || !particles.turning.empty())
+      fields(*this, particles);
+  }
+  void operator()(const TorqueSums& torque) {
+    if (has_neglect_ || !torque.W.empty()) fields(*this, torque);
+  }
+  void operator()(const PlanTorques& torques) {
+    if (has_neglect_ || !torques.all.empty()) fields(*this, torques);
   }
   template <typename T>
   void operator()(const T& value) {
@@ -268,6 +291,12 @@ class Reader {
   }
   void operator()(PlanParticles& particles) {
     if (has_particles_) fields(*this, particles);
+  }
+  void operator()(TorqueSums& torque) {
+    if (has_particles_) fields(*this, torque);
+  }
+  void operator()(PlanTorques& torques) {
+    if (has_particles_) fields(*this, torques);
   }
   template <typename T>
   void operator()(T& value) {

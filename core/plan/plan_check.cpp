@@ -166,6 +166,11 @@ void PlanCheck::check_points() {
   num_blocks_ = rows.size();
   require(rows.empty() || is_index(*rows.rbegin(), rows.size()), "the rows of points are not contiguous");
   require_rows(plan_.rows, 3 * num_blocks_, "the rows of points");
+  const std::vector<std::int32_t>& turning = plan_.particles.turning;
+  require(are_indices(turning, plan_.points.size()) &&
+              std::adjacent_find(turning.begin(), turning.end(), std::greater_equal<>()) == turning.end(),
+          "points that turn are not there or out of order");
+  require_rows(plan_.particles.turn_rows, 3 * turning.size(), "the rows of points that turn");
   require_rows(plan_.eckart_rows, 6, "the Eckart rows");
   const bool has_field = plan_.has_spin_load || plan_.attractor_mu > 0.0;
   require_rows(plan_.field_rows, has_field ? 6 : 0, "the rows of fields");
@@ -267,6 +272,9 @@ void PlanCheck::check_histories() {
                 history.times.end(),
             who + " has times that do not increase");
     check_pattern(history.pattern, who);
+    for (const PlanTorque& each : history.torques.all)
+      require(is_index(each.turning, plan_.particles.turning.size()) && are_finite(each.torque_B),
+              who + ": a follower torque acts on a point that does not turn, or is not finite");
     const PlanStiffening& stiffening = history.stiffening;
     require(are_ascending(stiffening.modes) &&
                 are_indices(stiffening.modes, static_cast<std::size_t>(plan_.num_elastic)) &&

@@ -71,7 +71,7 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
   state.H_W = multiply(plan.inertia, load.spin);
   std::fill(state.q.begin(), state.q.end(), 0.0);
   std::fill(state.q_dot.begin(), state.q_dot.end(), 0.0);
-  const LoadPattern pattern = build_pattern(plan, 1, load.forces, load.wrenches);
+  const LoadPattern pattern = build_pattern(plan, {1, load.forces, load.wrenches, load.torques});
   if (!project(plan, pattern, kNoTurn, 1.0, false, state.Q.data()))
     std::fill(state.Q.begin(), state.Q.end(), 0.0);
   if (spins) {

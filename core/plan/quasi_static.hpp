@@ -15,6 +15,7 @@ struct SteadyLoad {
   std::span<const PointForce> forces;  // [N]
   std::span<const Wrench> wrenches;    // [N], [N m]
   Vec3 spin{};                         // [rad/s] body axes; its centrifugal load needs a spin-loaded plan
+  std::span<const PointTorque> torques = {};  // [N m] on points that turn
 };
 
 /// The state in which elastic forces balance F - S and the centrifugal load, q_l = Q_l / (M omega_l^2)

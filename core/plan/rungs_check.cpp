@@ -14,10 +14,11 @@ bool is_sized(const std::vector<Vec3>& values, std::size_t size) {
          std::all_of(values.begin(), values.end(), [](const Vec3& value) { return are_finite(value); });
 }
 
-bool is_sized(const LoadSums& sums, std::size_t points, std::size_t groups) {
+bool is_sized(const LoadSums& sums, std::size_t points, std::size_t groups, std::size_t turning) {
   return is_sized(sums.force_W, points) && is_sized(sums.force_B, points) &&
          is_sized(sums.group_force_W, groups) && is_sized(sums.group_torque_W, groups) &&
-         is_sized(sums.group_force_B, groups) && is_sized(sums.group_torque_B, groups);
+         is_sized(sums.group_force_B, groups) && is_sized(sums.group_torque_B, groups) &&
+         is_sized(sums.torque.W, turning) && is_sized(sums.torque.B, turning);
 }
 
 bool is_bar(const Plan& plan, const PlanBar& bar) {
@@ -34,10 +35,10 @@ bool is_bar(const Plan& plan, const PlanBar& bar) {
 std::string find_in_histories(const Plan& plan) {
   for (const PlanHistory& history : plan.histories) {
     const LoadPattern& pattern = history.pattern;
-    if (!is_coupled(plan) && !is_sized(pattern.sums, 0, 0))
+    if (!is_coupled(plan) && !is_sized(pattern.sums, 0, 0, 0))
       return "history '" + history.name + "' has sums of loads, which only coupled rungs use";
     if (!is_coupled(plan)) continue;
-    if (!is_sized(pattern.sums, plan.points.size(), plan.groups.size()))
+    if (!is_sized(pattern.sums, plan.points.size(), plan.groups.size(), plan.particles.turning.size()))
       return "the sums of loads of history '" + history.name + "' do not have one value a point and group";
     if (pattern.uses_table || pattern.num_direct > 0)
       return "history '" + history.name + "' has generalized forces, which coupled rungs do not use";

@@ -95,8 +95,8 @@ void Checker::check_history(const Load& load, const std::string& who) {
 
 void Checker::check_load(const Load& load, int index) {
   const std::string who = "load " + quoted(load.name, index);
-  if (load.forces.empty() && load.wrenches.empty())
-    error(load.origin, who + " has no force and no wrench; give at least one");
+  if (load.forces.empty() && load.wrenches.empty() && load.torques.empty())
+    error(load.origin, who + " has no force, wrench or torque; give at least one");
   for (const PointLoad& each : load.forces) {
     known_point(load.origin, who, each.point);
     finite(load.origin, who + ": force", each.force);
@@ -105,6 +105,13 @@ void Checker::check_load(const Load& load, int index) {
     known_group(load.origin, who, each.group);
     finite(load.origin, who + ": force", each.force);
     finite(load.origin, who + ": torque", each.torque);
+  }
+  for (const TorqueLoad& each : load.torques) {
+    finite(load.origin, who + ": torque", each.torque);
+    if (known_point(load.origin, who, each.point) && !has_attitude(point(each.point)))
+      error(load.origin, who + ": point " + quoted(point(each.point).name, each.point) +
+                             " has no attitude, on which a torque acts; give it inertia, or a wrench to a "
+                             "group of several points");
   }
   if (load.axes == Axes::kLocal && !load.wrenches.empty())
     error(load.origin,

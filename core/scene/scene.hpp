@@ -161,6 +161,10 @@ struct PointLoad {
   int point = -1;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  // [N]
 };
+struct TorqueLoad {
+  int point = -1;                                    // a body
+  Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // [N m]
+};
 struct WrenchLoad {
   int group = -1;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();   // [N] at the group's centre of mass
@@ -189,6 +193,7 @@ struct Load {
   Axes axes = Axes::kWorld;
   std::vector<PointLoad> forces;
   std::vector<WrenchLoad> wrenches;
+  std::vector<TorqueLoad> torques;
   History history;
   Origin origin;
 };

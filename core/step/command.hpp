@@ -10,6 +10,7 @@ namespace freeflex {
 
 inline constexpr int kMaxCommandPoints = 256;
 inline constexpr int kMaxCommandWrenches = 16;
+inline constexpr int kMaxCommandTorques = 256;
 inline constexpr int kMaxSlots = 64;       // active slots over all senders
 inline constexpr int kMaxSlotNumber = 63;  // slot numbers 0..63 of one sender
 inline constexpr int kSenderSize = 32;     // bytes, NUL-terminated
@@ -26,7 +27,13 @@ struct Wrench {
   std::array<double, 3> torque;  // [N m]
 };
 
-/// Replaces the contents of one slot (sender, slot). No points and no wrenches: the slot is cleared.
+struct PointTorque {
+  std::int32_t point;            // index into Plan::points, of a body
+  std::int32_t padding;          // 0
+  std::array<double, 3> torque;  // [N m]
+};
+
+/// Replaces the contents of one slot (sender, slot). No force, wrench or torque: the slot is cleared.
 struct ForceCommand {
   std::array<char, kSenderSize> sender;  // [A-Za-z0-9_.-], 1 to 31 characters, rest NUL
   std::int64_t sequence;                 // per sender, increasing
@@ -38,15 +45,16 @@ struct ForceCommand {
   std::int32_t late_policy;              // 0: reject when start_tick has passed, 1: take at the next tick
   std::int32_t num_points;
   std::int32_t num_wrenches;
-  std::int32_t padding;  // 0
+  std::int32_t num_torques;
   std::array<PointForce, kMaxCommandPoints> points;
   std::array<Wrench, kMaxCommandWrenches> wrenches;
+  std::array<PointTorque, kMaxCommandTorques> torques;
 };
 static_assert(std::is_trivially_copyable_v<ForceCommand>);
 
 /// True when the command clears its slot.
 inline bool is_clearing(const ForceCommand& command) noexcept {
-  return command.num_points == 0 && command.num_wrenches == 0;
+  return command.num_points == 0 && command.num_wrenches == 0 && command.num_torques == 0;
 }
 
 }  // namespace freeflex

@@ -25,6 +25,14 @@ Mat3 torque_projection(const PlanGroup& group) noexcept {
   return P;
 }
 
+constexpr Mat3 kUnit = {1, 0, 0, 0, 1, 0, 0, 0, 1};
+
+/// L_c,ab += P_ca T_b, a world torque T of which P T is taken (X11); of one on a body all (X165).
+void add_torque(const Mat3& P, const Vec3& T, std::array<double, 27>& moment) noexcept {
+  for (std::size_t ca = 0; ca < 9; ++ca)
+    for (std::size_t b = 0; b < 3; ++b) moment[3 * ca + b] += P[ca] * T[b];
+}
+
 bool has_load(const Vec3& force, const Vec3& torque) noexcept { return !is_zero(force) || !is_zero(torque); }
 
 void clear(LoadPattern& pattern) noexcept {
@@ -51,9 +59,12 @@ void set_world_rigid(const Plan& plan, const LoadSums& sums, LoadPattern& patter
     pattern.has_world = true;
     pattern.force_W = add(pattern.force_W, sums.group_force_W[k]);
     add_moment(plan.groups[k].centre, sums.group_force_W[k], pattern.moment_W);
-    const Mat3 P = torque_projection(plan.groups[k]);
-    for (std::size_t ca = 0; ca < 9; ++ca)
-      for (std::size_t b = 0; b < 3; ++b) pattern.moment_W[3 * ca + b] += P[ca] * sums.group_torque_W[k][b];
+    add_torque(torque_projection(plan.groups[k]), sums.group_torque_W[k], pattern.moment_W);
+  }
+  for (const Vec3& torque : sums.torque.W) {
+    if (is_zero(torque)) continue;
+    pattern.has_world = true;
+    add_torque(kUnit, torque, pattern.moment_W);
   }
 }
 
@@ -61,6 +72,7 @@ void set_world_rigid(const Plan& plan, const LoadSums& sums, LoadPattern& patter
 bool try_direct(const Plan& plan, const LoadSums& sums, LoadPattern& pattern) noexcept {
   for (std::size_t k = 0; k < plan.groups.size(); ++k)
     if (has_load(sums.group_force_W[k], sums.group_torque_W[k])) return false;
+  if (!std::all_of(sums.torque.W.begin(), sums.torque.W.end(), is_zero)) return false;
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     if (is_zero(sums.force_W[i])) continue;
     if (pattern.num_direct == LoadPattern::kMaxDirect) {
@@ -88,6 +100,9 @@ void set_table(const Plan& plan, std::span<const double> group_rows, const LoadS
     if (!is_zero(sums.group_torque_W[k]))
       add_outer(rows + 3 * n, sums.group_torque_W[k], n, pattern.table.data());
   }
+  for (std::size_t k = 0; k < sums.torque.W.size(); ++k)
+    if (!is_zero(sums.torque.W[k]))
+      add_outer(turn_rows(plan, static_cast<std::int32_t>(k)), sums.torque.W[k], n, pattern.table.data());
 }
 
 void set_body(const Plan& plan, std::span<const double> group_rows, const LoadSums& sums,
@@ -115,6 +130,11 @@ void set_body(const Plan& plan, std::span<const double> group_rows, const LoadSu
       pattern.torque_B = add(pattern.torque_B, taken);
       add_rows(rows + 3 * n, sums.group_torque_B[k]);
     }
+  }
+  for (std::size_t k = 0; k < sums.torque.B.size(); ++k) {
+    if (is_zero(sums.torque.B[k])) continue;
+    pattern.torque_B = add(pattern.torque_B, sums.torque.B[k]);
+    add_rows(turn_rows(plan, static_cast<std::int32_t>(k)), sums.torque.B[k]);
   }
 }
 
@@ -158,27 +178,31 @@ LoadSums make_load_sums(const Plan& plan) {
   sums.force_B.resize(plan.points.size());
   for (auto* v : {&sums.group_force_W, &sums.group_torque_W, &sums.group_force_B, &sums.group_torque_B})
     v->resize(plan.groups.size());
+  for (auto* v : {&sums.torque.W, &sums.torque.B}) v->resize(plan.particles.turning.size());
   return sums;
 }
 
 void clear(LoadSums& sums) noexcept {
   for (auto* v : {&sums.force_W, &sums.force_B, &sums.group_force_W, &sums.group_torque_W,
-                  &sums.group_force_B, &sums.group_torque_B})
+                  &sums.group_force_B, &sums.group_torque_B, &sums.torque.W, &sums.torque.B})
     std::fill(v->begin(), v->end(), Vec3{});
 }
 
-void add_loads(std::int32_t axes, std::span<const PointForce> forces, std::span<const Wrench> wrenches,
-               LoadSums& sums) noexcept {
-  const bool is_body = axes == 1;
-  for (const PointForce& f : forces) {
+void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept {
+  const bool is_body = loads.axes == 1;
+  for (const PointForce& f : loads.forces) {
     Vec3& sum = (is_body ? sums.force_B : sums.force_W)[index(f.point)];
     sum = add(sum, f.force);
   }
-  for (const Wrench& w : wrenches) {
+  for (const Wrench& w : loads.wrenches) {
     Vec3& force = (is_body ? sums.group_force_B : sums.group_force_W)[index(w.group)];
     Vec3& torque = (is_body ? sums.group_torque_B : sums.group_torque_W)[index(w.group)];
     force = add(force, w.force);
     torque = add(torque, w.torque);
+  }
+  for (const PointTorque& t : loads.torques) {
+    Vec3& sum = (is_body ? sums.torque.B : sums.torque.W)[index(turning_of(plan, t.point))];
+    sum = add(sum, t.torque);
   }
 }
 
@@ -217,7 +241,7 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Loa
   set_world_rigid(plan, sums, pattern);
   if (is_coupled(plan)) {
     pattern.sums = sums;  // of the same sizes: nothing allocates
-    for (const auto* v : {&sums.force_B, &sums.group_force_B, &sums.group_torque_B})
+    for (const auto* v : {&sums.force_B, &sums.group_force_B, &sums.group_torque_B, &sums.torque.B})
       for (const Vec3& each : *v) pattern.has_body |= !is_zero(each);
     return;
   }
@@ -231,7 +255,6 @@ void set_arms(const Plan& plan, const LoadSums& sums, Array& arms) noexcept {
   const std::size_t num_shadowed = plan.neglect.inertia_rows.size() / 6;
   arms.assign(num_shadowed * kArmSize, 0.0);
   if (num_shadowed == 0) return;
-  static constexpr Mat3 kUnit = {1, 0, 0, 0, 1, 0, 0, 0, 1};
   for (std::size_t i = 0; i < plan.points.size(); ++i)
     if (has_load(sums.force_W[i], sums.force_B[i]))
       add_arms(plan, plan.points[i], kUnit, sums.force_W[i], sums.force_B[i], arms);
@@ -260,10 +283,9 @@ void set_arms(const Plan& plan, const LoadSums& sums, Array& arms) noexcept {
   }
 }
 
-LoadPattern build_pattern(const Plan& plan, std::int32_t axes, std::span<const PointForce> forces,
-                          std::span<const Wrench> wrenches) {
+LoadPattern build_pattern(const Plan& plan, const LoadSet& loads) {
   LoadSums sums = make_load_sums(plan);
-  add_loads(axes, forces, wrenches, sums);
+  add_loads(plan, loads, sums);
   return build_pattern(plan, sums);
 }
 

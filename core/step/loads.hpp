@@ -14,9 +14,15 @@ namespace freeflex {
 LoadSums make_load_sums(const Plan& plan);
 void clear(LoadSums& sums) noexcept;
 
-/// Adds one set of loads; axes as in ForceCommand. Indices must be those of the plan that sized the sums.
-void add_loads(std::int32_t axes, std::span<const PointForce> forces, std::span<const Wrench> wrenches,
-               LoadSums& sums) noexcept;
+/// One set of loads; axes as in ForceCommand.
+struct LoadSet {
+  std::int32_t axes = 0;
+  std::span<const PointForce> forces;
+  std::span<const Wrench> wrenches;
+  std::span<const PointTorque> torques;  // on points that turn
+};
+/// Adds them. Indices must be those of the plan, which sized the sums.
+void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept;
 
 /// Generalized forces of unit wrenches on each group, Q_l = sum_i F_i . b_il with
 /// F_i = (m_i / m_g) F_g + m_i (J_g^-1 T_g) x d_i   (THEORY X12): (6*num_groups x num_padded), for each
@@ -40,8 +46,7 @@ void set_arms(const Plan& plan, const LoadSums& sums, Array& arms) noexcept;
 /// The pattern of one built-in load; arrays it does not use are empty. For the set-up of Plan::histories.
 /// \pre plan.points, groups, rows, num_padded are filled
 LoadPattern build_pattern(const Plan& plan, const LoadSums& sums);
-LoadPattern build_pattern(const Plan& plan, std::int32_t axes, std::span<const PointForce> forces,
-                          std::span<const Wrench> wrenches);
+LoadPattern build_pattern(const Plan& plan, const LoadSet& loads);
 
 /// Q = or += amplitude times the generalized forces of the pattern at attitude R_WB, Q_l = sum_i F_i . b_il
 /// from few points, sum_ab R_WB,ba Q_l,ab from many   (THEORY 5.6, X11). Returns false, and leaves Q alone,

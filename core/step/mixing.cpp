@@ -23,7 +23,7 @@ std::size_t stride_of(const PlanMixing& mixing) noexcept { return pad(2 * mixing
 bool has_dependent_loads(const Plan& plan) noexcept {
   if (!plan.feedbacks.empty()) return true;
   for (const PlanHistory& history : plan.histories)
-    if (!history.followers.empty()) return true;
+    if (!history.followers.empty() || !history.torques.all.empty()) return true;
   return false;
 }
 
@@ -55,7 +55,7 @@ DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool 
   const std::size_t n = index(plan.num_padded);
   DependentLoad sum;
   for (const PlanHistory& history : plan.histories) {
-    if (history.followers.empty()) continue;
+    if (history.followers.empty() && history.torques.all.empty()) continue;
     const double amplitude =
         at_end ? amplitude_left(history, plan.period, tick + 1) : amplitude_right(history, plan.period, tick);
     stiffen(history, amplitude, q, Q);
@@ -65,6 +65,12 @@ DependentLoad follow(const Plan& plan, const double* q, std::int64_t tick, bool 
       combine_rows(point_rows(plan, follower.row), force, true, n, Q);
       sum.force_B = freeflex::add(sum.force_B, force);
       sum.torque_B = freeflex::add(sum.torque_B, cross(follower.r, force));
+    }
+    for (const PlanTorque& each : history.torques.all) {  // X165
+      const double* rows = turn_rows(plan, each.turning);
+      const Vec3 torque = scale(amplitude, cross(contract_rows(rows, q, n), each.torque_B));
+      combine_rows(rows, torque, true, n, Q);
+      sum.torque_B = freeflex::add(sum.torque_B, torque);
     }
   }
   return sum;

@@ -73,13 +73,20 @@ struct PlanParticles {
   std::vector<PlanPoint> all;  // of bodies, without names
   // (num_groups) what carries the mass of each group, for mass_point: points, and particles of its bodies
   std::vector<std::vector<std::int32_t>> of_groups;
+  // points with an attitude that is read or loaded, ascending, and how they turn
+  std::vector<std::int32_t> turning;
+  Array turn_rows;  // [1/m] (3 num_turning x num_padded) theta = turn_rows q
 };
 
+struct TorqueSums {
+  std::vector<Vec3> W, B;  // [N m] (num_turning)
+};
 /// Forces summed per point and wrenches summed per group, in world and in body axes.
 struct LoadSums {
   std::vector<Vec3> force_W, force_B;               // [N] (num_points)
   std::vector<Vec3> group_force_W, group_torque_W;  // [N], [N m] (num_groups)
   std::vector<Vec3> group_force_B, group_torque_B;  // [N], [N m] (num_groups)
+  TorqueSums torque;
 };
 
 /// Spatial part of a load, built once when it changes (THEORY X11). Arrays have capacity from the start.
@@ -111,6 +118,15 @@ struct PlanFollower {
   Array turn_rows;        // [1/m] (3 x num_padded) theta = turn_rows q
 };
 
+/// A torque that turns with its body, as PlanFollower.
+struct PlanTorque {
+  std::int32_t turning = -1;  // index into PlanParticles::turning
+  Vec3 torque_B{};            // [N m] at amplitude 1
+};
+struct PlanTorques {
+  std::vector<PlanTorque> all;
+};
+
 /// What the internal forces of a load's followers add to the stiffness at amplitude 1: Q -= amplitude * E q
 /// (THEORY X145).
 struct PlanStiffening {
@@ -129,6 +145,7 @@ struct PlanHistory {
   std::vector<double> times, values;               // [s], [-]
   LoadPattern pattern;
   std::vector<PlanFollower> followers;
+  PlanTorques torques;  // that follow
   PlanStiffening stiffening;
 };
 
@@ -372,6 +389,16 @@ struct PlanShadow {
 inline const PlanPoint& mass_point(const Plan& plan, std::int32_t part) noexcept {
   const auto i = static_cast<std::size_t>(part);
   return i < plan.points.size() ? plan.points[i] : plan.particles.all[i - plan.points.size()];
+}
+/// Where a point stands among those that turn; -1: it has no attitude that anybody asked for.
+inline std::int32_t turning_of(const Plan& plan, std::int32_t point) noexcept {
+  const auto& turning = plan.particles.turning;
+  const auto found = std::lower_bound(turning.begin(), turning.end(), point);
+  return found != turning.end() && *found == point ? static_cast<std::int32_t>(found - turning.begin()) : -1;
+}
+/// The three rows of one that turns.
+inline const double* turn_rows(const Plan& plan, std::int32_t turning) noexcept {
+  return plan.particles.turn_rows.data() + 3 * index(turning) * index(plan.num_padded);
 }
 inline std::span<const std::int32_t> parts_of_group(const Plan& plan, std::size_t group) noexcept {
   return plan.particles.of_groups.empty() ? plan.groups[group].points : plan.particles.of_groups[group];

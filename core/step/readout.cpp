@@ -73,6 +73,17 @@ PointState read_point(const Plan& given, const MotionState& state, int point) no
   return {add(state.p_WB, multiply(R, x)), add(state.v_WB, multiply(R, v_B)), add(a_WB, multiply(R, a_B)), V};
 }
 
+BodyState read_body(const Plan& given, const MotionState& state, int point) noexcept {
+  const Plan& plan = active_plan(given, state);
+  const double* rows = turn_rows(plan, turning_of(plan, point));
+  const Vec3 g = scale(0.5, contract(plan, rows, state.q)),
+             g_dot = scale(0.5, contract(plan, rows, state.q_dot));
+  const double square = 1.0 + dot(g, g), norm = __builtin_sqrt(square);
+  const Vec3 own = scale(2.0 / square, sub(g_dot, cross(g, g_dot)));
+  const Vec3 of_frame = multiply_transposed(rotation_of_gibbs(g), angular_velocity(plan, state));
+  return {multiply(state.q_WB, {1.0 / norm, g[0] / norm, g[1] / norm, g[2] / norm}), add(of_frame, own)};
+}
+
 GroupPose read_group(const Plan& given, const MotionState& state, int group_index) noexcept {
   const Plan& plan = active_plan(given, state);
   const PlanGroup& group = plan.groups[index(group_index)];

@@ -23,6 +23,14 @@ struct PointState {
 /// V_i'), x_i = r_i + V_i   (THEORY 2.3, 4.2).  \pre plan.points[point].row >= 0
 PointState read_point(const Plan& plan, const MotionState& state, int point) noexcept;
 
+struct BodyState {
+  Quat q_WP{1.0, 0.0, 0.0, 0.0};  // attitude of the point: of the frame, and its elastic rotation
+  Vec3 w_P{};                     // [rad/s] its rate, axes of the point
+};
+/// Attitude of a point that turns, whose axes are the scene's at rest: the frame's, turned by theta, Gibbs
+/// vector theta / 2, and the rate of just that   (THEORY X165).  \pre turning_of(plan, point) >= 0
+BodyState read_body(const Plan& plan, const MotionState& state, int point) noexcept;
+
 struct GroupPose {
   Vec3 p_W{};                     // [m] centre of mass of the group
   Quat q_WG{1.0, 0.0, 0.0, 0.0};  // attitude of the group: frame plus mass-weighted mean elastic rotation

@@ -30,8 +30,11 @@ std::int32_t change_slots(const Plan& plan, const State& state, const Inputs& in
   clear(workspace.sums);
   for (std::int32_t i = 0; i < num_slots; ++i) {
     const ForceCommand& command = workspace.next_slots[index(i)].command;
-    add_loads(command.axes, std::span(command.points).first(index(command.num_points)),
-              std::span(command.wrenches).first(index(command.num_wrenches)), workspace.sums);
+    add_loads(plan,
+              {command.axes, std::span(command.points).first(index(command.num_points)),
+               std::span(command.wrenches).first(index(command.num_wrenches)),
+               std::span(command.torques).first(index(command.num_torques))},
+              workspace.sums);
   }
   set_pattern(plan, workspace.group_rows, workspace.sums, workspace.next_pattern);
   set_arms(plan, workspace.sums, workspace.next_arms);

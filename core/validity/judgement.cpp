@@ -134,6 +134,7 @@ void Judgement::take_pushes(const State& state) noexcept {
     for (std::int32_t k = 0; k < command.num_points; ++k) now += norm(command.points[index(k)].force);
     for (std::int32_t k = 0; k < command.num_wrenches; ++k)
       now += norm(command.wrenches[index(k)].force) + norm(command.wrenches[index(k)].torque);
+    for (std::int32_t k = 0; k < command.num_torques; ++k) now += norm(command.torques[index(k)].torque);
   }
   pushed_ = std::max(now, pushed_ * push_fade_);
 }

@@ -69,7 +69,7 @@ const std::vector<BadForce> kBadForces = {
     {"TooManyTorques", Reason::kTooManyPoints, "257 torques, must be at most 256",
      [](force_t& m) { m.torques.resize(257), m.num_torques = 257; }},
     {"PointTorque", Reason::kPointTorque,
-     "torques[0]: point 17 is a point mass and takes no torque: use a wrench on a group",
+     "torques[0]: point 17 has no inertia and takes no torque: use a wrench on a group",
      [](force_t& m) {
        m.torques = {{17, {0.0, 0.0, 1.0}}, {0, {}}};
        m.num_torques = 2;

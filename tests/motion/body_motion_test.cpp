@@ -30,6 +30,98 @@ Scene two_on_a_beam() {
   return scene;
 }
 
+ForceCommand torque_on(int point, const Vec3& torque) {
+  ForceCommand command = make_command(0, 1, Axes::kBody);
+  command.num_torques = 1;
+  command.torques[0] = {point, 0, torque};
+  return command;
+}
+
+Scene two_that_are_read() {
+  Scene scene = two_on_a_beam();
+  scene.publication.points = {0, 1};
+  scene.pushable = {0, 1};
+  return scene;
+}
+
+// a wrench on the group of one body alone is its torque, spread over the particles that it counts as
+TEST(BodyMotion, ATorqueOnABodyIsTheWrenchOnItsOwnGroup) {
+  for (const Axes axes : {Axes::kBody, Axes::kWorld}) {
+    Simulation by_torque(two_that_are_read()), by_wrench(two_that_are_read());
+    const Vec3 torque{0.3, -0.2, 0.5};
+    ForceCommand wrench = make_command(0, 1, axes), direct = torque_on(1, torque);
+    direct.axes = wrench.axes;
+    wrench.num_wrenches = 1;
+    wrench.wrenches[0] = {1, 0, {}, torque};
+    by_torque.run(500, std::span(&direct, 1));
+    by_wrench.run(500, std::span(&wrench, 1));
+    for (std::size_t k = 0; k < 3; ++k)
+      EXPECT_NEAR(by_torque.state.H_W[k], by_wrench.state.H_W[k], 1e-13) << k;
+    const Eigen::Map<const Eigen::VectorXd> a(by_torque.state.q.data(), 8), b(by_wrench.state.q.data(), 8);
+    EXPECT_GT(b.norm(), 1e-6);
+    EXPECT_LT((a - b).norm(), 1e-11 * b.norm());
+  }
+}
+
+// the rate of an attitude is the difference of two attitudes; at rest the axes are the scene's
+TEST(BodyMotion, TheRateOfABodyIsThatOfItsAttitude) {
+  Scene scene = two_that_are_read();
+  scene.initial.angular_velocity = {0.4, -0.7, 0.2};
+  Simulation simulation(scene);
+  EXPECT_EQ(read_body(simulation.plan, simulation.state, 0).q_WP, (Quat{1.0, 0.0, 0.0, 0.0}));
+  const ForceCommand command = torque_on(1, {3.0, -20.0, 25.0});
+  simulation.run(200, std::span(&command, 1));
+  const BodyState before = read_body(simulation.plan, simulation.state, 1);
+  simulation.run(1);
+  const BodyState now = read_body(simulation.plan, simulation.state, 1);
+  simulation.run(1);
+  const BodyState after = read_body(simulation.plan, simulation.state, 1);
+  const auto quaternion = [](const Quat& q) { return Eigen::Quaterniond(q[0], q[1], q[2], q[3]); };
+  const Eigen::Quaterniond step = quaternion(before.q_WP).conjugate() * quaternion(after.q_WP);
+  const Eigen::AngleAxisd turn(step);
+  const Eigen::Vector3d found = turn.angle() * turn.axis() / 2e-3, said(now.w_P[0], now.w_P[1], now.w_P[2]);
+  const GroupPose pose = read_group(simulation.plan, simulation.state, 1);
+  EXPECT_GT(Eigen::Vector3d(pose.w_B[0], pose.w_B[1], pose.w_B[2]).norm(), 0.1);
+  EXPECT_LT((found - said).norm(), 1e-4 * said.norm());
+  for (std::size_t k = 0; k < 4; ++k) EXPECT_NEAR(after.q_WP[k], pose.q_WG[k], 1e-13);
+}
+
+// dH/dt of a torque in local axes is T + theta x T in body axes
+TEST(BodyMotion, ATorqueInLocalAxesTurnsWithItsBody) {
+  Scene scene = two_that_are_read();
+  scene.initial.modes = {{1, 0.05, 0.0}, {2, -0.03, 0.0}};
+  Load load;
+  load.name = "turned";
+  load.axes = Axes::kLocal;
+  load.torques = {{1, {1e-3, 2e-3, -1e-3}}};
+  scene.loads.push_back(load);
+  scene.rate = 1e5;
+  Simulation simulation(scene);
+  const BodyState at_rest = read_body(simulation.plan, simulation.state, 1);
+  const Eigen::Vector3d theta =
+      2.0 / at_rest.q_WP[0] * Eigen::Vector3d(at_rest.q_WP[1], at_rest.q_WP[2], at_rest.q_WP[3]);
+  EXPECT_GT(theta.norm(), 1e-3);
+  const Eigen::Vector3d torque(1e-3, 2e-3, -1e-3), expected = torque + theta.cross(torque);
+  simulation.run(1);
+  const Vec3& H = simulation.state.H_W;
+  const Eigen::Vector3d rate = Eigen::Vector3d(H[0], H[1], H[2]) * 1e5;
+  EXPECT_GT((expected - torque).norm(), 1e-3 * torque.norm());
+  EXPECT_LT((rate - expected).norm(), 0.05 * (expected - torque).norm());
+}
+
+TEST(BodyMotion, ATorqueOnAPointMassIsRefused) {
+  Scene scene = two_that_are_read();
+  scene.points[1].inertia.setZero();
+  Load load;
+  load.name = "turned";
+  load.torques = {{1, {1e-3, 0.0, 0.0}}};
+  scene.loads.push_back(load);
+  Faults faults;
+  EXPECT_FALSE(build_structure(scene, faults));
+  ASSERT_FALSE(faults.empty());
+  EXPECT_NE(faults[0].message.find("has no attitude"), std::string::npos) << faults[0].message;
+}
+
 // A constant torque along the beam on one body: both turn by T t^2 / (4 J) in the mean, and their difference
 // by T / (2 k) (1 - cos w t), w^2 = 2 k / J, k = GJ / L.
 TEST(BodyMotion, ATorqueTwistsTheBeamBetweenTwoBodies) {

@@ -44,7 +44,7 @@ TEST(Translation, MomentumEqualsTheImpulseOfCommandsAndPulses) {
   pulse.kind = PlanHistory::Kind::kPulse;
   pulse.start_tick = 17;
   pulse.end_tick = 117;
-  pulse.pattern = build_pattern(plan, 0, std::span(&pushed, 1), {});
+  pulse.pattern = build_pattern(plan, {0, std::span(&pushed, 1), {}, {}});
   plan.histories.push_back(pulse);
   plan.initial.w_WB_B = {0.4, -2.0, 1.0};
   HandRun run(plan);

@@ -66,7 +66,7 @@ TEST(Loads, ProjectionIsTheSumOverPointsWhetherDirectOrByTable) {
       forces.push_back({i, 0, F});
       force_B[static_cast<std::size_t>(i)] = scale(1.5, multiply_transposed(R, F));
     }
-    const LoadPattern pattern = build_pattern(plan, 0, forces, {});
+    const LoadPattern pattern = build_pattern(plan, {0, forces, {}, {}});
     EXPECT_EQ(pattern.uses_table, num_pushed > LoadPattern::kMaxDirect);
     expect_equal(projected(plan, pattern, R, 1.5), direct_sum(plan, force_B), 4 * kRounding);
   }
@@ -75,7 +75,7 @@ TEST(Loads, ProjectionIsTheSumOverPointsWhetherDirectOrByTable) {
 TEST(Loads, BodyForcesDoNotTurn) {
   const Plan plan = loads_plan();
   const std::vector<PointForce> forces = {{2, 0, {1.0, 2.0, 3.0}}, {5, 0, {-1.0, 0.5, 0.0}}};
-  const LoadPattern pattern = build_pattern(plan, 1, forces, {});
+  const LoadPattern pattern = build_pattern(plan, {1, forces, {}, {}});
   std::vector<Vec3> force_B(7);
   for (const PointForce& f : forces) force_B[static_cast<std::size_t>(f.point)] = f.force;
   expect_equal(projected(plan, pattern, some_rotation()), direct_sum(plan, force_B), kRounding);
@@ -101,7 +101,7 @@ TEST(Wrench, HasItsForceItsTorqueAndTheProjectionOfItsForces) {
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
     const Wrench wrench{static_cast<std::int32_t>(k), 0, F, T};
     for (const std::int32_t axes : {0, 1}) {
-      const LoadPattern pattern = build_pattern(plan, axes, {}, std::span(&wrench, 1));
+      const LoadPattern pattern = build_pattern(plan, {axes, {}, std::span(&wrench, 1), {}});
       const Vec3 F_B = axes == 0 ? multiply_transposed(R, F) : F,
                  T_B = axes == 0 ? multiply_transposed(R, T) : T;
       const std::vector<Vec3> forces = spread(plan, k, F_B, T_B);
@@ -159,7 +159,7 @@ PlanHistory history_of(const Plan& plan, PlanHistory::Kind kind) {
   PlanHistory history;
   history.kind = kind;
   const PointForce force{0, 0, {1.0, 0.0, 0.0}};
-  history.pattern = build_pattern(plan, 1, std::span(&force, 1), {});
+  history.pattern = build_pattern(plan, {1, std::span(&force, 1), {}, {}});
   return history;
 }
 

@@ -114,7 +114,7 @@ std::vector<ForceCommand> load_point(Plan& plan, int point, std::int32_t axes, L
     ramp.kind = PlanHistory::Kind::kTable;
     ramp.times = {0.0, kRampTime};
     ramp.values = {0.0, 1.0};
-    ramp.pattern = build_pattern(plan, axes, std::span(&force, 1), {});
+    ramp.pattern = build_pattern(plan, {axes, std::span(&force, 1), {}, {}});
     plan.histories.push_back(ramp);
   }
   return commands;

@@ -95,13 +95,22 @@ bool add_points(const PushOptions& options, const SceneCatalogue& scene, force_t
       }
       return explain_unknown("point", argument.name, scene, known), false;
     }
-    freeflex_msgs::point_force_t item{};
-    item.point = *index;
-    copy_vector(options.force, item.force);
-    if (argument.force) std::copy_n(argument.force->begin(), 3, item.force);
-    force.forces.push_back(item);
+    if (argument.force || !options.force.empty()) {
+      freeflex_msgs::point_force_t item{};
+      item.point = *index;
+      copy_vector(options.force, item.force);
+      if (argument.force) std::copy_n(argument.force->begin(), 3, item.force);
+      force.forces.push_back(item);
+    }
+    if (!options.torque.empty()) {
+      freeflex_msgs::point_torque_t item{};
+      item.point = *index;
+      copy_vector(options.torque, item.torque);
+      force.torques.push_back(item);
+    }
   }
   force.num_forces = static_cast<std::int32_t>(force.forces.size());
+  force.num_torques = static_cast<std::int32_t>(force.torques.size());
   return true;
 }
 
@@ -160,18 +169,16 @@ std::string find_conflict(const CLI::App& command) {
 
 /// What is wrong with points, groups and what acts on them. Empty: nothing.
 std::string find_force_fault(const PushOptions& options) {
-  if (!options.torque.empty() && options.groups.empty())
-    return "--torque acts on a --group, not on a --point";
   bool takes_force = !options.groups.empty();
   bool needs_force = !options.groups.empty() && options.torque.empty();
   for (const std::string& text : options.points) {
     const std::optional<PointArgument> point = parse_point(text);
     if (!point) return "--point '" + text + "': must be NAME or NAME=X,Y,Z with three numbers [N]";
     takes_force = takes_force || !point->force;
-    needs_force = needs_force || !point->force;
+    needs_force = needs_force || (!point->force && options.torque.empty());
   }
   if (needs_force && options.force.empty())
-    return "give --force X,Y,Z [N], or for a group --torque X,Y,Z [N m]";
+    return "give --force X,Y,Z [N] or, for groups and bodies, --torque X,Y,Z [N m]";
   if (!takes_force && !options.force.empty())
     return "--force acts on nothing: every --point has its own =X,Y,Z; leave one of the two out";
   return {};

@@ -25,6 +25,7 @@ struct LoadsOptions {
   std::string input;
   std::vector<std::string> forces;
   std::vector<std::string> wrenches;
+  std::vector<std::string> torques;
   std::vector<double> spin;  // [rad/s] (3), or not given
   bool json = false;
 };
@@ -91,6 +92,27 @@ bool read_wrenches(const LoadsOptions& options, const Plan& plan, std::vector<Wr
     }
     const std::vector<double>& x = named->numbers;
     wrenches.push_back({group, 0, {x[0], x[1], x[2]}, {x[3], x[4], x[5]}});
+  }
+  return true;
+}
+
+bool read_torques(const LoadsOptions& options, const Plan& plan, std::vector<PointTorque>& torques) {
+  for (const std::string& text : options.torques) {
+    const auto named = parse_named_numbers(text, 3);
+    if (!named || named->numbers.empty()) {
+      print_error("--torque " + text + " must be POINT=TX,TY,TZ in newton metres");
+      return false;
+    }
+    const std::int32_t point = find_name(plan.points, named->name);
+    if (point < 0 || turning_of(plan, point) < 0) {
+      print_error("--torque: " +
+                  (point < 0 ? "there is no point '" + named->name + "'; points are " + names_of(plan.points)
+                             : "point '" + named->name +
+                                   "' has no inertia, or is neither in commands: points nor "
+                                   "in publish: points of the scene"));
+      return false;
+    }
+    torques.push_back({point, 0, {named->numbers[0], named->numbers[1], named->numbers[2]}});
   }
   return true;
 }
@@ -188,16 +210,19 @@ std::optional<Plan> load_whole_or_explain(const std::string& path) {
 }
 
 int loads(const LoadsOptions& options) {
-  if (options.forces.empty() && options.wrenches.empty() && options.spin.empty()) {
-    print_error("no load is given; give --force, --wrench or --spin");
+  if (options.forces.empty() && options.wrenches.empty() && options.torques.empty() && options.spin.empty()) {
+    print_error("no load is given; give --force, --wrench, --torque or --spin");
     return kExitUsage;
   }
   const std::optional<Plan> plan = load_whole_or_explain(options.input);
   if (!plan) return kExitUsage;
   std::vector<PointForce> forces;
   std::vector<Wrench> wrenches;
-  if (!read_forces(options, *plan, forces) || !read_wrenches(options, *plan, wrenches)) return kExitUsage;
-  SteadyLoad load{forces, wrenches, {}};
+  std::vector<PointTorque> torques;
+  if (!read_forces(options, *plan, forces) || !read_wrenches(options, *plan, wrenches) ||
+      !read_torques(options, *plan, torques))
+    return kExitUsage;
+  SteadyLoad load{forces, wrenches, {}, torques};
   if (!options.spin.empty()) load.spin = {options.spin[0], options.spin[1], options.spin[2]};
   std::string error;
   const std::optional<State> state = quasi_static(*plan, load, error);
@@ -222,6 +247,8 @@ void add_loads(CLI::App& app, int& exit_code) {
   command
       ->add_option("--wrench", options->wrenches, "force and torque on a group, body axes; may be repeated")
       ->type_name("GROUP=FX,FY,FZ,TX,TY,TZ");
+  command->add_option("--torque", options->torques, "torque on a body, body axes [N m]; may be repeated")
+      ->type_name("POINT=TX,TY,TZ");
   add_vector(*command, "--spin", options->spin,
              "steady spin, body axes [rad/s]; the scene must be spin-loaded, above or auto", "rad/s")
       ->type_name("WX,WY,WZ");

@@ -18,7 +18,7 @@ void SceneReader::read_loads(const Node& node) {
 void SceneReader::read_load(const Node& node) {
   const std::string number = std::to_string(scene_.loads.size() + 1);
   const Fields fields(report_, node, item_label("load", node, scene_.loads.size() + 1),
-                      {"name", "axes", "forces", "wrenches", "pulse", "sine", "table"});
+                      {"name", "axes", "forces", "wrenches", "torques", "pulse", "sine", "table"});
   Load load;
   load.origin = node.origin;
   load.name = number;
@@ -29,14 +29,17 @@ void SceneReader::read_load(const Node& node) {
         read_word(report_, *axes, fields.label() + ": axes", {"world", "body", "local"}).value_or(0));
   const Node* forces = fields.find("forces");
   const Node* wrenches = fields.find("wrenches");
+  const Node* torques = fields.find("torques");
+  if (torques) read_torques(*torques, fields.label() + ": torques", load);
   if (forces) read_forces(*forces, fields.label() + ": forces", load);
   if (wrenches) read_wrenches(*wrenches, fields.label() + ": wrenches", load);
   if (wrenches && load.axes == Axes::kLocal)
     report_.error(wrenches->origin, fields.label() +
                                         ": wrenches with axes local: a group has no one local rotation; use "
                                         "axes body, or forces on its points");
-  if (!forces && !wrenches && fields.is_mapping())
-    report_.error(node.origin, fields.label() + " has neither forces nor wrenches; it must have one");
+  if (!forces && !wrenches && !torques && fields.is_mapping())
+    report_.error(node.origin,
+                  fields.label() + " has neither forces, wrenches nor torques; it must have one");
   load.history = read_history(fields);
   loads_.add(report_, load.name, load.origin);
   scene_.loads.push_back(std::move(load));
@@ -52,6 +55,20 @@ void SceneReader::read_forces(const Node& node, const std::string& label, Load& 
     point.point = points_.resolve(report_, name->text, name->origin, label).value_or(-1);
     if (const auto force = read_vector(report_, *value, label + ": " + name->text, "N")) point.force = *force;
     load.forces.push_back(point);
+  }
+}
+
+void SceneReader::read_torques(const Node& node, const std::string& label, Load& load) {
+  if (node.kind != Node::Kind::kMapping)
+    return report_.error(node.origin, label + " is " + describe(node) +
+                                          ", must be a mapping of names of bodies to [x, y, z] in N m");
+  if (!report_.count_mentions(node.entries.size(), node.origin)) return;
+  for (const auto& [name, value] : node.entries) {
+    TorqueLoad body;
+    body.point = points_.resolve(report_, name->text, name->origin, label).value_or(-1);
+    if (const auto torque = read_vector(report_, *value, label + ": " + name->text, "N m"))
+      body.torque = *torque;
+    load.torques.push_back(body);
   }
 }
 

@@ -76,6 +76,7 @@ class SceneReader {
   void read_loads(const Node& node);
   void read_load(const Node& node);
   void read_forces(const Node& node, const std::string& label, Load& load);
+  void read_torques(const Node& node, const std::string& label, Load& load);
   void read_wrenches(const Node& node, const std::string& label, Load& load);
   History read_history(const Fields& fields);
 

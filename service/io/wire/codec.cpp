@@ -87,6 +87,7 @@ void fill_name_table(const Plan& plan, NameTable& table) {
   if (plan.wide.empty()) table.scope = plan.scope;
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     table.is_pushable[i] = plan.points[i].pushable && plan.points[i].row >= 0 ? 1 : 0;
+    table.takes_torque[i] = turning_of(plan, static_cast<std::int32_t>(i)) >= 0 ? 1 : 0;
     table.point_arms[i] = plan.points[i].r;
   }
   for (std::size_t g = 0; g < plan.groups.size(); ++g) {
@@ -166,6 +167,12 @@ freeflex_msgs::force_t to_message(const ForceCommand& command, std::int64_t sess
     std::copy_n(command.wrenches[i].force.begin(), 3, message.wrenches[i].force);
     std::copy_n(command.wrenches[i].torque.begin(), 3, message.wrenches[i].torque);
   }
+  message.num_torques = command.num_torques;
+  message.torques.resize(static_cast<std::size_t>(command.num_torques));
+  for (std::size_t i = 0; i < message.torques.size(); ++i) {
+    message.torques[i].point = command.torques[i].point;
+    std::copy_n(command.torques[i].torque.begin(), 3, message.torques[i].torque);
+  }
   return message;
 }
 
@@ -203,12 +210,13 @@ Admission from_message(const freeflex_msgs::force_t& message, const NameTable& t
     std::copy_n(message.wrenches[i].force, 3, command.wrenches[i].force.begin());
     std::copy_n(message.wrenches[i].torque, 3, command.wrenches[i].torque.begin());
   }
-  admission.reason = check_command(command, table, admission.text);
-  if (admission.reason == Reason::kAccepted && !message.torques.empty()) {
-    admission.reason = Reason::kPointTorque;
-    print(admission.text, "torques[0]: point %d is a point mass and takes no torque: use a wrench on a group",
-          message.torques.front().point);
+  command.num_torques = message.num_torques;
+  const std::size_t num_torques = std::min(message.torques.size(), command.torques.size());
+  for (std::size_t i = 0; i < num_torques; ++i) {
+    command.torques[i].point = message.torques[i].point;
+    std::copy_n(message.torques[i].torque, 3, command.torques[i].torque.begin());
   }
+  admission.reason = check_command(command, table, admission.text);
   return admission;
 }
 

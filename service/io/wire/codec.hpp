@@ -35,6 +35,7 @@ struct NameTable {
   double force_limit = 0.0;   // [N] 0: none
   double torque_limit = 0.0;  // [N m] 0: none
   std::array<std::uint8_t, kMaxNamedPoints> is_pushable{};
+  std::array<std::uint8_t, kMaxNamedPoints> takes_torque{};  // those of them that turn
   struct GroupReach {
     std::int32_t torque_rank = 3;
     std::array<double, 3> line{};  // [-] body axes

@@ -91,7 +91,8 @@ Reason check_header(const ForceCommand& command, Text text) {
     return true;
   };
   if (exceeds(command.num_points, "forces", kMaxCommandPoints) ||
-      exceeds(command.num_wrenches, "wrenches", kMaxCommandWrenches))
+      exceeds(command.num_wrenches, "wrenches", kMaxCommandWrenches) ||
+      exceeds(command.num_torques, "torques", kMaxCommandTorques))
     return Reason::kTooManyPoints;
   return Reason::kAccepted;
 }
@@ -123,6 +124,45 @@ Reason check_points(const ForceCommand& command, const NameTable& table, Text te
     }
     if (is_over(entry.force, table.force_limit)) {
       print_over_limit(text, "forces", i, "point", entry.point, "force", entry.force, table.force_limit, "N");
+      return Reason::kOverLimit;
+    }
+  }
+  return Reason::kAccepted;
+}
+
+Reason check_torques(const ForceCommand& command, const NameTable& table, Text text) {
+  std::bitset<kMaxNamedPoints> seen;
+  const int known = std::clamp(table.num_points, 0, kMaxNamedPoints);
+  for (int i = 0; i < command.num_torques; ++i) {
+    const PointTorque& entry = command.torques[static_cast<std::size_t>(i)];
+    const auto point = static_cast<std::size_t>(entry.point);
+    if (entry.point < 0 || entry.point >= known) {
+      print(text, "torques[%d]: point %d, the scene has 0 to %d", i, entry.point, known - 1);
+      return Reason::kUnknownPoint;
+    }
+    if (table.takes_torque[point] == 0) {
+      print(text, "torques[%d]: point %d has no inertia and takes no torque: use a wrench on a group", i,
+            entry.point);
+      return Reason::kPointTorque;
+    }
+    if (table.is_pushable[point] == 0) {
+      print(text, "torques[%d]: point %d may not be pushed; add it to commands: points of the scene", i,
+            entry.point);
+      return Reason::kNotPushable;
+    }
+    if (seen.test(point)) {
+      print(text, "torques[%d]: point %d is named twice, each at most once", i, entry.point);
+      return Reason::kDuplicatePoint;
+    }
+    seen.set(point);
+    if (!is_finite(entry.torque)) {
+      print(text, "torques[%d]: point %d: torque (%g, %g, %g) N m, must be finite", i, entry.point,
+            entry.torque[0], entry.torque[1], entry.torque[2]);
+      return Reason::kNotFinite;
+    }
+    if (is_over(entry.torque, table.torque_limit)) {
+      print_over_limit(text, "torques", i, "point", entry.point, "torque", entry.torque, table.torque_limit,
+                       "N m");
       return Reason::kOverLimit;
     }
   }
@@ -230,6 +270,8 @@ Reason check_command(const ForceCommand& command, const NameTable& table, std::s
   if (header != Reason::kAccepted) return header;
   const Reason points = check_points(command, table, text);
   if (points != Reason::kAccepted) return points;
+  const Reason torques = check_torques(command, table, text);
+  if (torques != Reason::kAccepted) return torques;
   const Reason wrenches = check_wrenches(command, table, text);
   return wrenches != Reason::kAccepted ? wrenches : check_scope(command, table, text);
 }

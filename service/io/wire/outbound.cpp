@@ -41,6 +41,15 @@ freeflex_msgs::point_state_t make_point(const Plan& plan, const MotionState& sta
   return message;
 }
 
+freeflex_msgs::body_state_t make_body(const Plan& plan, const MotionState& state, std::int32_t point) {
+  const BodyState body = read_body(plan, state, point);
+  freeflex_msgs::body_state_t message{};
+  message.point = point;
+  copy_to(body.q_WP, message.attitude);
+  copy_to(body.w_P, message.angular_velocity);
+  return message;
+}
+
 freeflex_msgs::group_pose_t make_group(const Plan& plan, const MotionState& state, std::int32_t group) {
   const GroupPose pose = read_group(plan, state, group);
   freeflex_msgs::group_pose_t message{};
@@ -148,7 +157,11 @@ std::vector<freeflex_msgs::points_t> make_points_messages(const Plan& plan, cons
   for (const std::int32_t group : plan.published_groups) {
     add_item(pages, empty, &Page::groups, make_group(plan, state, group), room);
   }
+  for (const std::int32_t point : plan.published_points)
+    if (turning_of(plan, point) >= 0)
+      add_item(pages, empty, &Page::bodies, make_body(plan, state, point), room);
   for (Page& page : pages) {
+    page.num_bodies = static_cast<std::int32_t>(page.bodies.size());
     page.num_points = static_cast<std::int32_t>(page.points.size());
     page.num_groups = static_cast<std::int32_t>(page.groups.size());
   }
