@@ -86,6 +86,7 @@ void compile_modes(const Structure& structure, const Eigen::VectorXd& decay, Pla
       residual.block<3, 1>(3, mode) += mass * r.col(i).cross(b);
     }
   }
+  if (structure.matrix_sums.momenta.rows() > 0) residual += structure.matrix_sums.momenta;
   for (int row = 0; row < 6; ++row) append_row(plan, row_of(residual, row), plan.eckart_rows);
 }
 
@@ -95,8 +96,11 @@ void compile_field(const Structure& structure, const Eigen::MatrixXd& shapes, Pl
   if (!plan.has_spin_load && plan.attractor_mu == 0.0) return;
   const Eigen::Matrix3Xd& r = structure.particles.r;
   static constexpr std::array<std::array<int, 2>, 6> kPairs{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
-  for (const auto& [a, b] : kPairs) {
+  for (std::size_t k = 0; k < kPairs.size(); ++k) {
+    const auto& [a, b] = kPairs[k];
     Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(shapes.cols());
+    if (structure.matrix_sums.field.rows() > 0)
+      row = structure.matrix_sums.field.row(static_cast<Eigen::Index>(k));
     for (Eigen::Index i = 0; i < r.cols(); ++i) {
       const double mass = structure.particles.mass[i];
       row += 0.5 * mass * (r(a, i) * row_of(shapes, 3 * i + b) + r(b, i) * row_of(shapes, 3 * i + a));

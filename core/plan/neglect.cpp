@@ -33,7 +33,13 @@ Eigen::Matrix3d field_of(const Structure& structure, Eigen::Index mode) {
   const Eigen::MatrixXd& shapes = particle_shapes(structure);
   for (Eigen::Index i = 0; i < particles.mass.size(); ++i)
     Y += particles.mass[i] * particles.r.col(i) * shapes.block<3, 1>(3 * i, mode).transpose();
-  return 0.5 * (Y + Y.transpose());
+  Y = (0.5 * (Y + Y.transpose())).eval();
+  if (structure.matrix_sums.field.rows() > 0) {
+    const Eigen::VectorXd own = structure.matrix_sums.field.col(mode);
+    Y += (Eigen::Matrix3d() << own[0], own[3], own[4], own[3], own[1], own[5], own[4], own[5], own[2])
+             .finished();
+  }
+  return Y;
 }
 
 // sum m b_l b_u^T over the mass, symmetric part

@@ -21,6 +21,8 @@ bool are_point_masses(const Scene& scene) {
 }
 
 bool has_mass(const Link& link) {
+  const auto* matrix = std::get_if<MatrixLink>(&link.kind);
+  if (matrix != nullptr) return matrix->mass.nonZeros() > 0;
   const auto* bar = std::get_if<Bar>(&link.kind);
   const auto* beam = std::get_if<Beam>(&link.kind);
   const auto* plate = std::get_if<Plate>(&link.kind);
@@ -30,6 +32,7 @@ bool has_mass(const Link& link) {
 
 double mass_of(const Scene& scene, const Link& link) {
   if (!has_mass(link)) return 0.0;
+  if (std::holds_alternative<MatrixLink>(link.kind)) return rigid_body_of(scene, link).mass;
   if (const auto* bar = std::get_if<Bar>(&link.kind))
     return bar->mass_per_length * span_of(scene, link).stableNorm();
   if (const auto* beam = std::get_if<Beam>(&link.kind))
@@ -89,12 +92,105 @@ std::vector<TrianglePoint> triangle_points() {
 
 }  // namespace
 
+namespace {
+
+// motions of a superelement's rows with the body: translations, then rotations about its first point
+Eigen::MatrixXd rigid_rows_of(const Scene& scene, const Link& link, const MatrixLink& matrix) {
+  const Eigen::Index per_point = matrix.has_rotations ? 6 : 3;
+  Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(num_rows(matrix, link.points.size()), 6);
+  const auto at = [&](std::size_t k) {
+    return scene.points[static_cast<std::size_t>(link.points[k])].position;
+  };
+  for (std::size_t k = 0; k < link.points.size(); ++k) {
+    const Eigen::Index row = per_point * static_cast<Eigen::Index>(k);
+    motions.block<3, 3>(row, 0).setIdentity();
+    for (int axis = 0; axis < 3; ++axis)
+      motions.block<3, 1>(row, 3 + axis) = Eigen::Vector3d::Unit(axis).cross(Eigen::Vector3d(at(k) - at(0)));
+    if (matrix.has_rotations) motions.block<3, 3>(row + 3, 3).setIdentity();
+  }
+  return motions;
+}
+
+Eigen::Matrix<double, 6, 6> rigid_mass_of(const Scene& scene, const Link& link) {
+  const auto& matrix = std::get<MatrixLink>(link.kind);
+  const Eigen::MatrixXd rigid = rigid_rows_of(scene, link, matrix);
+  const Eigen::Matrix<double, 6, 6> mass = rigid.transpose() * (matrix.mass * rigid);
+  return 0.5 * (mass + mass.transpose());
+}
+
+}  // namespace
+
+// v . m (w x c) of the blocks beside each other: its skew part is c
+PointMass rigid_body_of(const Scene& scene, const Link& link) {
+  const Eigen::Matrix<double, 6, 6> all = rigid_mass_of(scene, link);
+  PointMass body;
+  body.mass = all.topLeftCorner<3, 3>().trace() / 3.0;
+  if (!(body.mass > 0.0)) return body;
+  const Eigen::Matrix3d S = all.topRightCorner<3, 3>();
+  body.offset = Eigen::Vector3d(S(1, 2) - S(2, 1), S(2, 0) - S(0, 2), S(0, 1) - S(1, 0)) / (2.0 * body.mass);
+  const Eigen::Vector3d& c = body.offset;
+  body.inertia = all.bottomRightCorner<3, 3>() -
+                 body.mass * (c.squaredNorm() * Eigen::Matrix3d::Identity() - c * c.transpose());
+  return body;
+}
+
+std::string mass_matrix_problem(const Scene& scene, const Link& link) {
+  constexpr double kRounding = 1e-5;  // [-] what printed tables leave open
+  const auto& matrix = std::get<MatrixLink>(link.kind);
+  if (!Eigen::MatrixXd(matrix.mass).allFinite()) return "the mass matrix has an entry that is not finite";
+  const Eigen::MatrixXd M = matrix.mass;
+  if ((M - M.transpose()).cwiseAbs().maxCoeff() > 1e-6 * M.cwiseAbs().maxCoeff())
+    return "the mass matrix is not symmetric; give a symmetric one";
+  // on the scale of each row: entries of rotations have other units
+  const Eigen::VectorXd root = M.diagonal().cwiseMax(0.0).cwiseSqrt();
+  const Eigen::VectorXd inverse = root.unaryExpr([](double x) { return x > 0.0 ? 1.0 / x : 0.0; });
+  for (Eigen::Index k = 0; k < M.rows(); ++k)
+    if (M(k, k) < 0.0 || (M(k, k) == 0.0 && !M.row(k).isZero(0.0)))
+      return join_text("row ", k + 1, " of the mass matrix has ", M(k, k),
+                       " on the diagonal, and a mass is positive, or its row zero");
+  const Eigen::MatrixXd scaled = inverse.asDiagonal() * M * inverse.asDiagonal();
+  const double least =
+      Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(scaled, Eigen::EigenvaluesOnly).eigenvalues().minCoeff();
+  if (least < -kRounding)
+    return join_text("the mass matrix is not positive semidefinite: eigenvalue ", least,
+                     " with a diagonal of ones");
+  const Eigen::Matrix<double, 6, 6> all = rigid_mass_of(scene, link);
+  const PointMass body = rigid_body_of(scene, link);
+  const Eigen::Matrix3d excess = all.topLeftCorner<3, 3>() - body.mass * Eigen::Matrix3d::Identity();
+  if (!(body.mass > 0.0) || excess.cwiseAbs().maxCoeff() > kRounding * body.mass)
+    return join_text(
+        "the mass matrix has the masses ", all.diagonal().head<3>().transpose(),
+        " kg in translation along x, y, z, which must be one: check the order of rows, the axes of "
+        "its points and units");
+  const Eigen::Matrix3d S = all.topRightCorner<3, 3>();
+  const double size = std::sqrt(std::max(0.0, all.diagonal().tail<3>().maxCoeff() * body.mass));
+  if ((S + S.transpose()).cwiseAbs().maxCoeff() > 2.0 * kRounding * size)
+    return "translation and rotation of the mass matrix are not those of one body: check the order of rows "
+           "and "
+           "the axes of its points";
+  return inertia_problem(body.inertia);
+}
+
+std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(second_moment(body));
+  const Eigen::Vector3d S = eigen.eigenvalues().cwiseMax(0.0);
+  const Eigen::Matrix3d arms = eigen.eigenvectors() * (S / body.mass).cwiseSqrt().asDiagonal();
+  static const std::array<Eigen::Vector3d, 4> kSigns{
+      Eigen::Vector3d{1.0, 1.0, 1.0}, {1.0, -1.0, -1.0}, {-1.0, 1.0, -1.0}, {-1.0, -1.0, 1.0}};
+  std::array<Eigen::Vector3d, 4> corners;
+  for (std::size_t k = 0; k < corners.size(); ++k) corners[k] = body.offset + arms * kSigns[k];
+  return corners;
+}
+
 std::vector<SpreadMass> spread_masses(const Scene& scene, int index) {
   const Link& link = scene.links[static_cast<std::size_t>(index)];
   if (!has_mass(link)) return {};
   const double mass = mass_of(scene, link);
   std::vector<SpreadMass> all;
-  if (spread_of(link) == MassSpread::kLumped) {
+  if (std::holds_alternative<MatrixLink>(link.kind)) {
+    for (const Eigen::Vector3d& arm : corners_of(rigid_body_of(scene, link)))
+      all.push_back({index, 0.25 * mass, {{link.points[0], 1.0}}, arm});
+  } else if (spread_of(link) == MassSpread::kLumped) {
     for (const int point : link.points)
       all.push_back({index, mass / static_cast<double>(link.points.size()), {{point, 1.0}}});
   } else if (std::holds_alternative<Plate>(link.kind)) {

@@ -1,6 +1,7 @@
 // Mass that is more than point masses: bodies with inertia, massless points, mass of links.
 #pragma once
 
+#include <array>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,8 +22,9 @@ Eigen::Matrix3d second_moment(const PointMass& point);
 /// A part of the mass of a link, which stands and moves between points as their shares say   (THEORY X164).
 struct SpreadMass {
   int link = -1;
-  double mass = 0.0;                           // [kg] > 0
-  std::vector<std::pair<int, double>> shares;  // (point, share) [-] sum 1
+  double mass = 0.0;                              // [kg] > 0
+  std::vector<std::pair<int, double>> shares;     // (point, share) [-] sum 1
+  Eigen::Vector3d arm = Eigen::Vector3d::Zero();  // [m] of a superelement, from its first point
 };
 
 /// Where the mass of links counts as standing, in the order of the links: at Gauss's points of beams and
@@ -38,6 +40,16 @@ MassSpread spread_of(const Link& link);
 
 /// The mass of a link [kg]; 0 of one that has none.
 double mass_of(const Scene& scene, const Link& link);
+
+/// The body that the mass matrix of a superelement is in rigid motion: mass, and inertia and offset from its
+/// first point.  \pre a matrix link with mass
+PointMass rigid_body_of(const Scene& scene, const Link& link);
+
+/// What keeps that matrix from being the mass of a body. Empty: nothing.
+std::string mass_matrix_problem(const Scene& scene, const Link& link);
+
+/// Four particles that have the mass, centre and inertia of a body, places from its point   (THEORY X160).
+std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body);
 
 /// What keeps a symmetric matrix from being an inertia: a negative moment, one above the sum of the two
 /// others. Empty: nothing.

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <set>
 
+#include "core/scene/bodies.hpp"
 #include "core/scene/checker.hpp"
 #include "core/scene/link_kinds.hpp"
 
@@ -99,10 +100,28 @@ void Checker::check_torsion(const Link& link, const std::string& who) {
 }
 
 void Checker::check_matrix_link(const Link& link, const MatrixLink& matrix, const std::string& who) {
-  const auto size = 3 * static_cast<Eigen::Index>(link.points.size());
-  if (matrix.matrix.rows() != size || matrix.matrix.cols() != size)
-    error(link.origin, join_text(who, ": the matrix is ", matrix.matrix.rows(), " x ", matrix.matrix.cols(),
-                                 ", must be ", size, " x ", size, " for ", link.points.size(), " points"));
+  const Eigen::Index size = num_rows(matrix, link.points.size());
+  bool is_sized = true;
+  const auto check_size = [&](const char* what, const Eigen::SparseMatrix<double>& given) {
+    if (given.rows() == size && given.cols() == size) return;
+    is_sized = false;
+    error(link.origin, join_text(who, ": the ", what, " is ", given.rows(), " x ", given.cols(), ", must be ",
+                                 size, " x ", size, " for ", link.points.size(), " points"));
+  };
+  check_size(matrix.mass.size() > 0 ? "stiffness matrix" : "matrix", matrix.matrix);
+  if (matrix.is_flexibility && is_superelement(matrix))
+    error(link.origin, who + ": a flexibility has neither rotations nor mass; give the stiffness matrix");
+  if (matrix.num_inner > 0 && matrix.mass.size() == 0)
+    error(link.origin, who + " has inner coordinates and no mass matrix, which says how they move; give one");
+  if (is_superelement(matrix) && !Eigen::MatrixXd(matrix.matrix).allFinite())
+    error(link.origin, who + ": the stiffness matrix has an entry that is not finite");
+  if (matrix.mass.size() > 0) check_size("mass matrix", matrix.mass);
+  const bool has_points = std::all_of(link.points.begin(), link.points.end(), [&](int each) {
+    return is_point(each) && point(each).position.allFinite();
+  });
+  if (matrix.mass.size() == 0 || !is_sized || !has_points || link.points.empty()) return;
+  if (const std::string problem = mass_matrix_problem(scene, link); !problem.empty())
+    error(link.origin, who + ": " + problem);
 }
 
 void Checker::check_dissipation(const Link& link, const std::string& who) {

@@ -48,12 +48,13 @@ void Checker::check_group(const Group& group, int index) {
   const auto is_in = [&](int each) { return seen.count(each) > 0; };
   if (!group.points.empty() && std::all_of(group.points.begin(), group.points.end(), is_massless) &&
       std::none_of(scene.links.begin(), scene.links.end(), [&](const Link& link) {
-        return has_mass(link) && std::all_of(link.points.begin(), link.points.end(), is_in);
+        return has_mass(link) && !std::holds_alternative<MatrixLink>(link.kind) &&
+               std::all_of(link.points.begin(), link.points.end(), is_in);
       }))
     error(group.origin,
           who +
               " has no mass, by which a wrench is spread over points: add a point that has some, or all "
-              "points of a link that has");
+              "points of a beam, bar or plate that has");
 }
 
 void Checker::check_damping() {
@@ -158,6 +159,12 @@ void Checker::check_initial() {
     finite(initial.origin, "initial displacement", each.displacement);
     finite(initial.origin, "initial elastic velocity", each.velocity);
   }
+  const auto has_mass_matrix = [](const Link& link) {
+    return std::holds_alternative<MatrixLink>(link.kind) && has_mass(link);
+  };
+  if (!initial.points.empty() && std::any_of(scene.links.begin(), scene.links.end(), has_mass_matrix))
+    error(initial.origin,
+          "initial: points say nothing of how a mass matrix moves between them; give initial: modes");
   for (const auto& each : initial.modes)
     if (!std::isfinite(each.q) || !std::isfinite(each.q_dot))
       error(initial.origin, join_text("initial state of mode ", each.mode, " is not finite"));
@@ -181,8 +188,11 @@ void Checker::check_publication() {
     if (!publishes_forces(scene, link))
       error(link.origin,
             join_text("link ", called(link, index),
-                      " is rigid, and beside bodies or massless points forces of rigid links are not "
-                      "published: leave it out of publish: loads"));
+                      std::holds_alternative<MatrixLink>(link.kind)
+                          ? " is a superelement, whose forces are not published"
+                          : " is rigid, and beside bodies or massless points forces of rigid links are not "
+                            "published",
+                      ": leave it out of publish: loads"));
     if (has_point_forces(link) && link.points.size() > kMaxForcePoints)
       error(link.origin,
             join_text("link ", called(link, index), " has ", link.points.size(), " points; at most ",

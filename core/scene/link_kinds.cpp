@@ -73,6 +73,8 @@ bool has_point_forces(const Link& link) {
 }
 
 bool publishes_forces(const Scene& scene, const Link& link) {
+  const auto* matrix = std::get_if<MatrixLink>(&link.kind);
+  if (matrix != nullptr && is_superelement(*matrix)) return false;
   return traits_of(link).effect != LinkEffect::kForbids || are_point_masses(scene);
 }
 

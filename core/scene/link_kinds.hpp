@@ -33,10 +33,12 @@ constexpr LinkTraits traits_of(const Spring&) {
 }
 constexpr LinkTraits traits_of(const Bar&) { return {.name = "bar", .noun = "bar", .is_axial = true}; }
 constexpr LinkTraits traits_of(const Beam&) { return {.name = "beam", .noun = "beam", .turns_joints = true}; }
-constexpr LinkTraits traits_of(const MatrixLink&) {
+inline LinkTraits traits_of(const MatrixLink& matrix) {
   return {.name = "matrix",
           .noun = "matrix link",
+          .least = is_superelement(matrix) ? 1U : 2U,
           .most = LinkTraits::kAnyNumber,
+          .turns_joints = matrix.has_rotations,
           .follows_points = false,
           .lists_points = false};
 }
@@ -96,7 +98,7 @@ bool is_body(const Link& link);
 /// Its forces are those on each of its points, as many as it has.
 bool has_point_forces(const Link& link);
 
-/// False of rigid links beside bodies or massless points, whose forces are not found.
+/// False of rigid links beside bodies or massless points, and of superelements, whose forces are not found.
 bool publishes_forces(const Scene& scene, const Link& link);
 
 }  // namespace freeflex

@@ -106,11 +106,25 @@ struct Plate {
 
 /// A matrix from elsewhere over the link's points, row 3*k+axis for points[k]   (THEORY X46, X63).
 /// Stiffness [N/m], or flexibility [m/N]: displacements per force with the structure held in any statically
-/// determinate way.
+/// determinate way. A stiffness may be that of a superelement, with rotations, inner coordinates or mass
+/// (THEORY X166).
 struct MatrixLink {
-  Eigen::SparseMatrix<double> matrix;  // (3 N_link x 3 N_link), symmetric, full storage
+  Eigen::SparseMatrix<double> matrix;  // (n x n), symmetric, full storage, n = 3 N_link but for what follows
   bool is_flexibility = false;
+  bool has_rotations = false;        // row 6*k+axis, of axis 3 to 5 rotations [rad]
+  int num_inner = 0;                 // coordinates of its own after those of its points, with a mass matrix
+  Eigen::SparseMatrix<double> mass;  // (n x n) [kg]; empty: none
 };
+
+/// True of one that is a superelement.
+inline bool is_superelement(const MatrixLink& matrix) {
+  return matrix.has_rotations || matrix.mass.size() > 0;
+}
+
+/// Rows of its matrices.
+inline Eigen::Index num_rows(const MatrixLink& matrix, std::size_t num_points) {
+  return (matrix.has_rotations ? 6 : 3) * static_cast<Eigen::Index>(num_points) + matrix.num_inner;
+}
 
 /// Keeps every distance within its points: a rigid link for two, a rigid body for more   (THEORY X64).
 struct Rigid {};

@@ -11,6 +11,7 @@
 #include "core/structure/normal_modes.hpp"
 #include "core/structure/null_space.hpp"
 #include "core/structure/particles.hpp"
+#include "core/structure/superelement.hpp"
 
 namespace freeflex {
 namespace {
@@ -228,6 +229,7 @@ void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& st
   structure.frequency_accuracy = std::max(modes.accuracy, factor.matrices.accuracy);
   structure.conditioning = modes.conditioning;
   structure.particles = find_particles(scene, freedoms, structure);
+  structure.matrix_sums = matrix_sums(scene, freedoms, structure);
 }
 
 }  // namespace freeflex

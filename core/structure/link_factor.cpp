@@ -11,6 +11,7 @@
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
 #include "core/structure/null_space.hpp"
+#include "core/structure/superelement.hpp"
 
 namespace freeflex {
 
@@ -36,19 +37,22 @@ DeformationRows natural_rows(const Scene& scene, int link_index, const Freedoms&
   const Link& link = scene.links[static_cast<std::size_t>(link_index)];
   using Rows = DeformationRows;
   const auto axial = [&] { return Rows{axial_row(scene, link, axial_of(scene, link).stiffness)}; };
-  return std::visit(
-      LinkCases{
-          [&](const Spring&) { return axial(); },
-          [&](const Bar&) { return axial(); },
-          [&](const Beam&) { return beam_rows(scene, link_index, freedoms); },
-          [&](const MatrixLink&) { return matrix_rows(scene, link, link_index, limits, faults); },
-          [&](const BendingSpring&) { return bending_rows(scene, link); },
-          [&](const TorsionSpring&) { return torsion_rows(scene, link); },
-          [&](const Plate&) { return plate_rows(scene, link, freedoms); },
-          [](const Rigid&) { return Rows{}; },
-          [](const Dashpot&) { return Rows{}; },
-      },
-      link.kind);
+  return std::visit(LinkCases{
+                        [&](const Spring&) { return axial(); },
+                        [&](const Bar&) { return axial(); },
+                        [&](const Beam&) { return beam_rows(scene, link_index, freedoms); },
+                        [&](const MatrixLink& matrix) {
+                          return is_superelement(matrix)
+                                     ? superelement_rows(scene, link_index, freedoms, limits, faults)
+                                     : matrix_rows(scene, link, link_index, limits, faults);
+                        },
+                        [&](const BendingSpring&) { return bending_rows(scene, link); },
+                        [&](const TorsionSpring&) { return torsion_rows(scene, link); },
+                        [&](const Plate&) { return plate_rows(scene, link, freedoms); },
+                        [](const Rigid&) { return Rows{}; },
+                        [](const Dashpot&) { return Rows{}; },
+                    },
+                    link.kind);
 }
 
 // X64: what is joined to a rigid body turns with it, theta = J^-1 sum d_k x V_k over its points; about the
@@ -214,6 +218,12 @@ Freedoms::Freedoms(const Scene& scene) : num_displacements_(3 * static_cast<int>
   joints_.erase(std::unique(joints_.begin(), joints_.end()), joints_.end());
   add_releases(scene);
   add_bodies(scene);
+  for (int i = 0; i < static_cast<int>(scene.links.size()); ++i) {
+    const auto* matrix = std::get_if<MatrixLink>(&scene.links[static_cast<std::size_t>(i)].kind);
+    if (matrix == nullptr || matrix->num_inner == 0) continue;
+    inner_.emplace(i, num_all());
+    num_inner_ += matrix->num_inner;
+  }
 }
 
 void Freedoms::add_releases(const Scene& scene) {

@@ -32,14 +32,16 @@ Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns
 int hub_of(const Scene& scene, const Link& link);
 
 /// Numbers of the freedoms that rows act on: 3 * point + axis, then three rotations for each joint, then one
-/// for each released rotation of a beam end, then one for each rigid body on a line that turns a joint. A
-/// joint is a point that beams or plates meet at, or one that has an attitude.
+/// for each released rotation of a beam end, then one for each rigid body on a line that turns a joint, then
+/// the inner coordinates of superelements. A joint is a point that beams or plates meet at, or one that has
+/// an attitude.
 class Freedoms {
  public:
   explicit Freedoms(const Scene& scene);
   int num_displacements() const { return num_displacements_; }
   int num_rotations() const {
-    return 3 * static_cast<int>(joints_.size()) + num_released_ + static_cast<int>(about_line_.size());
+    return 3 * static_cast<int>(joints_.size()) + num_released_ + static_cast<int>(about_line_.size()) +
+           num_inner_;
   }
   int num_all() const { return num_displacements_ + num_rotations(); }
   bool has_joint(int point) const;
@@ -51,6 +53,9 @@ class Freedoms {
                              : released_[static_cast<std::size_t>(link)]
                                         [3 * static_cast<std::size_t>(end) + static_cast<std::size_t>(axis)];
   }
+
+  /// First inner coordinate of a superelement.  \pre it has some
+  int inner(int link) const { return inner_.at(link); }
 
   /// The rigid body, a link, that what is joined to a point turns with: of several the first named that is
   /// not on a line, else the first; -1 without one, and where a hub turns them   (THEORY X64).
@@ -69,6 +74,8 @@ class Freedoms {
   std::vector<std::array<int, 6>> released_;  // (num_links) freedom or -1; empty when nothing is released
   std::map<int, int> body_of_;                // link by point
   std::map<int, int> about_line_;             // freedom by link
+  int num_inner_ = 0;
+  std::map<int, int> inner_;  // first freedom by link
 };
 
 /// Axial deformation between a link's two points, e = u . (V_2 - V_1)   (THEORY X44).

@@ -29,7 +29,7 @@ void find_centre(const std::vector<PointMass>& points, const std::vector<SpreadM
   for (Eigen::Index i = num_points; i < num_all; ++i) {
     const SpreadMass& each = spread[static_cast<std::size_t>(i - num_points)];
     mass[i] = each.mass;
-    properties.r.col(i).setZero();
+    properties.r.col(i) = each.arm;
     for (const auto& [point, share] : each.shares)
       properties.r.col(i) += share * points[static_cast<std::size_t>(point)].position;
   }

@@ -7,6 +7,7 @@
 #include "core/scene/bodies.hpp"
 #include "core/structure/decompositions.hpp"
 #include "core/structure/spread_rows.hpp"
+#include "core/structure/superelement.hpp"
 
 namespace freeflex {
 namespace {
@@ -27,19 +28,6 @@ CarriedMass on_arm(const Freedoms& freedoms, int point, double mass, const Eigen
   return each;
 }
 
-// X160: of S_k = (tr J) / 2 - J_k the positive ones
-std::vector<CarriedMass> corners(const PointMass& body, int point, const Freedoms& freedoms) {
-  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(second_moment(body));
-  const Eigen::Vector3d S = eigen.eigenvalues().cwiseMax(0.0);
-  const Eigen::Matrix3d arms = eigen.eigenvectors() * (S / body.mass).cwiseSqrt().asDiagonal();
-  static const std::array<Eigen::Vector3d, 4> kSigns{
-      Eigen::Vector3d{1.0, 1.0, 1.0}, {1.0, -1.0, -1.0}, {-1.0, 1.0, -1.0}, {-1.0, -1.0, 1.0}};
-  std::vector<CarriedMass> all;
-  for (const Eigen::Vector3d& sign : kSigns)
-    all.push_back(on_arm(freedoms, point, 0.25 * body.mass, body.offset + arms * sign));
-  return all;
-}
-
 }  // namespace
 
 std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& freedoms) {
@@ -49,15 +37,16 @@ std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& free
     if (each.inertia.isZero(0.0)) {
       if (each.mass > 0.0) all.push_back(on_arm(freedoms, i, each.mass, each.offset));
     } else {
-      const auto own = corners(each, i, freedoms);
-      all.insert(all.end(), own.begin(), own.end());
+      for (const Eigen::Vector3d& corner : corners_of(each))
+        all.push_back(on_arm(freedoms, i, 0.25 * each.mass, corner));
     }
   }
   for (const SpreadMass& part : spread_masses(scene))
-    all.push_back({.mass = part.mass,
-                   .link = part.link,
-                   .shares = part.shares,
-                   .displacement = displacement_of(scene, freedoms, part)});
+    if (!std::holds_alternative<MatrixLink>(scene.links[static_cast<std::size_t>(part.link)].kind))
+      all.push_back({.mass = part.mass,
+                     .link = part.link,
+                     .shares = part.shares,
+                     .displacement = displacement_of(scene, freedoms, part)});
   return all;
 }
 
@@ -86,8 +75,11 @@ DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double l
     }
   }
   for (int i = 0; i < static_cast<int>(scene.links.size()); ++i)
-    if (has_mass(scene.links[static_cast<std::size_t>(i)]))
-      for (DeformationRow& row : spread_rows(scene, freedoms, i)) rows.push_back(std::move(row));
+    if (const Link& link = scene.links[static_cast<std::size_t>(i)]; has_mass(link))
+      for (DeformationRow& row : std::holds_alternative<MatrixLink>(link.kind)
+                                     ? superelement_mass_rows(scene, i, freedoms)
+                                     : spread_rows(scene, freedoms, i))
+        rows.push_back(std::move(row));
   turn_with_bodies(scene, freedoms, rows);
   return rows;
 }

@@ -22,7 +22,8 @@ struct CarriedMass {
 
 /// Each point's own mass, or four of a body with inertia: m / 4 at the corners +-a_k of a tetrahedron about
 /// its centre, a_k^2 = S_k / m along the principal axes of its second moment S   (THEORY X160). Then the
-/// parts of links that have mass, each displaced as its link deforms   (THEORY X164).
+/// parts of links that have mass, each displaced as its link deforms   (THEORY X164); a mass matrix has none
+/// (THEORY X166).
 std::vector<CarriedMass> carried_masses(const Scene& scene, const Freedoms& freedoms);
 
 /// Rows of the mass over all freedoms, M = N^T N: of bodies sqrt(m) (V + theta x d) and sqrt(J_k) theta . e_k

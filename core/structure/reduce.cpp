@@ -27,6 +27,8 @@ Structure reduce(const Structure& structure, const std::vector<int>& modes) {
   few.local_rotations = columns(structure.local_rotations, modes);
   few.turns = columns(structure.turns, modes);
   few.particles.shapes = columns(structure.particles.shapes, modes);
+  few.matrix_sums = {columns(structure.matrix_sums.momenta, modes),
+                     columns(structure.matrix_sums.field, modes)};
   for (LinkForceRows& force : few.link_forces) {
     force.rows = columns(force.rows, modes);
     force.rate_rows = columns(force.rate_rows, modes);

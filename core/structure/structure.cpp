@@ -28,6 +28,10 @@ bool are_sound(const Scene& scene) {
   const auto is_known = [&](int point) {
     return point >= 0 && point < static_cast<int>(scene.points.size());
   };
+  const auto is_sized = [](const Link& link) {
+    const auto* matrix = std::get_if<MatrixLink>(&link.kind);
+    return matrix == nullptr || matrix->mass.rows() == num_rows(*matrix, link.points.size());
+  };
   const bool has_points = !scene.points.empty() &&
                           std::all_of(scene.points.begin(), scene.points.end(), [](const PointMass& point) {
                             return std::isfinite(point.mass) && point.mass >= 0.0 &&
@@ -38,7 +42,7 @@ bool are_sound(const Scene& scene) {
            const LinkTraits kind = traits_of(link);
            return !has_mass(link) || (link.points.size() >= kind.least && link.points.size() <= kind.most &&
                                       std::all_of(link.points.begin(), link.points.end(), is_known) &&
-                                      std::isfinite(mass_of(scene, link)));
+                                      is_sized(link) && std::isfinite(mass_of(scene, link)));
          });
 }
 
@@ -64,7 +68,7 @@ void check_matrices(const Scene& scene, Faults& faults) {
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     const auto* matrix = std::get_if<MatrixLink>(&scene.links[i].kind);
     const std::vector<int>& points = scene.links[i].points;
-    if (matrix == nullptr || points.size() < 2) continue;
+    if (matrix == nullptr || points.size() < 2 || is_superelement(*matrix)) continue;
     const auto size = 3 * static_cast<Eigen::Index>(points.size());
     const bool is_known = std::all_of(points.begin(), points.end(), [&](int point) {
       return point >= 0 && point < static_cast<int>(scene.points.size());

@@ -50,6 +50,13 @@ struct Particles {
   Eigen::MatrixXd shapes;  // [-] (3P x n) their unit elastic displacements, sum m b.b = M
 };
 
+/// What sums over the mass take from mass matrices, for it is no particles': per unit displacement   (THEORY
+/// X166).
+struct MatrixSums {
+  Eigen::MatrixXd momenta;  // [kg], [kg m] (6 x n) momentum, then that about the centre of mass
+  Eigen::MatrixXd field;    // [kg m] (6 x n) Y_l as in X70, of accelerations at its points
+};
+
 struct Structure {
   MassProperties mass_properties;
   Eigen::VectorXd omega;  // [rad/s] (n) ascending; exact 0 for mechanisms
@@ -58,6 +65,7 @@ struct Structure {
   // of scenes with bodies, else empty: [1/m] (num_rotations x n) rotations of joints in the order of Freedoms
   Eigen::MatrixXd turns;
   Particles particles;
+  MatrixSums matrix_sums;  // of superelements with mass, else empty
   std::vector<Mechanism> mechanisms;
   double frequency_accuracy = 0.0;   // [-] stated relative accuracy of the lowest nonzero frequency
   double conditioning = 0.0;         // [-] omega_max / omega_min over nonzero modes

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cmath>
 
 #include "service/io/scene/reader.hpp"
 
@@ -151,7 +152,26 @@ LinkKind read_plate(Report& report, const Fields& fields) {
   return plate;
 }
 
-LinkKind read_stiffness_matrix(Report&, const Fields&) { return LinkKind(std::in_place_type<MatrixLink>); }
+LinkKind read_stiffness_matrix(Report& report, const Fields& fields) {
+  LinkKind kind(std::in_place_type<MatrixLink>);
+  auto& matrix = std::get<MatrixLink>(kind);
+  if (const Node* node = fields.find("rotations"))
+    matrix.has_rotations = read_word(report, *node, fields.label() + ": rotations", {"true", "false"}) == 0;
+  double num_inner = 0.0;
+  fields.read("inner", kCount, num_inner);
+  if (num_inner != std::floor(num_inner) || num_inner > kMaxInner)
+    report.error(fields.find("inner")->origin, fields.label() + ": inner is " + format_number(num_inner) +
+                                                   ", must be a whole number from 0 to " +
+                                                   format_number(kMaxInner));
+  else
+    matrix.num_inner = static_cast<int>(num_inner);
+  if (matrix.num_inner > 0 && fields.find("mass") == nullptr)
+    report.error(fields.find("inner")->origin,
+                 fields.label() +
+                     ": inner coordinates need a mass matrix, which says how they move; give mass: "
+                     "FILE");
+  return kind;
+}
 
 LinkKind read_flexibility_matrix(Report&, const Fields&) {
   LinkKind kind(std::in_place_type<MatrixLink>);
@@ -181,7 +201,12 @@ const std::vector<LinkForm>& link_forms() {
       {"bending", Extent::kChain, 3, {"stiffness"}, kElasticLosses, read_bending},
       {"torsion", Extent::kChain, 4, {"stiffness"}, kElasticLosses, read_torsion},
       {"plate", Extent::kOne, 3, {"E", "nu", "thickness", "density", "lumped"}, kRotationLosses, read_plate},
-      {"matrix", Extent::kFile, 2, {"points"}, kElasticLosses, read_stiffness_matrix},
+      {"matrix",
+       Extent::kFile,
+       2,
+       {"points", "mass", "rotations", "inner"},
+       kElasticLosses,
+       read_stiffness_matrix},
       {"flexibility", Extent::kFile, 2, {"points"}, kElasticLosses, read_flexibility_matrix},
       {"rigid", Extent::kBody, 2, {}, kRigidLosses, read_rigid},
       {"dashpot", Extent::kChain, 2, {"damping"}, kDashpotLosses, read_dashpot}};
@@ -336,15 +361,24 @@ void SceneReader::read_matrix(const Fields& fields, const LinkForm& form, Link l
   const auto points =
       chosen ? read_selection(report_, *chosen, fields.label() + ": points", points_) : std::nullopt;
   const auto source = open_beside(*fields.find(form.key), fields.label() + ": " + std::string(form.key));
-  if (points && points->size() < form.num_points)
+  auto& matrix = std::get<MatrixLink>(link.kind);
+  const bool is_whole = matrix.has_rotations || fields.find("mass") != nullptr;
+  const std::size_t least = is_whole ? 1 : form.num_points;
+  if (points && points->size() < least)
     report_.error(chosen->origin, fields.label() + ": points has " + count_points(points->size()) +
-                                      ", must be a list of " + std::to_string(form.num_points) + " or more");
+                                      ", must be a list of " + std::to_string(least) + " or more");
   // the link stands even when its matrix does not, so that its name is known
   else if (points && source) {
-    auto& [matrix, is_flexibility] = std::get<MatrixLink>(link.kind);
-    const MatrixContent content{is_flexibility ? "flexibility" : "stiffness", is_flexibility ? "m/N" : "N/m",
-                                3 * points->size(), "3 rows for each of " + count_points(points->size())};
-    read_matrix_market(report_, *source, content, matrix);
+    const std::string rows =
+        std::string(matrix.has_rotations ? "6" : "3") + " rows for each of " + count_points(points->size()) +
+        (matrix.num_inner > 0 ? " and " + std::to_string(matrix.num_inner) + " of inner coordinates" : "");
+    const auto size = static_cast<std::size_t>(num_rows(matrix, points->size()));
+    const MatrixContent content{matrix.is_flexibility ? "flexibility" : "stiffness",
+                                matrix.is_flexibility ? "m/N" : "N/m", size, rows};
+    read_matrix_market(report_, *source, content, matrix.matrix);
+    if (const Node* mass = fields.find("mass"))
+      if (const auto file = open_beside(*mass, fields.label() + ": mass"))
+        read_matrix_market(report_, *file, {"mass", "kg", size, rows}, matrix.mass);
     link.points = *points;
   }
   add_link(std::move(link));

@@ -10,6 +10,7 @@
 
 namespace freeflex::io::reader {
 
+inline constexpr double kMaxInner = 2000.0;  // coordinates of one superelement
 inline constexpr Quantity kStiffness{"N/m", Bound::kPositive};
 inline constexpr Quantity kForce{"N", Bound::kPositive};
 inline constexpr Quantity kRigidity{"N m^2", Bound::kPositive};
@@ -17,6 +18,7 @@ inline constexpr Quantity kAngleStiffness{"N m/rad", Bound::kPositive};
 inline constexpr Quantity kModulus{"Pa", Bound::kPositive};
 inline constexpr Quantity kPoissonRatio{"-", Bound::kPoissonRatio};
 inline constexpr Quantity kThickness{"m", Bound::kPositive};
+inline constexpr Quantity kCount{"-", Bound::kNonNegative};
 inline constexpr Quantity kMassPerLength{"kg/m", Bound::kNonNegative};
 inline constexpr Quantity kDensity{"kg/m^3", Bound::kNonNegative};
 inline constexpr Quantity kDamping{"N s/m", Bound::kPositive};

@@ -1,0 +1,125 @@
+// Superelements: matrices with rotations, inner coordinates and mass.
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+
+#include "core/scene/bodies.hpp"
+#include "core/structure/particles.hpp"
+#include "service/io/scene/input.hpp"
+#include "tests/setup/make_scene.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+// printed by pyYeti's cbcheck: free-free frequencies [Hz], centre of mass from the first grid [in], radii of
+// gyration about the principal axes [in]
+TEST(Superelement, TheReducedBodyHasThePublishedFrequencies) {
+  const io::SceneResult input =
+      io::read_scene(std::string(FREEFLEX_SOURCE_DIR) + "/tests/setup/outboard/outboard.yaml");
+  ASSERT_TRUE(input.scene) << (input.faults.empty() ? "" : input.faults[0].message);
+  const Structure structure = build(*input.scene);
+  ASSERT_EQ(structure.omega.size(), 40);
+  const std::array<double, 15> published{1.757662,  1.792869,  3.649292,  4.149376,  7.025406,
+                                         7.254279,  11.070483, 11.752514, 14.226996, 15.414285,
+                                         25.286983, 25.655202, 42.437306, 42.984102, 46.894346};
+  for (std::size_t l = 0; l < published.size(); ++l)
+    EXPECT_NEAR(structure.omega[static_cast<int>(l)] / (2.0 * M_PI), published[l], 6e-7) << l;
+  const MassProperties& body = structure.mass_properties;
+  EXPECT_NEAR(body.mass, 1.5904, 5e-5);
+  EXPECT_LT((body.p_SB - Eigen::Vector3d(600.0 - 415.360203, 150.0, 150.0)).norm(), 1e-5);
+  const std::array<double, 3> gyration{168.508128, 473.742359, 486.443496};
+  for (int k = 0; k < 3; ++k)
+    EXPECT_NEAR(std::sqrt(body.principal[k] / body.mass), gyration[static_cast<std::size_t>(k)], 1e-4) << k;
+  EXPECT_LT(structure.frequency_accuracy, 1e-4);
+  EXPECT_LT(structure.matrix_sums.momenta.cwiseAbs().maxCoeff(), 1e-6 * body.mass * 500.0);
+}
+
+// a chain of beams, and the same with the middle one given by its own matrices
+Scene chain(bool is_matrix) {
+  Scene scene;
+  const std::array<Eigen::Vector3d, 4> at{
+      Eigen::Vector3d{0.1, 0.0, 0.2}, {1.0, 0.4, 0.0}, {1.9, 0.3, 0.5}, {2.5, 1.1, 0.1}};
+  for (const Eigen::Vector3d& each : at) add_point(scene, 0.0, each);
+  scene.points[0].mass = 2.0;
+  scene.points[0].inertia = Eigen::Vector3d(0.3, 0.2, 0.4).asDiagonal();
+  Beam beam{3e5, 400.0, 900.0, 1300.0, {0.0, 0.2, 1.0}};
+  beam.mass_per_length = 1.3;
+  for (int i = 0; i < 3; ++i) add_link(scene, i, i + 1, beam);
+  if (!is_matrix) return scene;
+  Faults faults;
+  Scene alone;
+  alone.points = {scene.points[1], scene.points[2]};
+  add_link(alone, 0, 1, beam);
+  const Freedoms freedoms(alone);
+  const LinkFactor factor = factor_links(alone, false, faults);
+  const Eigen::MatrixXd A = dense_rows(factor.natural, 12, false),
+                        N = dense_rows(mass_rows(alone, freedoms, 1.0), 12, false);
+  // freedoms stand as displacements of both, then rotations of both
+  const std::vector<int> order{0, 1, 2, 6, 7, 8, 3, 4, 5, 9, 10, 11};
+  MatrixLink matrix;
+  matrix.has_rotations = true;
+  matrix.matrix = Eigen::MatrixXd((A.transpose() * A)(order, order)).sparseView();
+  matrix.mass = Eigen::MatrixXd((N.transpose() * N)(order, order)).sparseView();
+  scene.links[1].kind = matrix;
+  return scene;
+}
+
+TEST(Superelement, ABeamByItsOwnMatricesIsThatBeam) {
+  const Structure beams = build(chain(false)), mixed = build(chain(true));
+  ASSERT_EQ(beams.omega.size(), mixed.omega.size());
+  EXPECT_LT(((beams.omega - mixed.omega).array() / beams.omega.array()).abs().maxCoeff(), 1e-10);
+  EXPECT_NEAR(beams.mass_properties.mass, mixed.mass_properties.mass, 1e-14);
+  EXPECT_LT((beams.mass_properties.inertia - mixed.mass_properties.inertia).norm(), 1e-13);
+  EXPECT_LT((beams.mass_properties.p_SB - mixed.mass_properties.p_SB).norm(), 1e-14);
+  // momenta of particles and of the matrix cancel: the frame's conditions   (2.2)
+  const Particles& parts = mixed.particles;
+  for (Eigen::Index l = 0; l < mixed.omega.size(); ++l) {
+    Eigen::Matrix<double, 6, 1> sum = mixed.matrix_sums.momenta.col(l);
+    const double own = sum.norm();
+    for (Eigen::Index p = 0; p < parts.mass.size(); ++p) {
+      const Eigen::Vector3d b = parts.shapes.block<3, 1>(3 * p, l), r = parts.r.col(p);
+      sum.head<3>() += parts.mass[p] * b;
+      sum.tail<3>() += parts.mass[p] * r.cross(b);
+    }
+    EXPECT_GT(own, 0.0);
+    EXPECT_LT(sum.norm(), 1e-10 * mixed.mass_properties.mass) << l;
+  }
+}
+
+std::string first_error(const Scene& scene) {
+  Faults faults;
+  build_structure(scene, faults);
+  for (const Fault& fault : faults)
+    if (fault.severity == Fault::Severity::kError) return fault.message;
+  return {};
+}
+MatrixLink& middle(Scene& scene) { return std::get<MatrixLink>(scene.links[1].kind); }
+
+TEST(Superelement, ErrorsSayWhatAMatrixIsNot) {
+  const auto expect = [](const char* what, auto change) {
+    Scene scene = chain(true);
+    change(middle(scene));
+    EXPECT_NE(first_error(scene).find(what), std::string::npos) << first_error(scene);
+  };
+  expect("mass matrix is not symmetric", [](MatrixLink& m) { m.mass.coeffRef(0, 7) += 0.1; });
+  expect("in translation along x, y, z, which must be one",
+         [](MatrixLink& m) { m.mass.coeffRef(0, 0) += 0.1; });
+  expect("mass matrix is not positive semidefinite",
+         [](MatrixLink& m) { m.mass.coeffRef(3, 4) = m.mass.coeffRef(4, 3) = 1.0; });
+  expect("resists rigid motion", [](MatrixLink& m) { m.matrix.coeffRef(3, 3) += 10.0; });
+  expect("must be 12 x 12", [](MatrixLink& m) { m.matrix.conservativeResize(11, 11); });
+  expect("no mass matrix", [](MatrixLink& m) {
+    m.mass.resize(0, 0);
+    m.num_inner = 2;
+    m.matrix.conservativeResize(14, 14);
+  });
+  Scene scene = chain(true);
+  scene.publication.links = {1};
+  EXPECT_NE(first_error(scene).find("whose forces are not published"), std::string::npos);
+  scene = chain(true);
+  scene.initial.points = {{3, {1e-3, 0.0, 0.0}, {}}};
+  EXPECT_NE(first_error(scene).find("give initial: modes"), std::string::npos);
+}
+
+}  // namespace
+}  // namespace freeflex::testing
