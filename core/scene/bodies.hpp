@@ -41,8 +41,8 @@ MassSpread spread_of(const Link& link);
 /// The mass of a link [kg]; 0 of one that has none.
 double mass_of(const Scene& scene, const Link& link);
 
-/// The body that the mass matrix of a superelement is in rigid motion: mass, and inertia and offset from its
-/// first point.  \pre a matrix link with mass
+/// The body that the mass matrix of a superelement is in rigid motion   (THEORY X166): mass, and inertia and
+/// offset from its first point.  \pre a matrix link with mass
 PointMass rigid_body_of(const Scene& scene, const Link& link);
 
 /// What keeps that matrix from being the mass of a body. Empty: nothing.
