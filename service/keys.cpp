@@ -176,6 +176,11 @@ class KeyReader {
       grants.controls = *words << 1U;
     read_items(fields, "points", "point", plan_->points, grants.points);
     refuse_unpushable(fields, grants.points);
+    if (!grants.points.empty())
+      for (const PlanWheel& wheel : plan_->wheels.all) {
+        const std::int32_t point = plan_->particles.turning[static_cast<std::size_t>(wheel.turning)];
+        grants.wheels.push_back(grants.points[static_cast<std::size_t>(point)]);
+      }
     read_items(fields, "groups", "group", plan_->groups, grants.groups);
     fields.read("largest_force", {"N", Bound::kPositive}, grants.largest_force);
     fields.read("largest_torque", {"N m", Bound::kPositive}, grants.largest_torque);

@@ -19,6 +19,7 @@ struct Grants {
   std::uint32_t controls = ~0U;        // bit c: control_t command c
   std::vector<bool> points;            // by index; empty: all
   std::vector<bool> groups;            // by index; empty: all
+  std::vector<bool> wheels;            // by index, those in its points; empty: all
   double largest_force = 0.0;          // [N] of each entry; 0: the scene's limit alone
   double largest_torque = 0.0;         // [N m]
   int num_slots = kMaxSlotNumber + 1;  // slots 0 to num_slots - 1

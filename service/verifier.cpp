@@ -73,6 +73,17 @@ Reason check_grants(const ForceCommand& command, const Key& key, std::span<char>
       return refuse_force(text, "forces", i, "point", entry.point, "force", entry.force, grants.largest_force,
                           "N", key);
   }
+  for (int i = 0; i < command.num_wheels; ++i) {
+    const WheelTorque& entry = command.wheels[static_cast<std::size_t>(i)];
+    if (!may_use(grants.wheels, entry.wheel)) {
+      io::print(text, "wheels[%d]: wheel %d is in none of the points of key %s", i, entry.wheel, id);
+      return Reason::kNotGranted;
+    }
+    const Vec3 torque{entry.torque, 0.0, 0.0};
+    if (is_over(torque, grants.largest_torque))
+      return refuse_force(text, "wheels", i, "wheel", entry.wheel, "torque", torque, grants.largest_torque,
+                          "N m", key);
+  }
   for (int i = 0; i < command.num_torques; ++i) {
     const PointTorque& entry = command.torques[static_cast<std::size_t>(i)];
     if (!may_use(grants.points, entry.point)) {

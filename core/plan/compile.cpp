@@ -19,6 +19,7 @@
 #include "core/scene/extremes.hpp"
 #include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
+#include "core/step/vector.hpp"
 #include "core/structure/link_factor.hpp"
 #include "core/structure/reduce.hpp"
 
@@ -152,6 +153,7 @@ void compile_turning(const Scene& scene, const Structure& structure, Plan& plan)
   for (const int point : scene.publication.points) wanted.insert(point);
   for (const Load& load : scene.loads)
     for (const TorqueLoad& each : load.torques) wanted.insert(each.point);
+  for (const Wheel& wheel : scene.wheels) wanted.insert(wheel.point);
   const Freedoms freedoms(scene);
   for (const int point : wanted) {
     if (!has_attitude(scene.points[static_cast<std::size_t>(point)])) continue;
@@ -159,6 +161,26 @@ void compile_turning(const Scene& scene, const Structure& structure, Plan& plan)
     const int first = freedoms.rotation(point) - freedoms.num_displacements();
     for (int axis = 0; axis < 3; ++axis)
       append_row(plan, row_of(structure.turns, first + axis), plan.particles.turn_rows);
+  }
+}
+
+void compile_wheels(const Scene& scene, Plan& plan) {
+  for (const Wheel& wheel : scene.wheels)
+    plan.wheels.all.push_back(
+        {wheel.name, turning_of(plan, wheel.point), to_array(wheel.axis), wheel.momentum, {}});
+}
+
+// what a wheel's momentum couples of the pairs that the word judges
+void compile_gyroscopic(Plan& plan) {
+  const auto n = static_cast<std::size_t>(plan.num_padded);
+  for (PlanWheel& wheel : plan.wheels.all) {
+    const double* rows = turn_rows(plan, wheel.turning);
+    const auto theta = [&](std::int32_t mode) {
+      const auto l = static_cast<std::size_t>(mode);
+      return Vec3{rows[l], rows[n + l], rows[2 * n + l]};
+    };
+    for (const auto& [l, u] : plan.neglect.pairs)
+      wheel.gyroscopic.push_back(dot(wheel.axis, cross(theta(l), theta(u))));
   }
 }
 
@@ -207,6 +229,10 @@ std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
 // the coupled rungs sum over point masses, and have nothing of the second order of a body's turn
 void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
   if (!traits_of(rung).couples) return;
+  if (!scene.wheels.empty())
+    add_error(faults, scene.wheels.front().origin,
+              join_text("wheel ", quoted(scene.wheels.front().name, 0), ": fidelity ", name_of(rung),
+                        " does not take wheels; use spin-loaded or below"));
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
     if (point.mass > 0.0 && !has_attitude(point)) continue;
@@ -258,6 +284,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   const Eigen::MatrixXd shapes = all_shapes(structure);
   compile_points(scene, structure, shapes, spec.has_every_row, plan);
   if (!are_point_masses(scene)) compile_turning(scene, structure, plan);
+  compile_wheels(scene, plan);
   compile_field(structure, structure.particles.shapes.rows() > 0 ? structure.particles.shapes : shapes, plan);
   compile_links(scene, structure, plan);
   compile_groups(scene, structure, plan);
@@ -272,6 +299,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   compile_mixing(scene, structure, plan, faults);
   if (is_coupled(plan)) compile_coupled(scene, structure, spec, plan, faults);
   if (spec.is_judged) compile_neglect(scene, whole, spec, plan);
+  compile_gyroscopic(plan);
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, spec.rate);
   if (is_coupled(plan)) check_stages(scene, plan, faults);

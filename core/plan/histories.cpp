@@ -103,8 +103,10 @@ LoadSums sums_of(const Load& load, const Plan& plan) {
     wrenches.push_back({each.group, 0, to_array(each.force), to_array(each.torque)});
   std::vector<PointTorque> torques;
   for (const TorqueLoad& each : load.torques) torques.push_back({each.point, 0, to_array(each.torque)});
+  std::vector<WheelTorque> wheels;
+  for (const WheelLoad& each : load.wheels) wheels.push_back({each.wheel, 0, each.torque});
   LoadSums sums = make_load_sums(plan);
-  add_loads(plan, {load.axes == Axes::kWorld ? 0 : 1, forces, wrenches, torques}, sums);
+  add_loads(plan, {load.axes == Axes::kWorld ? 0 : 1, forces, wrenches, torques, wheels}, sums);
   return sums;
 }
 

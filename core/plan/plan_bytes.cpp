@@ -94,7 +94,7 @@ template <typename Archive, Is<LoadPattern> T>
 void fields(Archive& archive, T& p) {
   all_of<LoadPattern>(archive, p.force_W, p.moment_W, p.has_world, p.num_direct, p.direct_row,
                       p.direct_force_W, p.uses_table, p.table, p.force_B, p.torque_B, p.has_body, p.Q_B,
-                      p.sums);
+                      p.sums, p.wheels);
 }
 
 template <typename Archive, Is<PlanFollower> T>
@@ -126,12 +126,27 @@ void fields(Archive& archive, T& c) {
 template <typename Archive, Is<LoadSums> T>
 void fields(Archive& archive, T& s) {
   all_of<LoadSums>(archive, s.force_W, s.force_B, s.group_force_W, s.group_torque_W, s.group_force_B,
-                   s.group_torque_B, s.torque);
+                   s.group_torque_B, s.torque, s.wheels);
 }
 
 template <typename Archive, Is<TorqueSums> T>
 void fields(Archive& archive, T& s) {
   all_of<TorqueSums>(archive, s.W, s.B);
+}
+
+template <typename Archive, Is<PlanWheel> T>
+void fields(Archive& archive, T& w) {
+  all_of<PlanWheel>(archive, w.name, w.turning, w.axis, w.momentum, w.gyroscopic);
+}
+
+template <typename Archive, Is<PlanWheels> T>
+void fields(Archive& archive, T& w) {
+  all_of<PlanWheels>(archive, w.all);
+}
+
+template <typename Archive, Is<WheelTorques> T>
+void fields(Archive& archive, T& w) {
+  all_of<WheelTorques>(archive, w.torque);
 }
 
 template <typename Archive, Is<PlanTorque> T>
@@ -205,7 +220,7 @@ void fields(Archive& archive, T& p) {
                p.histories, p.feedbacks, p.force_limit, p.torque_limit, p.command_limits, p.initial,
                p.state_rate, p.points_rate, p.loads_rate, p.status_rate, p.published_points,
                p.published_groups, p.damps, p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers,
-               p.scope, p.wide_modes, p.wide, p.tried_rungs, p.budget, p.neglect, p.particles);
+               p.scope, p.wide_modes, p.wide, p.tried_rungs, p.budget, p.neglect, p.particles, p.wheels);
 }
 
 template <typename T>
@@ -237,6 +252,12 @@ class Writer {
   }
   void operator()(const TorqueSums& torque) {
     if (has_neglect_ || !torque.W.empty()) fields(*this, torque);
+  }
+  void operator()(const PlanWheels& wheels) {
+    if (has_neglect_ || !wheels.all.empty()) fields(*this, wheels);
+  }
+  void operator()(const WheelTorques& wheels) {
+    if (has_neglect_ || !wheels.torque.empty()) fields(*this, wheels);
   }
   void operator()(const PlanTorques& torques) {
     if (has_neglect_ || !torques.all.empty()) fields(*this, torques);
@@ -294,6 +315,12 @@ class Reader {
   }
   void operator()(TorqueSums& torque) {
     if (has_particles_) fields(*this, torque);
+  }
+  void operator()(PlanWheels& wheels) {
+    if (has_particles_) fields(*this, wheels);
+  }
+  void operator()(WheelTorques& wheels) {
+    if (has_particles_) fields(*this, wheels);
   }
   void operator()(PlanTorques& torques) {
     if (has_particles_) fields(*this, torques);

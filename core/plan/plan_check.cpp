@@ -174,6 +174,12 @@ void PlanCheck::check_points() {
   require_rows(plan_.eckart_rows, 6, "the Eckart rows");
   const bool has_field = plan_.has_spin_load || plan_.attractor_mu > 0.0;
   require_rows(plan_.field_rows, has_field ? 6 : 0, "the rows of fields");
+  for (const PlanWheel& wheel : plan_.wheels.all)
+    require(is_index(wheel.turning, turning.size()) && are_finite(wheel.axis) &&
+                std::isfinite(wheel.momentum) && wheel.gyroscopic.size() == plan_.neglect.pairs.size() &&
+                are_finite(wheel.gyroscopic),
+            "a wheel is in a point that does not turn, or is not finite");
+  require(plan_.wheels.all.size() <= std::size_t{kMaxWheels}, "too many wheels");
   for (const auto& mechanism : plan_.mechanisms)
     require(are_indices(mechanism, plan_.points.size()), "a mechanism moves a point that is not there");
   // mechanisms are the modes of frequency zero, which come first
@@ -247,6 +253,9 @@ void PlanCheck::check_pattern(const LoadPattern& pattern, const std::string& who
     require(is_index(pattern.direct_row[index], num_blocks_), who + ": a direct point has no rows");
     require(are_finite(pattern.direct_force_W[index]), who + ": a direct force is not finite");
   }
+  require((pattern.wheels.torque.empty() || pattern.wheels.torque.size() == plan_.wheels.all.size()) &&
+              are_finite(pattern.wheels.torque),
+          who + ": the torques of wheels are not those of the plan's");
   require_rows(pattern.table, pattern.uses_table ? 9 : 0, who + ": the table");
   if (pattern.has_body && !is_coupled(plan_))
     require_rows(pattern.Q_B, 1, who + ": Q_B");

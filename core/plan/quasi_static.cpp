@@ -69,6 +69,7 @@ std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std:
   state.p_WB = state.v_WB = {};
   state.q_WB = {1.0, 0.0, 0.0, 0.0};
   state.H_W = multiply(plan.inertia, load.spin);
+  std::fill(state.wheel_momentum.begin(), state.wheel_momentum.end(), 0.0);
   std::fill(state.q.begin(), state.q.end(), 0.0);
   std::fill(state.q_dot.begin(), state.q_dot.end(), 0.0);
   const LoadPattern pattern = build_pattern(plan, {1, load.forces, load.wrenches, load.torques});

@@ -21,7 +21,7 @@ struct SteadyLoad {
 /// The state in which elastic forces balance F - S and the centrifugal load, q_l = Q_l / (M omega_l^2)
 /// (THEORY X69, 7.1-7.3), at rest in the frame, which stands as the world. nullopt and `error` when a
 /// mechanism is driven, a group cannot take a torque, the plan has no spin load for a spin or the answer is
-/// not finite. Feedback, followers and attractors take no part.
+/// not finite. Feedback, followers, attractors and wheels take no part.
 std::optional<State> quasi_static(const Plan& plan, const SteadyLoad& load, std::string& error);
 
 }  // namespace freeflex

@@ -70,6 +70,22 @@ void Checker::check_damping() {
   }
 }
 
+void Checker::check_wheels() {
+  if (scene.wheels.size() > std::size_t{kMaxWheels})
+    error(scene.wheels[std::size_t{kMaxWheels}].origin,
+          join_text("the scene has ", scene.wheels.size(), " wheels; at most ", kMaxWheels, " are taken"));
+  for (std::size_t k = 0; k < scene.wheels.size(); ++k) {
+    const Wheel& wheel = scene.wheels[k];
+    const std::string who = "wheel " + quoted(wheel.name, static_cast<int>(k));
+    if (known_point(wheel.origin, who, wheel.point) && !has_attitude(point(wheel.point)))
+      error(wheel.origin, who + " is in point " + quoted(point(wheel.point).name, wheel.point) +
+                              ", which has no inertia; give it the inertia of the body that holds the wheel");
+    if (!(std::abs(wheel.axis.norm() - 1.0) < 1e-9))
+      error(wheel.origin, join_text(who, ": axis (", wheel.axis.transpose(), ") is no unit vector"));
+    if (!std::isfinite(wheel.momentum)) error(wheel.origin, who + ": momentum is not finite");
+  }
+}
+
 void Checker::check_history(const Load& load, const std::string& who) {
   if (const auto* pulse = std::get_if<PulseHistory>(&load.history)) {
     not_negative(load.origin, who + ": pulse start", pulse->start, "s");
@@ -96,8 +112,14 @@ void Checker::check_history(const Load& load, const std::string& who) {
 
 void Checker::check_load(const Load& load, int index) {
   const std::string who = "load " + quoted(load.name, index);
-  if (load.forces.empty() && load.wrenches.empty() && load.torques.empty())
-    error(load.origin, who + " has no force, wrench or torque; give at least one");
+  if (load.forces.empty() && load.wrenches.empty() && load.torques.empty() && load.wheels.empty())
+    error(load.origin, who + " has no force, wrench, torque or wheel; give at least one");
+  for (const WheelLoad& each : load.wheels) {
+    if (each.wheel < 0 || each.wheel >= static_cast<int>(scene.wheels.size()))
+      error(load.origin, join_text(who, " names wheel index ", each.wheel, ", there are ",
+                                   scene.wheels.size(), " wheels"));
+    if (!std::isfinite(each.torque)) error(load.origin, who + ": torque of a wheel is not finite");
+  }
   for (const PointLoad& each : load.forces) {
     known_point(load.origin, who, each.point);
     finite(load.origin, who + ": force", each.force);
@@ -212,6 +234,7 @@ void check_scene(const Scene& scene, Faults& faults) {
     checker.check_link(scene.links[i], static_cast<int>(i));
   for (std::size_t i = 0; i < scene.groups.size(); ++i)
     checker.check_group(scene.groups[i], static_cast<int>(i));
+  checker.check_wheels();
   checker.check_damping();
   for (std::size_t i = 0; i < scene.loads.size(); ++i)
     checker.check_load(scene.loads[i], static_cast<int>(i));

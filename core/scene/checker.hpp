@@ -52,6 +52,7 @@ struct Checker {
   void check_matrix_link(const Link& link, const MatrixLink& matrix, const std::string& who);
   void check_dissipation(const Link& link, const std::string& who);
   void check_group(const Group& group, int index);
+  void check_wheels();
   void check_damping();
   void check_load(const Load& load, int index);
   void check_history(const Load& load, const std::string& who);

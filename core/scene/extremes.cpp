@@ -92,6 +92,7 @@ void Search::take_link(const Link& link) {
 
 void Search::take_load(const Load& load) {
   for (const PointLoad& each : load.forces) take_large("force", each.force, "N");
+  for (const WheelLoad& each : load.wheels) take_large("torque of a wheel", each.torque, "N m");
   for (const TorqueLoad& each : load.torques) take_large("torque", each.torque, "N m");
   for (const WrenchLoad& each : load.wrenches) {
     take_large("force", each.force, "N");

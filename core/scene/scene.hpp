@@ -171,6 +171,17 @@ struct Damping {
   Origin origin;
 };
 
+/// A wheel that spins in a body about an axis fixed in it: its momentum about that axis, of the body and the
+/// wheel together, less what the body's own inertia holds   (THEORY X167). The inertia of the body is that of
+/// both but for the wheel's moment about its axis.
+struct Wheel {
+  std::string name;
+  int point = -1;                                   // a body
+  Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // [-] unit vector, scene axes
+  double momentum = 0.0;                            // [N m s] at the start
+  Origin origin;
+};
+
 struct PointLoad {
   int point = -1;
   Eigen::Vector3d force = Eigen::Vector3d::Zero();  // [N]
@@ -178,6 +189,10 @@ struct PointLoad {
 struct TorqueLoad {
   int point = -1;                                    // a body
   Eigen::Vector3d torque = Eigen::Vector3d::Zero();  // [N m]
+};
+struct WheelLoad {
+  int wheel = -1;
+  double torque = 0.0;  // [N m] of the motor, positive where it adds to the wheel's momentum
 };
 struct WrenchLoad {
   int group = -1;
@@ -208,6 +223,7 @@ struct Load {
   std::vector<PointLoad> forces;
   std::vector<WrenchLoad> wrenches;
   std::vector<TorqueLoad> torques;
+  std::vector<WheelLoad> wheels;
   History history;
   Origin origin;
 };
@@ -295,6 +311,7 @@ struct Scene {
   std::vector<PointMass> points;
   std::vector<Link> links;
   std::vector<Group> groups;
+  std::vector<Wheel> wheels;
   std::vector<Load> loads;
   Damping damping;
   Eigen::Vector3d gravity = Eigen::Vector3d::Zero();  // [m/s^2] uniform, world axes

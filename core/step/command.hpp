@@ -11,6 +11,7 @@ namespace freeflex {
 inline constexpr int kMaxCommandPoints = 256;
 inline constexpr int kMaxCommandWrenches = 16;
 inline constexpr int kMaxCommandTorques = 256;
+inline constexpr int kMaxWheels = 16;
 inline constexpr int kMaxSlots = 64;       // active slots over all senders
 inline constexpr int kMaxSlotNumber = 63;  // slot numbers 0..63 of one sender
 inline constexpr int kSenderSize = 32;     // bytes, NUL-terminated
@@ -33,6 +34,12 @@ struct PointTorque {
   std::array<double, 3> torque;  // [N m]
 };
 
+struct WheelTorque {
+  std::int32_t wheel;    // index into Plan::wheels
+  std::int32_t padding;  // 0
+  double torque;         // [N m] of the motor, on the wheel; the body takes the opposite
+};
+
 /// Replaces the contents of one slot (sender, slot). No force, wrench or torque: the slot is cleared.
 struct ForceCommand {
   std::array<char, kSenderSize> sender;  // [A-Za-z0-9_.-], 1 to 31 characters, rest NUL
@@ -46,15 +53,19 @@ struct ForceCommand {
   std::int32_t num_points;
   std::int32_t num_wrenches;
   std::int32_t num_torques;
+  std::int32_t num_wheels;
+  std::int32_t padding;  // 0
   std::array<PointForce, kMaxCommandPoints> points;
   std::array<Wrench, kMaxCommandWrenches> wrenches;
   std::array<PointTorque, kMaxCommandTorques> torques;
+  std::array<WheelTorque, kMaxWheels> wheels;
 };
 static_assert(std::is_trivially_copyable_v<ForceCommand>);
 
 /// True when the command clears its slot.
 inline bool is_clearing(const ForceCommand& command) noexcept {
-  return command.num_points == 0 && command.num_wrenches == 0 && command.num_torques == 0;
+  return command.num_points == 0 && command.num_wrenches == 0 && command.num_torques == 0 &&
+         command.num_wheels == 0;
 }
 
 }  // namespace freeflex

@@ -4,6 +4,7 @@
 
 #include "core/step/field.hpp"
 #include "core/step/history.hpp"
+#include "core/step/kernels.hpp"
 #include "core/step/loads.hpp"
 
 namespace freeflex {
@@ -55,13 +56,61 @@ StepLoads External::rigid() const noexcept {
   return loads;
 }
 
-void External::generalized(Instant instant, const Frame& frame, const Mat3& R_WB, Array& Q) const noexcept {
+double External::wheel_torque(std::size_t wheel, Instant instant) const noexcept {
+  double torque = commands.wheels.torque[wheel];
+  for (const PlanHistory& history : plan.histories)
+    torque += amplitude(history, instant) * history.pattern.wheels.torque[wheel];
+  return torque;
+}
+
+double External::wheel_gain(std::size_t wheel) const noexcept {
+  return 0.5 * plan.period * (wheel_torque(wheel, Instant::kStart) + wheel_torque(wheel, Instant::kEnd));
+}
+
+WheelMomentum External::wheels(std::span<const double> momentum) const noexcept {
+  WheelMomentum all;
+  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
+    const Vec3& axis = plan.wheels.all[k].axis;
+    const double start = wheel_torque(k, Instant::kStart), end = wheel_torque(k, Instant::kEnd);
+    all.h[0] = freeflex::add_scaled(all.h[0], momentum[k], axis);
+    all.h[1] = freeflex::add_scaled(all.h[1], plan.period * start, axis);
+    all.h[2] = freeflex::add_scaled(all.h[2], 0.5 * plan.period * (end - start), axis);
+  }
+  return all;
+}
+
+namespace {
+
+/// Q_l -= theta_l . (tau a + w x h a) of each wheel, what it does to its body   (X167).
+void add_wheels(const External& external, Instant instant, const Vec3& w, std::span<const double> momentum,
+                Array& Q) noexcept {
+  const Plan& plan = external.plan;
+  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
+    const PlanWheel& wheel = plan.wheels.all[k];
+    const double h = momentum[k] + (instant == Instant::kEnd ? external.wheel_gain(k) : 0.0);
+    const Vec3 torque =
+        add_scaled(scale(-external.wheel_torque(k, instant), wheel.axis), -h, cross(w, wheel.axis));
+    combine_rows(turn_rows(plan, wheel.turning), torque, true, index(plan.num_padded), Q.data());
+  }
+}
+
+}  // namespace
+
+void External::generalized(Instant instant, const Frame& frame, const Mat3& R_WB,
+                           std::span<const double> momentum, Array& Q) const noexcept {
   bool has_any = project(plan, commands, R_WB, 1.0, false, Q.data());
   for (const PlanHistory& history : plan.histories)
     if (const double now = amplitude(history, instant); now != 0.0)
       has_any |= project(plan, history.pattern, R_WB, now, has_any, Q.data());
   if (!has_any) std::fill(Q.begin(), Q.end(), 0.0);
-  if (has_field(plan)) add_field(plan, R_WB, frame.H_W, frame.p_WB, Q.data());
+  if (plan.wheels.all.empty()) {
+    if (has_field(plan)) add_field(plan, R_WB, frame.H_W, frame.p_WB, Q.data());
+    return;
+  }
+  const Vec3 h_B = wheels(momentum).at(instant == Instant::kEnd ? 1.0 : 0.0);
+  const Vec3 H_W = sub(frame.H_W, multiply(R_WB, h_B));
+  if (has_field(plan)) add_field(plan, R_WB, H_W, frame.p_WB, Q.data());
+  add_wheels(*this, instant, multiply(plan.inverse_inertia, multiply_transposed(R_WB, H_W)), momentum, Q);
 }
 
 void External::on_points(Instant instant, const Mat3& R_WB, std::span<Vec3> forces) const noexcept {

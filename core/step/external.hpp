@@ -25,9 +25,16 @@ struct External {
   /// What the loads do to the body as a whole, below the coupled rungs.
   StepLoads rigid() const noexcept;
 
+  /// Torque of the motor of a wheel [N m], and what its momentum gains over the step [N m s]   (THEORY X167).
+  double wheel_torque(std::size_t wheel, Instant instant) const noexcept;
+  double wheel_gain(std::size_t wheel) const noexcept;
+  /// Momentum of the wheels over the step.  \param momentum  [N m s] (num_wheels) at its start
+  WheelMomentum wheels(std::span<const double> momentum) const noexcept;
+
   /// Generalized forces Q [N] (num_padded), below the coupled rungs; what depends on the elastic motion
-  /// apart.
-  void generalized(Instant instant, const Frame& frame, const Mat3& R_WB, Array& Q) const noexcept;
+  /// apart.  \param momentum  [N m s] (num_wheels) of wheels at the start of the step
+  void generalized(Instant instant, const Frame& frame, const Mat3& R_WB, std::span<const double> momentum,
+                   Array& Q) const noexcept;
 
   /// Forces on the points [N] (num_points), body axes, on coupled rungs; what depends on the elastic motion
   /// apart.

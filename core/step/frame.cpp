@@ -87,39 +87,42 @@ Trajectory path_of(const Plan& plan, const Frame& from, const RigidLoad& load, c
 }
 
 /// The turning part of a step, in the axes of the step's start: Gibbs vector and angular momentum, H' = G L_B
-/// (X7, X8).
+/// (X7, X8, X167).
 struct BodyTurn {
   const Plan& plan;
   const Trajectory* path;  // set when an attractor turns the body
   double period;
   Mat3 half_inverse_inertia;
   Vec3 H;  // at the start
+  const WheelMomentum& wheels;
   Rates g_rates, H_rates;
 
-  BodyTurn(const Plan& of, const Vec3& H_start, const Trajectory* along) noexcept
-      : plan(of), path(along), period(of.period), H(H_start) {
+  BodyTurn(const Plan& of, const Vec3& H_start, const Trajectory* along,
+           const WheelMomentum& of_wheels) noexcept
+      : plan(of), path(along), period(of.period), H(H_start), wheels(of_wheels) {
     for (std::size_t i = 0; i < 9; ++i) half_inverse_inertia[i] = 0.5 * plan.inverse_inertia[i];
   }
 
   /// Rate of the Gibbs vector, g' = (w + g x w + g (g.w)) / 2, with w = I^-1 G^T H and G^T H =
   /// H + 2 (g x (g x H) - g x H) / (1 + g.g), written out because it is shorter to wait for than the matrix.
-  Vec3 g_rate(const Vec3& g, const Vec3& H_now) const noexcept {
+  Vec3 g_rate(const Vec3& g, const Vec3& H_now, double share) const noexcept {
     const Vec3 u = cross(g, H_now);
-    const Vec3 H_turned = add_scaled(H_now, 2.0 / (1.0 + dot(g, g)), sub(cross(g, u), u));
+    Vec3 H_turned = add_scaled(H_now, 2.0 / (1.0 + dot(g, g)), sub(cross(g, u), u));
+    if (!plan.wheels.all.empty()) H_turned = sub(H_turned, wheels.at(share));
     const Vec3 half_w = multiply(half_inverse_inertia, H_turned);
     return add_scaled(add(half_w, cross(g, half_w)), dot(g, half_w), g);
   }
 
   template <std::size_t stage>
   void advance_free() noexcept {
-    g_rates[stage] = g_rate(combine<stage>({}, period, kStageWeights[stage], g_rates), H);
+    g_rates[stage] = g_rate(combine<stage>({}, period, kStageWeights[stage], g_rates), H, kTimes[stage]);
   }
 
   template <std::size_t stage>
   void advance_loaded(const StepMoment& moment) noexcept {
     const Vec3 g = combine<stage>({}, period, kStageWeights[stage], g_rates);
     const Mat3 G = rotation_of_gibbs(g);
-    g_rates[stage] = g_rate(g, combine<stage>(H, period, kStageWeights[stage], H_rates));
+    g_rates[stage] = g_rate(g, combine<stage>(H, period, kStageWeights[stage], H_rates), kTimes[stage]);
     H_rates[stage] = multiply(G, moment_B(moment, G));
     if (path != nullptr)
       H_rates[stage] =
@@ -139,7 +142,7 @@ Turn finish(const BodyTurn& turning, const Vec3& H_gain, bool needs_middle) noex
   turn.g_end = combine<kStages>({}, turning.period, kWeights, turning.g_rates);
   if (!needs_middle) return turn;
   // the middle from Hermite's cubic between the ends
-  const Vec3 end_rate = turning.g_rate(turn.g_end, add(turning.H, H_gain));
+  const Vec3 end_rate = turning.g_rate(turn.g_end, add(turning.H, H_gain), 1.0);
   turn.g_middle =
       add_scaled(scale(0.5, turn.g_end), 0.125 * turning.period, sub(turning.g_rates[0], end_rate));
   return turn;
@@ -176,9 +179,9 @@ Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads
   const bool needs_middle = loads.later || !is_zero(loads.start.force_B);
   const bool is_attracted = plan.attractor_mu > 0.0;
   const Trajectory path = is_attracted ? path_of(plan, from, loads.start, R_WB) : Trajectory{};
-  BodyTurn turning(plan, multiply_transposed(R_WB, from.H_W), is_attracted ? &path : nullptr);
+  BodyTurn turning(plan, multiply_transposed(R_WB, from.H_W), is_attracted ? &path : nullptr, loads.wheels);
   if (!is_attracted && !has_moment(loads.start) && !has_moment(loads.middle()) && !has_moment(loads.end()))
-    return is_zero(from.H_W) ? Turn{} : turn_free(turning, needs_middle);
+    return is_zero(from.H_W) && plan.wheels.all.empty() ? Turn{} : turn_free(turning, needs_middle);
   const StepMoment start = moment_in_step(loads.start, R_WB);
   if (!loads.later) return turn_loaded(turning, start, start, start, start, start, needs_middle);
   const StepMoment middle = moment_in_step(loads.middle(), R_WB), end = moment_in_step(loads.end(), R_WB);

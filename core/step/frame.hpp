@@ -24,6 +24,13 @@ void add_pattern(const LoadPattern& pattern, double amplitude, RigidLoad& load) 
 Vec3 resultant_W(const RigidLoad& load, const Mat3& R_WB) noexcept;
 Vec3 moment_B(const RigidLoad& load, const Mat3& R_WB) noexcept;
 
+/// Momentum of the wheels over one step, body axes: at its start, at the share s of it h_0 + s h_1 + s^2 h_2
+/// (THEORY X167).
+struct WheelMomentum {
+  std::array<Vec3, 3> h{};  // [N m s]
+  Vec3 at(double s) const noexcept { return add_scaled(add_scaled(h[0], s, h[1]), s * s, h[2]); }
+};
+
 /// Loads over one step: at its start, and at its middle and end when those may differ.
 struct StepLoads {
   struct Later {
@@ -31,6 +38,7 @@ struct StepLoads {
   };
   RigidLoad start;
   std::optional<Later> later;
+  WheelMomentum wheels;
   const RigidLoad& middle() const noexcept { return later ? later->middle : start; }
   const RigidLoad& end() const noexcept { return later ? later->end : start; }
 };

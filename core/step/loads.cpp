@@ -179,6 +179,7 @@ LoadSums make_load_sums(const Plan& plan) {
   for (auto* v : {&sums.group_force_W, &sums.group_torque_W, &sums.group_force_B, &sums.group_torque_B})
     v->resize(plan.groups.size());
   for (auto* v : {&sums.torque.W, &sums.torque.B}) v->resize(plan.particles.turning.size());
+  sums.wheels.torque.resize(plan.wheels.all.size());
   return sums;
 }
 
@@ -186,6 +187,7 @@ void clear(LoadSums& sums) noexcept {
   for (auto* v : {&sums.force_W, &sums.force_B, &sums.group_force_W, &sums.group_torque_W,
                   &sums.group_force_B, &sums.group_torque_B, &sums.torque.W, &sums.torque.B})
     std::fill(v->begin(), v->end(), Vec3{});
+  std::fill(sums.wheels.torque.begin(), sums.wheels.torque.end(), 0.0);
 }
 
 void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept {
@@ -204,6 +206,7 @@ void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept 
     Vec3& sum = (is_body ? sums.torque.B : sums.torque.W)[index(turning_of(plan, t.point))];
     sum = add(sum, t.torque);
   }
+  for (const WheelTorque& w : loads.wheels) sums.wheels.torque[index(w.wheel)] += w.torque;
 }
 
 Array make_group_rows(const Plan& plan) {
@@ -231,6 +234,7 @@ LoadPattern make_pattern(const Plan& plan) {
   LoadPattern pattern;
   pattern.table.resize(9 * index(plan.num_padded));
   pattern.Q_B.resize(index(plan.num_padded));
+  pattern.wheels.torque.resize(plan.wheels.all.size());
   if (is_coupled(plan)) pattern.sums = make_load_sums(plan);
   return pattern;
 }
@@ -238,6 +242,7 @@ LoadPattern make_pattern(const Plan& plan) {
 void set_pattern(const Plan& plan, std::span<const double> group_rows, const LoadSums& sums,
                  LoadPattern& pattern) noexcept {
   clear(pattern);
+  std::copy(sums.wheels.torque.begin(), sums.wheels.torque.end(), pattern.wheels.torque.begin());
   set_world_rigid(plan, sums, pattern);
   if (is_coupled(plan)) {
     pattern.sums = sums;  // of the same sizes: nothing allocates

@@ -20,6 +20,7 @@ struct LoadSet {
   std::span<const PointForce> forces;
   std::span<const Wrench> wrenches;
   std::span<const PointTorque> torques;  // on points that turn
+  std::span<const WheelTorque> wheels = {};
 };
 /// Adds them. Indices must be those of the plan, which sized the sums.
 void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept;

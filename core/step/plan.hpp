@@ -78,6 +78,23 @@ struct PlanParticles {
   Array turn_rows;  // [1/m] (3 num_turning x num_padded) theta = turn_rows q
 };
 
+/// A wheel in a body that turns   (THEORY X167).
+struct PlanWheel {
+  std::string name;
+  std::int32_t turning = -1;  // index into PlanParticles::turning
+  Vec3 axis{};                // [-] unit vector, body axes
+  double momentum = 0.0;      // [N m s] at the start
+  // [1/m^2] (pairs of PlanNeglect) axis . (theta_l x theta_u): what its momentum couples
+  Array gyroscopic;
+};
+struct PlanWheels {
+  std::vector<PlanWheel> all;
+};
+/// Torques of motors on wheels.
+struct WheelTorques {
+  std::vector<double> torque;  // [N m] (num_wheels), or empty: none
+};
+
 struct TorqueSums {
   std::vector<Vec3> W, B;  // [N m] (num_turning)
 };
@@ -87,6 +104,7 @@ struct LoadSums {
   std::vector<Vec3> group_force_W, group_torque_W;  // [N], [N m] (num_groups)
   std::vector<Vec3> group_force_B, group_torque_B;  // [N], [N m] (num_groups)
   TorqueSums torque;
+  WheelTorques wheels;
 };
 
 /// Spatial part of a load, built once when it changes (THEORY X11). Arrays have capacity from the start.
@@ -105,7 +123,8 @@ struct LoadPattern {
   Vec3 force_B{};   // [N] resultant of the body-axis part
   Vec3 torque_B{};  // [N m] its moment about the centre of mass
   bool has_body = false;
-  Array Q_B;      // [N] (num_padded)
+  Array Q_B;  // [N] (num_padded)
+  WheelTorques wheels;
   LoadSums sums;  // on coupled rungs: what the above is made of; else empty
 };
 
@@ -343,6 +362,7 @@ struct Plan {
   std::vector<PlanLink> links;
   std::vector<PlanGroup> groups;
   PlanParticles particles;
+  PlanWheels wheels;
   Array rows;         // [-] (3*num_row_blocks x num_padded) unit elastic displacements
   Array eckart_rows;  // (6 x num_padded) sum m b [kg], sum m r x b [kg m]: zero but for rounding
   Array link_rows;    // (num_link_rows x num_padded) forces of links per q, q' or Q

@@ -44,9 +44,18 @@ Mat3 rotation_matrix(const Quat& q) noexcept {
           2.0 * (xz - wy),       2.0 * (yz + wx),       1.0 - 2.0 * (xx + yy)};
 }
 
+Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept {
+  Vec3 h{};
+  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k)
+    h = add_scaled(h, state.wheel_momentum[k], plan.wheels.all[k].axis);
+  return h;
+}
+
 Vec3 angular_velocity(const Plan& plan, const MotionState& state) noexcept {
   if (is_coupled(plan)) return state.coupled.w_B;
-  return multiply(plan.inverse_inertia, multiply_transposed(rotation_matrix(state.q_WB), state.H_W));
+  Vec3 H_B = multiply_transposed(rotation_matrix(state.q_WB), state.H_W);
+  if (!plan.wheels.all.empty()) H_B = sub(H_B, wheel_momentum_B(plan, state));
+  return multiply(plan.inverse_inertia, H_B);
 }
 
 PointState read_point(const Plan& given, const MotionState& state, int point) noexcept {
@@ -136,7 +145,8 @@ Invariants read_invariants(const Plan& given, const MotionState& state) noexcept
   const Plan& plan = active_plan(given, state);
   const std::size_t n = index(plan.num_padded);
   Invariants invariants;
-  const Vec3 H_B = multiply_transposed(rotation_matrix(state.q_WB), state.H_W);
+  Vec3 H_B = multiply_transposed(rotation_matrix(state.q_WB), state.H_W);
+  if (!plan.wheels.all.empty()) H_B = sub(H_B, wheel_momentum_B(plan, state));
   invariants.kinetic_rigid =
       0.5 * (plan.mass * dot(state.v_WB, state.v_WB) + dot(H_B, angular_velocity(plan, state)));
   invariants.kinetic_elastic = 0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.q_dot.data(), n);

@@ -10,7 +10,11 @@ namespace freeflex {
 /// Rotation matrix of a unit quaternion, body to world.
 Mat3 rotation_matrix(const Quat& q_WB) noexcept;
 
-/// Angular velocity of the floating frame, body axes [rad/s]: w = I^-1 R_WB^T H_W (THEORY X6).
+/// Momentum of the wheels, body axes [N m s], axes as at rest: zero without any   (THEORY X167).
+Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept;
+
+/// Angular velocity of the floating frame, body axes [rad/s]: w = I^-1 R_WB^T H_W (THEORY X6), H_W less the
+/// momentum of wheels (THEORY X167).
 Vec3 angular_velocity(const Plan& plan, const MotionState& state) noexcept;
 
 struct PointState {
@@ -47,7 +51,7 @@ void read_link(const Plan& plan, const MotionState& state, int output, std::span
 
 /// Conserved quantities and residuals   (THEORY 2.2, 4.4, 5.5).
 struct Invariants {
-  double kinetic_rigid = 0.0;          // [J] M v_WB^2 / 2 + w^T I w / 2 (THEORY 4.4)
+  double kinetic_rigid = 0.0;          // [J] M v_WB^2 / 2 + w^T I w / 2, wheels apart (THEORY 4.4)
   double kinetic_elastic = 0.0;        // [J] M sum q_l'^2 / 2
   double potential = 0.0;              // [J] elastic, M sum omega_l^2 q_l^2 / 2 (THEORY 5.5)
   Vec3 linear_momentum_W{};            // [kg m/s]

@@ -31,6 +31,12 @@ void set_initial(const Plan& plan, State& state) {
       .v_WB = initial.v_WB,
       .q_WB = initial.q_WB,
       .H_W = multiply(rotation_matrix(initial.q_WB), multiply(plan.inertia, initial.w_WB_B))};
+  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
+    state.wheel_momentum[k] = plan.wheels.all[k].momentum;
+    state.wheel_momentum_low[k] = 0.0;
+  }
+  if (!plan.wheels.all.empty())
+    state.H_W = add(state.H_W, multiply(rotation_matrix(initial.q_WB), wheel_momentum_B(plan, state)));
   // back from the wide plan; no larger than what is there
   const auto n = static_cast<std::size_t>(plan.num_padded);
   for (Array* v : modal_arrays(state)) v->resize(n);
@@ -62,6 +68,7 @@ State make_state(const Plan& plan) {
   }
   if (is_coupled(plan))
     for (auto* v : {&state.coupled.momentum, &state.coupled.rate_q, &state.coupled.rate_p}) v->resize(n);
+  for (auto* v : {&state.wheel_momentum, &state.wheel_momentum_low}) v->resize(plan.wheels.all.size());
   state.slots.resize(kMaxSlots);
   state.commands_pattern = make_roomy_pattern(plan);
   state.commands_arms.reserve(kArmSize * kMostShadowedModes);

@@ -49,9 +49,11 @@ struct MotionState : Frame {
   Array q_dot, q_dot_low;             // [m/s] (num_padded)
   // loads at the left limit of this tick, those of fields, dashpots and feedback among them, for
   // accelerations and read-out
-  Vec3 force_W{};        // [N] resultant without gravity
-  Vec3 moment_B{};       // [N m] about the centre of mass, arms of the body at rest
-  Array Q;               // [N] (num_padded)
+  Vec3 force_W{};   // [N] resultant without gravity
+  Vec3 moment_B{};  // [N m] about the centre of mass, arms of the body at rest
+  Array Q;          // [N] (num_padded)
+  // [N m s] (num_wheels) about the axes of wheels, and what rounding left of it
+  std::vector<double> wheel_momentum, wheel_momentum_low;
   CoupledState coupled;  // arrays empty below the coupled rungs
   // in the wide plan of Plan::wide since a command needed it; a reset ends it
   bool is_wide = false;

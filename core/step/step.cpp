@@ -33,7 +33,8 @@ std::int32_t change_slots(const Plan& plan, const State& state, const Inputs& in
     add_loads(plan,
               {command.axes, std::span(command.points).first(index(command.num_points)),
                std::span(command.wrenches).first(index(command.num_wrenches)),
-               std::span(command.torques).first(index(command.num_torques))},
+               std::span(command.torques).first(index(command.num_torques)),
+               std::span(command.wheels).first(index(command.num_wheels))},
               workspace.sums);
   }
   set_pattern(plan, workspace.group_rows, workspace.sums, workspace.next_pattern);
@@ -82,9 +83,14 @@ bool advance_elastic(const Plan& plan, const MotionState& state, const Array& Q_
 }
 
 /// Resultant and moment at the end, for accelerations.
-void set_read_out(const Plan& plan, const Mat3& R_WB, const RigidLoad& load, Result& result) noexcept {
+void set_read_out(const Plan& plan, const Mat3& R_WB, const RigidLoad& load, const WheelMomentum& wheels,
+                  Result& result) noexcept {
   result.force_W = resultant_W(load, R_WB);
   result.moment_B = moment_B(load, R_WB);
+  // what motors do to the body, h' at the end   (X167)
+  if (!plan.wheels.all.empty())
+    result.moment_B =
+        add_scaled(result.moment_B, -1.0 / plan.period, add_scaled(wheels.h[1], 2.0, wheels.h[2]));
   if (plan.attractor_mu == 0.0) return;
   const Vec3 rho = multiply_transposed(R_WB, sub(result.frame.p_WB, plan.attractor_W));
   result.moment_B = add(result.moment_B, gradient_torque(plan, rho));
@@ -98,8 +104,8 @@ Result advance_once(const External& external, const MotionState& state, const Ar
   Result result;
   result.frame = advance_frame(plan, state, R_start, loads);
   const Mat3 R_WB = rotation_matrix(result.frame.q_WB);
-  set_read_out(plan, R_WB, loads.end(), result);
-  external.generalized(Instant::kEnd, result.frame, R_WB, workspace.Q_left);
+  set_read_out(plan, R_WB, loads.end(), loads.wheels, result);
+  external.generalized(Instant::kEnd, result.frame, R_WB, state.wheel_momentum, workspace.Q_left);
   if (q_of_followers != nullptr) follow(plan, q_of_followers, external.tick, true, workspace.Q_left.data());
   result.is_finite = advance_elastic(plan, state, Q_start, workspace, result.kick) && is_finite(result.frame);
   return result;
@@ -113,6 +119,7 @@ Result advance_dependent(const External& external, const MotionState& state, con
   const double *q = state.q.data(), *q_dot = state.q_dot.data();
   const bool is_split = plan.mixing.path == PlanMixing::Path::kSplit;
   StepLoads fixed = external.rigid();
+  fixed.wheels = external.wheels(state.wheel_momentum);
   if (!fixed.later) fixed.later.emplace(StepLoads::Later{fixed.start, fixed.start});
   const auto with = [&](const DependentStep& followers, const DependentStep& feedback) {
     StepLoads loads = fixed;
@@ -142,7 +149,7 @@ Result advance_dependent(const External& external, const MotionState& state, con
   RigidLoad load = fixed.end();
   add(end, load);
   add(feed_back(plan, workspace.next_q.data(), workspace.next_q_dot.data(), workspace.Q_left.data()), load);
-  set_read_out(plan, rotation_matrix(result.frame.q_WB), load, result);
+  set_read_out(plan, rotation_matrix(result.frame.q_WB), load, fixed.wheels, result);
   return result;
 }
 
@@ -155,10 +162,13 @@ Result advance_separated(const External& external, const MotionState& state, boo
   // loads at the start are those of the end of the last step unless something jumped
   const bool is_fresh = is_changed || state.tick == state.epoch_start_tick || external.jumps() ||
                         has_dependent || plan.mixing.path != PlanMixing::Path::kNone;
-  if (is_fresh) external.generalized(Instant::kStart, state, R_start, workspace.Q_right);
+  if (is_fresh)
+    external.generalized(Instant::kStart, state, R_start, state.wheel_momentum, workspace.Q_right);
   if (has_dependent) return advance_dependent(external, state, R_start, workspace);
-  return advance_once(external, state, is_fresh ? workspace.Q_right : state.Q, R_start, external.rigid(),
-                      nullptr, workspace);
+  StepLoads loads = external.rigid();
+  loads.wheels = external.wheels(state.wheel_momentum);
+  return advance_once(external, state, is_fresh ? workspace.Q_right : state.Q, R_start, loads, nullptr,
+                      workspace);
 }
 
 /// The coupled rungs, in as many parts as the plan divides the step into   (X93, X100).
@@ -184,7 +194,10 @@ Result advance_coupled(const External& external, const MotionState& state, bool 
 }
 
 /// Moves the next state in; nothing allocates.
-void commit(const Plan& plan, const Result& result, State& state, Workspace& workspace) noexcept {
+void commit(const External& external, const Result& result, State& state, Workspace& workspace) noexcept {
+  const Plan& plan = external.plan;
+  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k)
+    add_compensated(state.wheel_momentum[k], state.wheel_momentum_low[k], external.wheel_gain(k));
   static_cast<Frame&>(state) = result.frame;
   state.q.swap(workspace.next_q);
   state.q_low.swap(workspace.next_q_low);
@@ -221,7 +234,7 @@ void step_in(const Plan& plan, State& state, const Inputs& inputs, Workspace& wo
     report = {.status = StepStatus::kNotFinite};
     return;
   }
-  commit(plan, result, state, workspace);
+  commit(external, result, state, workspace);
   if (is_changed) {
     state.slots.swap(workspace.next_slots);
     std::swap(state.commands_pattern, workspace.next_pattern);

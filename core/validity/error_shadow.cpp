@@ -63,7 +63,7 @@ ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
     const auto [l, u] = plan.neglect.pairs[pair];
     const double* const s = plan.neglect.coriolis_rows.data() + 3 * pair;
     if (l != u && std::max(l, u) < plan.neglect.num_shadowed)
-      pairs_.push_back({static_cast<std::size_t>(l), static_cast<std::size_t>(u), {s[0], s[1], s[2]}});
+      pairs_.push_back({pair, static_cast<std::size_t>(l), static_cast<std::size_t>(u), {s[0], s[1], s[2]}});
   }
   E_.resize(n * n);
   coriolis_.resize(n * n);
@@ -83,19 +83,24 @@ void ErrorShadow::set_stiffness(std::size_t l, std::size_t u, double E) noexcept
   E_[l * size() + u] = E_[u * size() + l] = E;
 }
 
-void ErrorShadow::set_spin(const Vec3& w, const std::array<double, 6>& products) noexcept {
+void ErrorShadow::set_spin(const Vec3& w, const std::array<double, 6>& products,
+                           std::span<const double> wheels) noexcept {
   const PlanNeglect& neglect = plan_.neglect;
   const std::size_t n = size();
-  spins_ = w[0] != 0.0 || w[1] != 0.0 || w[2] != 0.0;
+  spins_ = w[0] != 0.0 || w[1] != 0.0 || w[2] != 0.0 ||
+           std::any_of(wheels.begin(), wheels.end(), [](double h) { return h != 0.0; });
   if (!spins_ && std::all_of(spin_force_.begin(), spin_force_.end(), [](double f) { return f == 0.0; }))
     return;
   for (std::size_t c = 0; c < n && !neglect.spin_loads.empty(); ++c) {
     spin_force_[c] = 0.0;
     for (std::size_t k = 0; k < 6; ++k) spin_force_[c] += neglect.spin_loads[6 * c + k] * products[k];
   }
-  for (const auto& [l, u, s] : pairs_) {
+  for (const auto& [pair, l, u, s] : pairs_) {
     if (is_coupled(plan_)) break;
     coriolis_[l * n + u] = 2.0 * plan_.mass * dot(s, w);
+    // -theta_l . (theta' x h a)   (X167)
+    for (std::size_t k = 0; k < wheels.size(); ++k)
+      coriolis_[l * n + u] -= wheels[k] * plan_.wheels.all[k].gyroscopic[pair];
     coriolis_[u * n + l] = -coriolis_[l * n + u];
   }
 }
@@ -169,7 +174,7 @@ void ErrorShadow::take_torque(const State& state, const Mat3& R_WB) noexcept {
 Vec3 ErrorShadow::ring_momentum(const MotionState& state) const noexcept {
   const double own = is_coupled(plan_) ? 1.0 : 0.0;
   Vec3 sum{};
-  for (const auto& [l, u, s] : pairs_) {
+  for (const auto& [pair, l, u, s] : pairs_) {
     const auto area = [&, l = l, u = u](double share) {
       return (state.q[l] + share * delta_[l]) * (state.q_dot[u] + share * rate_[u]) -
              (state.q[u] + share * delta_[u]) * (state.q_dot[l] + share * rate_[l]);
@@ -188,8 +193,15 @@ void ErrorShadow::turn_body(const State& state) noexcept {
   for (std::size_t c = 0; c < size(); ++c) missing_[c] = (is_coupled(plan_) ? 0.0 : state.q[c]) + delta_[c];
   take_torque(state, R_WB);
   w_ = angular_velocity(plan_, state);
-  const Vec3 H = multiply(plan_.inertia, w_);
+  Vec3 H = multiply(plan_.inertia, w_);
   Vec3 added = sub(ring_momentum(state), multiply_transposed(R_WB, H_W_));
+  for (std::size_t k = 0; k < plan_.wheels.all.size(); ++k) {  // the axis turns with its body   (X167)
+    const PlanWheel& wheel = plan_.wheels.all[k];
+    const Vec3 theta =
+        contract_rows(turn_rows(plan_, wheel.turning), state.q.data(), index(plan_.num_padded));
+    H = add_scaled(H, state.wheel_momentum[k], wheel.axis);
+    added = add_scaled(added, state.wheel_momentum[k], cross(theta, wheel.axis));
+  }
   for (std::size_t c = 0; c < size(); ++c)
     added = add_scaled(added, missing_[c], gradient(neglect.inertia_rows.data() + 6 * c, w_));
   const auto spin_error = [&](const Vec3& phi) {

@@ -21,7 +21,9 @@ class ErrorShadow {
   /// Stiffness that the rung neglects between two modes, [N/m], but for what shadowed modes strain.
   void set_stiffness(std::size_t l, std::size_t u, double E) noexcept;
   /// \param w  [rad/s] body axes  \param products  [1/s^2] of it, in the order of PlanNeglect
-  void set_spin(const Vec3& w, const std::array<double, 6>& products) noexcept;
+  /// \param wheels  [N m s] (num_wheels) their momentum
+  void set_spin(const Vec3& w, const std::array<double, 6>& products,
+                std::span<const double> wheels) noexcept;
   /// One tick, at whose start the motion is this.
   void advance(const State& state) noexcept;
   /// What the motion settles to where it is held as it is.
@@ -47,8 +49,8 @@ class ErrorShadow {
   Vec3 ring_momentum(const MotionState& state) const noexcept;
 
   struct Pair {
-    std::size_t l, u;
-    Vec3 s;  // [-] sum m b_l x b_u / M
+    std::size_t pair, l, u;  // index into PlanNeglect::pairs, modes
+    Vec3 s;                  // [-] sum m b_l x b_u / M
   };
   const Plan& plan_;
   std::vector<Pair> pairs_;  // l < u

@@ -118,7 +118,7 @@ void ModalErrors::take(const State& state) noexcept {
     is_first_ = false;
     // rms over the mass: a force on one light point is large where it acts
     const double acceleration = (std::sqrt(loads) + norm(state.force_W)) / plan_.mass;
-    shadow_.set_spin(w_, products_);
+    shadow_.set_spin(w_, products_, state.wheel_momentum);
     // before the first step no load stands in Q
     const std::int64_t age = state.tick - state.epoch_start_tick;
     for (Follower& follower : followers_)

@@ -167,8 +167,8 @@ class Flooder {
     message.sender = "copy";
     bytes_ = io::encode(message);
     negative_ = bytes_;
-    // num_forces, num_wrenches and num_torques are the last twelve bytes of a command without any
-    for (std::size_t i = negative_.size() - 12; i < negative_.size(); ++i) negative_[i] = std::byte{0xFF};
+    // the four counts are the last sixteen bytes of a command without any
+    for (std::size_t i = negative_.size() - 16; i < negative_.size(); ++i) negative_[i] = std::byte{0xFF};
     if (kind != Flood::kNone) thread_ = std::thread([this] { run(); });
   }
   ~Flooder() { stop(); }

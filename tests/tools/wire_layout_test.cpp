@@ -20,6 +20,8 @@ force_t some_force() {
   m.wrenches.resize(2);
   m.num_torques = 1;
   m.torques.resize(1);
+  m.num_wheels = 2;
+  m.wheels.resize(2);
   return m;
 }
 

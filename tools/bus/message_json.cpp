@@ -89,6 +89,9 @@ Json fields_of(const force_t& m) {
   out["torques"] = Json::array();
   for (const point_torque_t& t : m.torques)
     out["torques"].push_back({{"point", t.point}, {"torque", array_of(t.torque)}});
+  out["wheels"] = Json::array();
+  for (const wheel_torque_t& w : m.wheels)
+    out["wheels"].push_back({{"wheel", w.wheel}, {"torque", w.torque}});
   return out;
 }
 

@@ -76,7 +76,7 @@ void explain_unknown(const std::string& kind, const std::string& name, const Sce
                      const std::vector<std::string>& known) {
   std::string text = "no " + kind + " '" + name + "' in scene '" + scene.head().name + "'" +
                      io::reader::did_you_mean(name, {known.begin(), known.end()}) + "; ";
-  text += kind == "point" ? "points that can be pushed: " : "groups: ";
+  text += kind == "point" ? "points that can be pushed: " : kind + "s: ";
   text += known.empty() ? "none" : listed(known, 12);
   if (kind == "point" && scene.find_group(name)) text += "; there is a group of that name: --group " + name;
   if (kind == "group" && scene.find_point(name)) text += "; there is a point of that name: --point " + name;
@@ -133,6 +133,27 @@ bool add_groups(const PushOptions& options, const SceneCatalogue& scene, force_t
   return true;
 }
 
+/// The wheels' part of a command. False when a name is unknown.
+bool add_wheels(const PushOptions& options, const SceneCatalogue& scene, force_t& force) {
+  const auto& wheels = scene.head().wheels;
+  for (const std::string& text : options.wheels) {
+    const auto named = parse_named_numbers(text, 1);
+    const auto found = std::find_if(wheels.begin(), wheels.end(),
+                                    [&](const auto& wheel) { return wheel.name == named->name; });
+    if (found == wheels.end()) {
+      std::vector<std::string> known;
+      for (const auto& wheel : wheels) known.push_back(wheel.name);
+      return explain_unknown("wheel", named->name, scene, known), false;
+    }
+    freeflex_msgs::wheel_torque_t item{};
+    item.wheel = static_cast<std::int32_t>(found - wheels.begin());
+    item.torque = named->numbers[0];
+    force.wheels.push_back(item);
+  }
+  force.num_wheels = static_cast<std::int32_t>(force.wheels.size());
+  return true;
+}
+
 /// The first of a list that was given, or nothing.
 std::string first_given(const CLI::App& command, std::initializer_list<const char*> names) {
   for (const char* name : names) {
@@ -145,13 +166,13 @@ std::string first_given(const CLI::App& command, std::initializer_list<const cha
 std::string find_conflict(const CLI::App& command) {
   std::string other;
   if (command.count("--control") > 0) {
-    other = first_given(command, {"--point", "--group", "--force", "--torque", "--axes", "--duration",
-                                  "--lease", "--clear", "--slot", "--at-tick", "--late-ok"});
+    other = first_given(command, {"--point", "--group", "--wheel", "--force", "--torque", "--axes",
+                                  "--duration", "--lease", "--clear", "--slot", "--at-tick", "--late-ok"});
     if (!other.empty()) return "--control goes without " + other;
   }
   if (command.count("--clear") > 0) {
-    other = first_given(command,
-                        {"--point", "--group", "--force", "--torque", "--axes", "--duration", "--lease"});
+    other = first_given(
+        command, {"--point", "--group", "--wheel", "--force", "--torque", "--axes", "--duration", "--lease"});
     if (!other.empty()) return "--clear goes without " + other;
   }
   if (command.count("--lease") > 0 && command.count("--duration") > 0)
@@ -169,6 +190,13 @@ std::string find_conflict(const CLI::App& command) {
 
 /// What is wrong with points, groups and what acts on them. Empty: nothing.
 std::string find_force_fault(const PushOptions& options) {
+  for (const std::string& text : options.wheels) {
+    const auto named = parse_named_numbers(text, 1);
+    if (!named || named->numbers.empty())
+      return "--wheel '" + text + "': must be NAME=TORQUE with a number [N m]";
+  }
+  if (options.points.empty() && options.groups.empty() && !options.torque.empty())
+    return "--torque acts on nothing: a --wheel has its own =TORQUE";
   bool takes_force = !options.groups.empty();
   bool needs_force = !options.groups.empty() && options.torque.empty();
   for (const std::string& text : options.points) {
@@ -191,8 +219,10 @@ std::string find_push_fault(const CLI::App& command, const PushOptions& options)
     return "--socket PATH goes without --prefix: the socket is that of one daemon";
   std::string conflict = find_conflict(command);
   if (!conflict.empty()) return conflict;
-  const bool is_force = !options.points.empty() || !options.groups.empty() || options.clear;
-  if (!is_force && options.control.empty()) return "give --point, --group or --clear, or else --control";
+  const bool is_force =
+      !options.points.empty() || !options.groups.empty() || !options.wheels.empty() || options.clear;
+  if (!is_force && options.control.empty())
+    return "give --point, --group, --wheel or --clear, or else --control";
   if (!options.control.empty()) {
     if (parse_control(options.control)) return {};
     return "--control '" + options.control +
@@ -223,7 +253,9 @@ std::optional<force_t> make_force(const PushOptions& options, const SceneCatalog
   } else if (!options.clear) {
     force.duration_ticks = to_ticks(options.duration.value_or(kDefaultDuration), rate);
   }
-  if (!add_points(options, scene, force) || !add_groups(options, scene, force)) return std::nullopt;
+  if (!add_points(options, scene, force) || !add_groups(options, scene, force) ||
+      !add_wheels(options, scene, force))
+    return std::nullopt;
   return force;
 }
 

@@ -16,8 +16,9 @@ struct PushOptions {
   BusOptions bus;
   std::vector<std::string> points;
   std::vector<std::string> groups;
-  std::vector<double> force;   // [N] (3), or not given
-  std::vector<double> torque;  // [N m] (3), or not given
+  std::vector<std::string> wheels;  // NAME=TORQUE
+  std::vector<double> force;        // [N] (3), or not given
+  std::vector<double> torque;       // [N m] (3), or not given
   std::string axes = "world";
   std::optional<double> duration;  // [s]
   std::optional<double> lease;     // [s]

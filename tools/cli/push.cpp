@@ -235,8 +235,11 @@ void add_force_options(CLI::App& command, PushOptions& options) {
   command.add_option("--group", options.groups, "group to push and turn; may be repeated")
       ->type_name("NAME")
       ->allow_extra_args(false);
+  command.add_option("--wheel", options.wheels, "torque of a wheel's motor [N m]; may be repeated")
+      ->type_name("NAME=TORQUE")
+      ->allow_extra_args(false);
   add_vector(command, "--force", options.force, "force [N]", "newton");
-  add_vector(command, "--torque", options.torque, "torque [N m], groups only", "newton metre");
+  add_vector(command, "--torque", options.torque, "torque [N m] on groups and bodies", "newton metre");
   command.add_option("--axes", options.axes, "axes of force and torque: world or body")
       ->check(one_of({"world", "body"}))
       ->type_name("AXES")

@@ -18,7 +18,7 @@ void SceneReader::read_loads(const Node& node) {
 void SceneReader::read_load(const Node& node) {
   const std::string number = std::to_string(scene_.loads.size() + 1);
   const Fields fields(report_, node, item_label("load", node, scene_.loads.size() + 1),
-                      {"name", "axes", "forces", "wrenches", "torques", "pulse", "sine", "table"});
+                      {"name", "axes", "forces", "wrenches", "torques", "wheels", "pulse", "sine", "table"});
   Load load;
   load.origin = node.origin;
   load.name = number;
@@ -31,15 +31,17 @@ void SceneReader::read_load(const Node& node) {
   const Node* wrenches = fields.find("wrenches");
   const Node* torques = fields.find("torques");
   if (torques) read_torques(*torques, fields.label() + ": torques", load);
+  const Node* wheels = fields.find("wheels");
+  if (wheels) read_wheel_torques(*wheels, fields.label() + ": wheels", load);
   if (forces) read_forces(*forces, fields.label() + ": forces", load);
   if (wrenches) read_wrenches(*wrenches, fields.label() + ": wrenches", load);
   if (wrenches && load.axes == Axes::kLocal)
     report_.error(wrenches->origin, fields.label() +
                                         ": wrenches with axes local: a group has no one local rotation; use "
                                         "axes body, or forces on its points");
-  if (!forces && !wrenches && !torques && fields.is_mapping())
+  if (!forces && !wrenches && !torques && !wheels && fields.is_mapping())
     report_.error(node.origin,
-                  fields.label() + " has neither forces, wrenches nor torques; it must have one");
+                  fields.label() + " has neither forces, wrenches, torques nor wheels; it must have one");
   load.history = read_history(fields);
   loads_.add(report_, load.name, load.origin);
   scene_.loads.push_back(std::move(load));
@@ -70,6 +72,43 @@ void SceneReader::read_torques(const Node& node, const std::string& label, Load&
       body.torque = *torque;
     load.torques.push_back(body);
   }
+}
+
+void SceneReader::read_wheel_torques(const Node& node, const std::string& label, Load& load) {
+  if (node.kind != Node::Kind::kMapping)
+    return report_.error(node.origin, label + " is " + describe(node) +
+                                          ", must be a mapping of names of wheels to torques in N m");
+  if (!report_.count_mentions(node.entries.size(), node.origin)) return;
+  for (const auto& [name, value] : node.entries) {
+    WheelLoad wheel;
+    wheel.wheel = wheels_.resolve(report_, name->text, name->origin, label).value_or(-1);
+    if (const auto torque = read_number(report_, *value, label + ": " + name->text, {"N m"}))
+      wheel.torque = *torque;
+    load.wheels.push_back(wheel);
+  }
+}
+
+void SceneReader::read_wheel(const Node& node) {
+  const std::string number = std::to_string(scene_.wheels.size() + 1);
+  const Fields fields(report_, node, item_label("wheel", node, scene_.wheels.size() + 1),
+                      {"name", "at", "axis", "momentum"});
+  Wheel wheel;
+  wheel.origin = node.origin;
+  wheel.name = number;
+  if (const Node* name = fields.find("name"))
+    if (const auto text = read_name(report_, *name, fields.label() + ": name")) wheel.name = *text;
+  if (const Node* at = fields.require("at", "must be the name of a point with inertia"))
+    wheel.point = points_.resolve(report_, *at, fields.label() + ": at").value_or(-1);
+  if (const Node* axis = fields.require("axis", "must be a direction [x, y, z], axes of the scene")) {
+    const auto direction = read_vector(report_, *axis, fields.label() + ": axis", "-");
+    if (direction && !(direction->stableNorm() > 0.0))
+      report_.error(axis->origin, fields.label() + ": axis is zero, must be a direction");
+    else if (direction)
+      wheel.axis = direction->stableNormalized();
+  }
+  fields.read("momentum", {"N m s"}, wheel.momentum);
+  wheels_.add(report_, wheel.name, wheel.origin);
+  scene_.wheels.push_back(std::move(wheel));
 }
 
 void SceneReader::read_wrenches(const Node& node, const std::string& label, Load& load) {

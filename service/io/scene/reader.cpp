@@ -32,8 +32,8 @@ namespace {
 
 const std::vector<std::string_view> kSections{"name",      "rate",    "fidelity", "tolerance", "error_budget",
                                               "points",    "links",   "groups",   "damping",   "gravity",
-                                              "attractor", "initial", "loads",    "feedback",  "leave_out",
-                                              "publish",   "commands"};
+                                              "attractor", "initial", "wheels",   "loads",     "feedback",
+                                              "leave_out", "publish", "commands"};
 constexpr Quantity kRate{"Hz", Bound::kTickRate};  // as that of --rate
 constexpr Quantity kPublicationRate{"Hz", Bound::kNonNegative};
 constexpr Quantity kRatio{"-", Bound::kNonNegative};
@@ -90,6 +90,8 @@ void SceneReader::read_sections(const Node& root) {
   fields.read("gravity", "m/s^2", scene_.gravity);
   if (const Node* attractor = fields.find("attractor")) read_attractor(*attractor);
   if (const Node* initial = fields.find("initial")) read_initial(*initial);
+  if (const Node* wheels = fields.find("wheels"))
+    for (const Node* item : read_list(*wheels, "wheels", "wheels")) read_wheel(*item);
   if (const Node* loads = fields.find("loads")) read_loads(*loads);
   if (const Node* feedback = fields.find("feedback")) read_feedbacks(*feedback);
   if (const Node* leave_out = fields.find("leave_out")) read_leave_out(*leave_out);

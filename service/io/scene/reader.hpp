@@ -76,6 +76,8 @@ class SceneReader {
   void read_loads(const Node& node);
   void read_load(const Node& node);
   void read_forces(const Node& node, const std::string& label, Load& load);
+  void read_wheel(const Node& node);
+  void read_wheel_torques(const Node& node, const std::string& label, Load& load);
   void read_torques(const Node& node, const std::string& label, Load& load);
   void read_wrenches(const Node& node, const std::string& label, Load& load);
   History read_history(const Fields& fields);
@@ -100,6 +102,7 @@ class SceneReader {
   std::vector<Origin> other_places_;
   Names groups_{"group"};
   Names loads_{"load"};
+  Names wheels_{"wheel"};
   Names feedbacks_{"feedback"};
 };
 

@@ -81,6 +81,9 @@ Admission out_of_memory(Admission admission) {
 void fill_name_table(const Plan& plan, NameTable& table) {
   table = NameTable{};
   table.num_points = static_cast<std::int32_t>(plan.points.size());
+  table.num_wheels = static_cast<std::int32_t>(plan.wheels.all.size());
+  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k)
+    table.wheel_points[k] = plan.particles.turning[static_cast<std::size_t>(plan.wheels.all[k].turning)];
   table.num_groups = static_cast<std::int32_t>(plan.groups.size());
   table.force_limit = plan.force_limit;
   table.torque_limit = plan.torque_limit;
@@ -173,6 +176,12 @@ freeflex_msgs::force_t to_message(const ForceCommand& command, std::int64_t sess
     message.torques[i].point = command.torques[i].point;
     std::copy_n(command.torques[i].torque.begin(), 3, message.torques[i].torque);
   }
+  message.num_wheels = command.num_wheels;
+  message.wheels.resize(static_cast<std::size_t>(command.num_wheels));
+  for (std::size_t i = 0; i < message.wheels.size(); ++i) {
+    message.wheels[i].wheel = command.wheels[i].wheel;
+    message.wheels[i].torque = command.wheels[i].torque;
+  }
   return message;
 }
 
@@ -216,6 +225,10 @@ Admission from_message(const freeflex_msgs::force_t& message, const NameTable& t
     command.torques[i].point = message.torques[i].point;
     std::copy_n(message.torques[i].torque, 3, command.torques[i].torque.begin());
   }
+  command.num_wheels = message.num_wheels;
+  const std::size_t num_wheels = std::min(message.wheels.size(), command.wheels.size());
+  for (std::size_t i = 0; i < num_wheels; ++i)
+    command.wheels[i] = {message.wheels[i].wheel, 0, message.wheels[i].torque};
   admission.reason = check_command(command, table, admission.text);
   return admission;
 }

@@ -32,8 +32,10 @@ Reason check_layout(std::span<const std::byte> bytes, std::span<char> text = {})
 struct NameTable {
   std::int32_t num_points = 0;
   std::int32_t num_groups = 0;
-  double force_limit = 0.0;   // [N] 0: none
-  double torque_limit = 0.0;  // [N m] 0: none
+  std::int32_t num_wheels = 0;
+  std::array<std::int32_t, kMaxWheels> wheel_points{};  // that they are in
+  double force_limit = 0.0;                             // [N] 0: none
+  double torque_limit = 0.0;                            // [N m] 0: none
   std::array<std::uint8_t, kMaxNamedPoints> is_pushable{};
   std::array<std::uint8_t, kMaxNamedPoints> takes_torque{};  // those of them that turn
   struct GroupReach {

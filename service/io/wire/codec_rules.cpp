@@ -92,7 +92,8 @@ Reason check_header(const ForceCommand& command, Text text) {
   };
   if (exceeds(command.num_points, "forces", kMaxCommandPoints) ||
       exceeds(command.num_wrenches, "wrenches", kMaxCommandWrenches) ||
-      exceeds(command.num_torques, "torques", kMaxCommandTorques))
+      exceeds(command.num_torques, "torques", kMaxCommandTorques) ||
+      exceeds(command.num_wheels, "wheels", kMaxWheels))
     return Reason::kTooManyPoints;
   return Reason::kAccepted;
 }
@@ -163,6 +164,39 @@ Reason check_torques(const ForceCommand& command, const NameTable& table, Text t
     if (is_over(entry.torque, table.torque_limit)) {
       print_over_limit(text, "torques", i, "point", entry.point, "torque", entry.torque, table.torque_limit,
                        "N m");
+      return Reason::kOverLimit;
+    }
+  }
+  return Reason::kAccepted;
+}
+
+Reason check_wheels(const ForceCommand& command, const NameTable& table, Text text) {
+  std::bitset<kMaxWheels> seen;
+  const int known = std::clamp(table.num_wheels, 0, kMaxWheels);
+  for (int i = 0; i < command.num_wheels; ++i) {
+    const WheelTorque& entry = command.wheels[static_cast<std::size_t>(i)];
+    if (entry.wheel < 0 || entry.wheel >= known) {
+      print(text, "wheels[%d]: wheel %d, the scene has %d wheels from 0", i, entry.wheel, known);
+      return Reason::kUnknownPoint;
+    }
+    const auto wheel = static_cast<std::size_t>(entry.wheel);
+    if (table.is_pushable[static_cast<std::size_t>(table.wheel_points[wheel])] == 0) {
+      print(text, "wheels[%d]: wheel %d is in point %d, which may not be pushed; add it to commands: points",
+            i, entry.wheel, table.wheel_points[wheel]);
+      return Reason::kNotPushable;
+    }
+    if (seen.test(wheel)) {
+      print(text, "wheels[%d]: wheel %d is named twice, each at most once", i, entry.wheel);
+      return Reason::kDuplicatePoint;
+    }
+    seen.set(wheel);
+    if (!std::isfinite(entry.torque)) {
+      print(text, "wheels[%d]: wheel %d: torque %g N m, must be finite", i, entry.wheel, entry.torque);
+      return Reason::kNotFinite;
+    }
+    if (table.torque_limit > 0.0 && std::abs(entry.torque) > table.torque_limit) {
+      print(text, "wheels[%d]: wheel %d: torque %g N m, must be at most %g N m", i, entry.wheel, entry.torque,
+            table.torque_limit);
       return Reason::kOverLimit;
     }
   }
@@ -272,6 +306,8 @@ Reason check_command(const ForceCommand& command, const NameTable& table, std::s
   if (points != Reason::kAccepted) return points;
   const Reason torques = check_torques(command, table, text);
   if (torques != Reason::kAccepted) return torques;
+  const Reason wheels = check_wheels(command, table, text);
+  if (wheels != Reason::kAccepted) return wheels;
   const Reason wrenches = check_wrenches(command, table, text);
   return wrenches != Reason::kAccepted ? wrenches : check_scope(command, table, text);
 }

@@ -25,8 +25,8 @@ using wire::layout_of;
 template <class Command>
 constexpr std::array<std::int32_t, 0> kCountLimits{};
 template <>
-constexpr std::array<std::int32_t, 3> kCountLimits<force_t>{kMaxCommandPoints, kMaxCommandWrenches,
-                                                            kMaxCommandPoints};
+constexpr std::array<std::int32_t, 4> kCountLimits<force_t>{kMaxCommandPoints, kMaxCommandWrenches,
+                                                            kMaxCommandTorques, kMaxWheels};
 
 /// True when the fields of one value each, by name and kind, are the first of the layout.
 template <std::size_t kSize>

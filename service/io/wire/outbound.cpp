@@ -142,6 +142,8 @@ freeflex_msgs::state_t make_state_message(const Plan& given, const MotionState& 
   message.num_elastic = plan.num_elastic;
   message.q.assign(state.q.begin(), state.q.begin() + plan.num_elastic);
   message.q_dot.assign(state.q_dot.begin(), state.q_dot.begin() + plan.num_elastic);
+  message.num_wheels = static_cast<std::int32_t>(state.wheel_momentum.size());
+  message.wheel_momentum = state.wheel_momentum;
   return message;
 }
 

@@ -70,6 +70,14 @@ Scene make_front(const Plan& plan, const std::string& plan_file, const Stamp& st
   front.total_links = static_cast<std::int32_t>(plan.links.size());
   front.total_groups = static_cast<std::int32_t>(plan.groups.size());
   front.total_elastic = plan.num_elastic;
+  for (const PlanWheel& wheel : plan.wheels.all) {
+    freeflex_msgs::scene_wheel_t each{};
+    each.name = wheel.name;
+    each.point = plan.particles.turning[static_cast<std::size_t>(wheel.turning)];
+    std::copy_n(wheel.axis.begin(), 3, each.axis);
+    front.wheels.push_back(std::move(each));
+  }
+  front.num_wheels = static_cast<std::int32_t>(front.wheels.size());
   return front;
 }
 

@@ -9,8 +9,9 @@
 namespace freeflex::io {
 namespace {
 
-/// Types that have changed since; the others (ack_t, control_t, loads_t, scene_t, shapes_t) are as they were.
-constexpr std::array<EarlierType, 5> kEarlier{{{"force_t", 0x5eb2bea23d54be04, "0.3"},
+/// Types that have changed since; the others (ack_t, control_t, loads_t, shapes_t) are as they were.
+constexpr std::array<EarlierType, 6> kEarlier{{{"scene_t", std::int64_t(0xccd8d906fd8c6806), "0.3"},
+                                               {"force_t", 0x5eb2bea23d54be04, "0.3"},
                                                {"applied_t", 0x5956be7a5b12adf3, "0.3"},
                                                {"state_t", 0x61063d95b061afa7, "0.3"},
                                                {"points_t", std::int64_t(0xc3196a3aa064d0fa), "0.3"},
