@@ -1,0 +1,109 @@
+// Bodies, mass of links, superelements and wheels stand in the scene as they are written.
+#include <Eigen/Geometry>
+
+#include "core/scene/bodies.hpp"
+#include "tests/scene/good_scene.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+const std::string kPoints =
+    "points:\n"
+    "  - {name: hub, mass: 2, at: [0, 0, 0], inertia: [3, 4, 5], offset: [0.1, 0, 0.2]}\n"
+    "  - {name: b, mass: 0, at: [2, 0, 0]}\n"
+    "  - {name: c, mass: 1, at: [2, 1, 0]}\n";
+
+// every fault on the way to a plan
+std::string faults_of(const std::string& text) {
+  const TemporaryFolder folder;
+  folder.write("scene.yaml", text);
+  const io::PlanResult result = io::load_plan("scene.yaml");
+  std::string all;
+  for (const Fault& fault : result.faults) all += fault.message + "\n";
+  return all;
+}
+
+TEST(ReadBodies, InertiaOffsetAndAxesAreThoseOfTheBody) {
+  const Scene scene = read_good(
+      "points:\n"
+      "  - {name: a, mass: 2, at: [0, 0, 0], inertia: [3, 4, 5], offset: [0.1, 0, 0.2]}\n"
+      "  - {name: b, mass: 2, at: [1, 0, 0], inertia: [3, 4, 5, -0.1, 0.2, 0.3]}\n"
+      "  - {name: c, mass: 2, at: [2, 0, 0], inertia: [3, 4, 5], offset: [1, 0, 0], axes: [0.6, 0, 0, 0.8]}\n"
+      "links: [{beam: [a, b, c], EA: 1e5, GJ: 1e3, EIy: 1e3, EIz: 1e3}]\n");
+  EXPECT_EQ(scene.points[0].inertia, Eigen::Matrix3d(Eigen::Vector3d(3.0, 4.0, 5.0).asDiagonal()));
+  EXPECT_EQ(scene.points[0].offset, Eigen::Vector3d(0.1, 0.0, 0.2));
+  Eigen::Matrix3d six;
+  six << 3.0, -0.1, 0.2, -0.1, 4.0, 0.3, 0.2, 0.3, 5.0;
+  EXPECT_EQ(scene.points[1].inertia, six);
+  // (0.6, 0, 0, 0.8) turns x to (-0.28, 0.96, 0)
+  EXPECT_LT((scene.points[2].offset - Eigen::Vector3d(-0.28, 0.96, 0.0)).norm(), 1e-15);
+  const Eigen::Vector3d x(-0.28, 0.96, 0.0), y(-0.96, -0.28, 0.0);
+  const Eigen::Matrix3d J = scene.points[2].inertia;
+  EXPECT_NEAR(x.dot(J * x), 3.0, 1e-14);
+  EXPECT_NEAR(y.dot(J * y), 4.0, 1e-14);
+}
+
+TEST(ReadBodies, MassOfLinksIsThatOfTheirKeys) {
+  const Scene scene = read_good(
+      kPoints +
+      "links:\n"
+      "  - {beam: [hub, b], EA: 1e5, GJ: 1e3, EIy: 1e3, EIz: 1e3, mass_per_length: 3, mean_axial: true}\n"
+      "  - {bar: [b, c], EA: 1e5, mass_per_length: 2, lumped: true}\n"
+      "  - {plate: [hub, b, c], E: 1e9, nu: 0.3, thickness: 0.01, density: 100}\n"
+      "  - {beam: [b, c], EA: 1e5, GJ: 1e3, EIy: 1e3, EIz: 1e3, mass_per_length: 1, lumped: false}\n");
+  EXPECT_DOUBLE_EQ(mass_of(scene, scene.links[0]), 6.0);
+  EXPECT_EQ(spread_of(scene.links[0]), MassSpread::kMeanAxial);
+  EXPECT_DOUBLE_EQ(mass_of(scene, scene.links[1]), 2.0);
+  EXPECT_EQ(spread_of(scene.links[1]), MassSpread::kLumped);
+  EXPECT_DOUBLE_EQ(mass_of(scene, scene.links[2]), 1.0);
+  EXPECT_EQ(spread_of(scene.links[2]), MassSpread::kConsistent);
+  EXPECT_EQ(spread_of(scene.links[3]), MassSpread::kConsistent);
+}
+
+TEST(ReadBodies, WheelsAndTorquesAreReadByName) {
+  const Scene scene = read_good(kPoints +
+                                "links: [{beam: [hub, b, c], EA: 1e5, GJ: 1e3, EIy: 1e3, EIz: 1e3}]\n"
+                                "wheels:\n"
+                                "  - {name: fly, at: hub, axis: [0, 3, 4], momentum: -2.5}\n"
+                                "  - {at: hub, axis: [1, 0, 0]}\n"
+                                "loads:\n"
+                                "  - {torques: {hub: [1, 2, 3]}, wheels: {fly: 0.5}}\n");
+  ASSERT_EQ(scene.wheels.size(), 2U);
+  EXPECT_EQ(scene.wheels[0].name, "fly");
+  EXPECT_EQ(scene.wheels[0].point, 0);
+  EXPECT_LT((scene.wheels[0].axis - Eigen::Vector3d(0.0, 0.6, 0.8)).norm(), 1e-15);
+  EXPECT_EQ(scene.wheels[0].momentum, -2.5);
+  EXPECT_EQ(scene.wheels[1].momentum, 0.0);
+  ASSERT_EQ(scene.loads.size(), 1U);
+  ASSERT_EQ(scene.loads[0].torques.size(), 1U);
+  EXPECT_EQ(scene.loads[0].torques[0].torque, Eigen::Vector3d(1.0, 2.0, 3.0));
+  ASSERT_EQ(scene.loads[0].wheels.size(), 1U);
+  EXPECT_EQ(scene.loads[0].wheels[0].torque, 0.5);
+}
+
+TEST(ReadBodies, WhatIsNoBodyIsSaid) {
+  const std::string beam = "links: [{beam: [hub, b, c], EA: 1e5, GJ: 1e3, EIy: 1e3, EIz: 1e3}]\n";
+  const auto expect = [](const std::string& scene, const std::string& what) {
+    const std::string text = faults_of(scene);
+    EXPECT_NE(text.find(what), std::string::npos) << text;
+  };
+  expect("points:\n  - {name: a, mass: 1, at: [0, 0, 0], inertia: [1, 1, 3]}\n",
+         "no mass has one above the sum of the two others");
+  expect("points:\n  - {name: a, mass: 1, at: [0, 0, 0], inertia: [1, 2]}\n", "inertia has 2");
+  expect("points:\n  - {name: a, mass: 1, at: [0, 0, 0], axes: [1, 0, 0, 0]}\n",
+         "axes are those of inertia and offset");
+  expect("points:\n  - {name: a, mass: 0, at: [0, 0, 0], inertia: [1, 1, 1]}\n", "and no mass");
+  expect(kPoints + beam + "wheels: [{at: c, axis: [0, 0, 1]}]\n", "which has no inertia");
+  expect(kPoints + beam + "wheels: [{at: hub, axis: [0, 0, 0]}]\n", "axis is zero");
+  expect(kPoints + beam + "wheels: [{at: hub}]\n", "axis is missing");
+  expect(kPoints + beam + "loads: [{wheels: {fly: 1}}]\n", "names the wheel 'fly'");
+  expect(kPoints + beam + "loads: [{torques: {c: [1, 0, 0]}}]\n", "has no attitude");
+  expect(kPoints + "links: [{bar: [hub, c], EA: 1e5, lumped: true}]\n",
+         "tells how the mass of the link is spread");
+  expect(kPoints + "links: [{bar: [hub, c], EA: 1e5, mass_per_length: 1, lumped: true, mean_axial: true}]\n",
+         "keep one of them");
+  expect(kPoints + "links: [{bar: [hub, c], EA: 1e5, mass_per_length: -1}]\n", "must be >= 0");
+}
+
+}  // namespace
+}  // namespace freeflex::testing
