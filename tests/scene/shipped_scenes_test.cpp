@@ -34,9 +34,9 @@ TEST_P(ShippedScene, BecomesAPlanWithoutAnyFault) {
 }
 
 INSTANTIATE_TEST_SUITE_P(ShippedScenes, ShippedScene,
-                         ::testing::Values("boom.yaml", "rotor.yaml", "network.yaml", "beam101.yaml",
-                                           "mast.yaml", "truss104.yaml", "truss-s1.yaml", "truss-s2.yaml",
-                                           "truss-s4.yaml", "truss-s5.yaml"),
+                         ::testing::Values("boom.yaml", "satellite.yaml", "rotor.yaml", "network.yaml",
+                                           "beam101.yaml", "mast.yaml", "truss104.yaml", "truss-s1.yaml",
+                                           "truss-s2.yaml", "truss-s4.yaml", "truss-s5.yaml"),
                          [](const auto& scene) {
                            const std::string name = scene.param;
                            std::string stem = name.substr(0, name.find('.'));

@@ -218,6 +218,9 @@ Json fields_of(const scene_t& m) {
   out["groups"] = Json::array();
   for (const scene_group_t& g : m.groups) out["groups"].push_back({{"name", g.name}, {"points", g.points}});
   out["frequencies"] = m.frequencies;
+  out["wheels"] = Json::array();
+  for (const scene_wheel_t& w : m.wheels)
+    out["wheels"].push_back({{"name", w.name}, {"point", w.point}, {"axis", array_of(w.axis)}});
   return out;
 }
 
