@@ -267,21 +267,21 @@ INSTANTIATE_TEST_SUITE_P(
             {"links.csv:2:3: error: link in row 1: to names the point 'c', which the scene does not have; it "
              "has a, b",
              "links.csv:3:3: error: link in row 2 joins the point 'b' to itself"}},
-        BadScene{
-            "NoKindOfLink",
-            {{"scene.yaml",
-              "points: {csv: points.csv}\n"
-              "links: {csv: links.csv}\n"},
-             {"points.csv",
-              "name,mass,x,y,z\n"
-              "a,1,0,0,0\n"
-              "b,1,1,0,0\n"},
-             {"links.csv",
-              "from,to,GJ\n"
-              "a,b,10\n"}},
-            {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
-             "stiffness (springs), EA (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), damping "
-             "(dashpots), or third, E, nu, thickness (plates)"}}),
+        BadScene{"NoKindOfLink",
+                 {{"scene.yaml",
+                   "points: {csv: points.csv}\n"
+                   "links: {csv: links.csv}\n"},
+                  {"points.csv",
+                   "name,mass,x,y,z\n"
+                   "a,1,0,0,0\n"
+                   "b,1,1,0,0\n"},
+                  {"links.csv",
+                   "from,to,GJ\n"
+                   "a,b,10\n"}},
+                 {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
+                  "stiffness (springs), EA and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if "
+                  "wanted, GAy, GAz, mass_per_length (beams), damping "
+                  "(dashpots), or third, E, nu, thickness and, if wanted, density (plates)"}}),
     bad_scene_name);
 
 class LinkTable : public ::testing::TestWithParam<BadScene> {};
@@ -302,20 +302,24 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         bad_links("ShearStiffnessOfASpring", "# springs\nfrom,to,stiffness,GAy\na,b,1,2\n",
                   {"links.csv:2:1: error: the columns give no kind of link; beside from and to they must be "
-                   "stiffness (springs), EA (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), "
-                   "damping (dashpots), or third, E, nu, thickness (plates)"}),
+                   "stiffness (springs), EA and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if "
+                   "wanted, GAy, GAz, mass_per_length (beams), "
+                   "damping (dashpots), or third, E, nu, thickness and, if wanted, density (plates)"}),
         bad_links("BeamWithoutBending", "from,to,EA,GJ,EIy,GAy,GAz\na,b,1,1,1,2,2\n",
                   {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
-                   "stiffness (springs), EA (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), "
-                   "damping (dashpots), or third, E, nu, thickness (plates)"}),
+                   "stiffness (springs), EA and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if "
+                   "wanted, GAy, GAz, mass_per_length (beams), "
+                   "damping (dashpots), or third, E, nu, thickness and, if wanted, density (plates)"}),
         bad_links("SpringAndDashpot", "from,to,stiffness,damping\na,b,1,2\n",
                   {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
-                   "stiffness (springs), EA (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), "
-                   "damping (dashpots), or third, E, nu, thickness (plates)"}),
+                   "stiffness (springs), EA and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if "
+                   "wanted, GAy, GAz, mass_per_length (beams), "
+                   "damping (dashpots), or third, E, nu, thickness and, if wanted, density (plates)"}),
         bad_links("PlateOfTwoPoints", "from,to,E,nu,thickness\na,b,1,0.3,2\n",
                   {"links.csv:1:1: error: the columns give no kind of link; beside from and to they must be "
-                   "stiffness (springs), EA (bars), EA, GJ, EIy, EIz and, if wanted, GAy, GAz (beams), "
-                   "damping (dashpots), or third, E, nu, thickness (plates)"}),
+                   "stiffness (springs), EA and, if wanted, mass_per_length (bars), EA, GJ, EIy, EIz and, if "
+                   "wanted, GAy, GAz, mass_per_length (beams), "
+                   "damping (dashpots), or third, E, nu, thickness and, if wanted, density (plates)"}),
         bad_links("ViscousBeams", "from,to,EA,GJ,EIy,EIz,viscous\na,b,1,1,1,1,0.1\n",
                   {"links.csv:1:1: error: column 'viscous' is not for beams and plates: rotations carry no "
                    "mass, and a moment that depends on their rate would make them states of their own; use "

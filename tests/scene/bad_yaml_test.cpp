@@ -258,7 +258,8 @@ INSTANTIATE_TEST_SUITE_P(
              "none for a constant load"}},
         BadScene{"LoadOfNothing",
                  {{"scene.yaml", kThreePoints + "loads: [{name: idle}]\n"}},
-                 {"scene.yaml:5:9: error: load 'idle' has neither forces nor wrenches; it must have one"}},
+                 {"scene.yaml:5:9: error: load 'idle' has neither forces, wrenches, torques nor wheels; it "
+                  "must have one"}},
         BadScene{"ModeNotANumber",
                  {{"scene.yaml", kThreePoints + "damping: {modes: {first: 0.1}}\n"}},
                  {"scene.yaml:5:19: error: damping: modes: 'first' is not a mode, must be a whole number "

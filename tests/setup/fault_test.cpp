@@ -188,7 +188,7 @@ const std::vector<BadScene>& bad_scenes() {
        }},
       {"rate is 0 Hz", [](Scene& s) { s.rate = 0.0; }},
       {"force limit is -1 N", [](Scene& s) { s.force_limit = -1.0; }},
-      {"has no force and no wrench",
+      {"has no force, wrench, torque or wheel",
        [](Scene& s) {
          s.loads[0].forces.clear();
          s.loads[0].wrenches.clear();

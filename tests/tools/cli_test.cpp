@@ -34,7 +34,7 @@ TEST(CommandLine, WrongUsageIsExitTwo) {
                                 "push --point a --duration 1 --lease 1",
                                 "push --point a --axes sideways",
                                 "push --point a",
-                                "push --point a --torque 0,0,1",
+                                "push --wheel a=1 --torque 0,0,1", "push --wheel a",
                                 "push --point a=1,2",
                                 "push --point a=1,2,3x",
                                 "push --point a --force 0,0,1 --sender 'a b'",
