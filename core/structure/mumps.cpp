@@ -35,8 +35,8 @@ bool Mumps::call(int job) {
   return false;
 }
 
-Mumps::Mumps(SymmetricEntries entries)
-    : instance_(std::make_unique<Instance>()), entries_(std::move(entries)) {
+Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
+    : instance_(std::make_unique<Instance>()), entries_(std::move(entries)), given_order_(order) {
   DMUMPS_STRUC_C& id = instance_->id;
   id.par = 1;
   id.sym = 2;  // symmetric, indefinite
@@ -49,7 +49,16 @@ Mumps::Mumps(SymmetricEntries entries)
   id.irn = entries_.rows.data();
   id.jcn = entries_.columns.data();
   id.a = entries_.values.data();
+  if (!given_order_.empty()) {
+    instance_->control(7) = 1;
+    id.perm_in = given_order_.data();
+  }
   call(kAnalyse);
+}
+
+std::vector<int> Mumps::order() const {
+  if (!problem_.empty()) return {};
+  return {instance_->id.sym_perm, instance_->id.sym_perm + entries_.size};
 }
 
 Mumps::~Mumps() {

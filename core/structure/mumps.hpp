@@ -26,11 +26,14 @@ struct SymmetricEntries {
 class Mumps {
  public:
   /// Takes the matrix over and orders it.
-  explicit Mumps(SymmetricEntries entries);
+  /// \param order  of another matrix with entries in the same places; empty: found here
+  explicit Mumps(SymmetricEntries entries, const std::vector<int>& order = {});
   ~Mumps();
   Mumps(const Mumps&) = delete;
   Mumps& operator=(const Mumps&) = delete;
 
+  /// The order that was found, for others.
+  std::vector<int> order() const;
   /// [MB] that the factorization is expected to take, of the ordering.
   double expected_MB() const;
   /// Factors the matrix, with more room where the first estimate was short.
@@ -52,6 +55,7 @@ class Mumps {
   struct Instance;
   std::unique_ptr<Instance> instance_;
   SymmetricEntries entries_;
+  std::vector<int> given_order_;
   std::string problem_;
 };
 

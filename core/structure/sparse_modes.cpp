@@ -43,7 +43,7 @@ class SparseModes {
   SparseModes(const Scene& scene, const SparseSystem& system, const SetupProgress& progress, Faults& faults)
       : scene_(scene), system_(system), progress_(progress), faults_(faults) {
     op_.weigh = [&](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(system_.mass * x); };
-    op_.apply = [&](const Eigen::MatrixXd& mass_times_x) { return inverse_->apply(mass_times_x); };
+    op_.apply = [&](const Eigen::MatrixXd& mass_times_x) { return inverse_->apply(mass_times_x, refinements_); };
     op_.known = system_.rigid;
   }
 
@@ -93,7 +93,9 @@ class SparseModes {
   }
 
   bool factor_at(double shift) {
-    inverse_ = std::make_unique<ShiftedInverse>(system_, shift);
+    inverse_.reset();
+    inverse_ = std::make_unique<ShiftedInverse>(system_, shift, order_);
+    if (order_.empty()) order_ = inverse_->order();
     if (!say("factoring the structure", 0.0, -1.0)) return false;
     if (!fits(0)) return false;
     if (!inverse_->factor()) return fail("the structure cannot be factored: " + inverse_->problem());
@@ -113,6 +115,7 @@ class SparseModes {
       if (mass[i] > 0.0) shift = std::max(shift, stiffness[i] / mass[i]);
     if (!(shift > 0.0) || !std::isfinite(shift)) return fail("the frequencies are not finite");
     shift *= 1e-4;
+    refinements_ = 0;
     for (int k = 0; k < kMostTries; ++k) {
       if (!factor_at(shift)) return false;
       BlockLanczos trial(op_, system_.num_all(), 6, 17);
@@ -122,7 +125,8 @@ class SparseModes {
       // the sixth lowest of them: mechanisms are seldom so many
       const Eigen::Index at = std::min<Eigen::Index>(5, few.theta.size() - 1);
       const double lowest = std::max(1.0 / few.theta[at] - shift, 0.0);
-      if (lowest >= 0.05 * shift) return true;
+      refinements_ = lowest >= 0.05 * shift ? 3 : 0;
+      if (refinements_ > 0) return true;
       if (k + 1 == kMostTries || lowest <= 0.0) return too_loose();
       shift = std::max(lowest, 1e-6 * shift);
     }
@@ -138,7 +142,7 @@ class SparseModes {
   // eigenvalues of K - omega^2 M below zero, rigid motions among them   (X174)
   std::optional<int> count_below(double omega) {
     if (!say("counting the modes", 0.0, -1.0)) return std::nullopt;
-    Mumps counter(augmented(system_, -omega * omega));
+    Mumps counter(augmented(system_, -omega * omega), order_);
     if (!counter.factor()) {
       fail("the modes cannot be counted: " + counter.problem());
       return std::nullopt;
@@ -251,6 +255,8 @@ class SparseModes {
   Faults& faults_;
   MassSymmetric op_;
   std::unique_ptr<ShiftedInverse> inverse_;
+  std::vector<int> order_;  // of the factor, found once
+  int refinements_ = 3;
   int count_ = 0;
   double band_ = 0.0;
   bool is_by_band_ = false, is_complete_ = false;

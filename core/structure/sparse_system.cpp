@@ -161,10 +161,10 @@ SymmetricEntries augmented(const SparseSystem& system, double shift) {
   return entries;
 }
 
-ShiftedInverse::ShiftedInverse(const SparseSystem& system, double shift)
+ShiftedInverse::ShiftedInverse(const SparseSystem& system, double shift, const std::vector<int>& order)
     : system_(system),
       shift_(shift),
-      factor_(augmented(system, shift)),
+      factor_(augmented(system, shift), order),
       rows_by_freedom_(system.rows.transpose()),
       constraints_by_freedom_(system.constraints.transpose()) {}
 
@@ -206,16 +206,15 @@ Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides, const Eig
   return left;
 }
 
-Eigen::MatrixXd ShiftedInverse::apply(const Eigen::MatrixXd& mass_times_x) {
+Eigen::MatrixXd ShiftedInverse::apply(const Eigen::MatrixXd& mass_times_x, int most_refinements) {
   // [-] of a solution: what one more step changes is its square
   constexpr double kSolved = 1e-9;
-  constexpr int kMostSteps = 3;
   const Eigen::Index m = system_.rows.rows(), n = system_.num_all();
   Eigen::MatrixXd sides = Eigen::MatrixXd::Zero(m + n + system_.constraints.rows(), mass_times_x.cols());
   sides.middleRows(m, n) = mass_times_x;
   Eigen::MatrixXd solution = sides;
   if (!factor_.solve(solution)) return {};
-  for (int step = 0; step < kMostSteps; ++step) {
+  for (int step = 0; step < most_refinements; ++step) {
     Eigen::MatrixXd change = residual(sides, solution);
     if (!factor_.solve(change)) return {};
     solution += change;

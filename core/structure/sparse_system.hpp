@@ -35,13 +35,14 @@ SymmetricEntries augmented(const SparseSystem& system, double shift);
 /// The solution of the augmented system of a positive shift for right sides M x   (THEORY X171).
 class ShiftedInverse {
  public:
-  ShiftedInverse(const SparseSystem& system, double shift);
+  ShiftedInverse(const SparseSystem& system, double shift, const std::vector<int>& order = {});
+  std::vector<int> order() const { return factor_.order(); }
   /// [MB] that factoring takes.
   double expected_MB() const { return factor_.expected_MB(); }
   bool factor();
   /// y = (K + shift M)^-1 M x within what rigid links allow, a column each, refined until the correction is
-  /// below kSolved [-] or three times; without: once less.
-  Eigen::MatrixXd apply(const Eigen::MatrixXd& mass_times_x);
+  /// below kSolved [-], at most so many times.
+  Eigen::MatrixXd apply(const Eigen::MatrixXd& mass_times_x, int most_refinements = 3);
   double shift() const { return shift_; }
   const std::string& problem() const { return factor_.problem(); }
 
