@@ -95,24 +95,6 @@ bool Mumps::solve(Eigen::Ref<Eigen::MatrixXd> sides) {
 
 int Mumps::num_negative() const { return instance_->info(12); }
 
-Eigen::MatrixXd Mumps::null_space() {
-  const int count = instance_->info(28);
-  Eigen::MatrixXd basis(entries_.size, count);
-  if (count == 0) return basis;
-  DMUMPS_STRUC_C& id = instance_->id;
-  id.nrhs = count;
-  id.lrhs = entries_.size;
-  id.rhs = basis.data();
-  instance_->control(25) = -1;
-  call(kSolve);
-  return basis;
-}
-
-std::vector<int> Mumps::null_pivots() const {
-  std::vector<int> rows;
-  for (int k = 0; k < instance_->info(28); ++k) rows.push_back(instance_->id.pivnul_list[k] - 1);
-  std::sort(rows.begin(), rows.end());
-  return rows;
-}
+int Mumps::num_null() const { return instance_->info(28); }
 
 }  // namespace freeflex

@@ -43,10 +43,8 @@ class Mumps {
   bool solve(Eigen::Ref<Eigen::MatrixXd> sides);
   /// Negative eigenvalues, by Sylvester's law of inertia.  \pre factor()
   int num_negative() const;
-  /// Vectors of the null space that factor() took out (size x count).  \pre factor(threshold > 0)
-  Eigen::MatrixXd null_space();
-  /// Rows of the pivots that were taken out, from 0.
-  std::vector<int> null_pivots() const;
+  /// Pivots that factor() took out.  \pre factor(threshold > 0)
+  int num_null() const;
   /// What went wrong, by MUMPS' own number; empty: nothing.
   const std::string& problem() const { return problem_; }
 

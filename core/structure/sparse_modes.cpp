@@ -170,7 +170,9 @@ class SparseModes {
   bool run_lanczos() {
     BlockLanczos lanczos(op_, system_.num_all(), kBlock, 1 + static_cast<unsigned>(op_.known.cols()));
     const double begin = seconds();
-    const Eigen::Index target = count_ + kBeyond - (op_.known.cols() - system_.rigid.cols());
+    // at least a block again where some were missing
+    const Eigen::Index target =
+        std::max<Eigen::Index>(kBlock, count_ + kBeyond - (op_.known.cols() - system_.rigid.cols()));
     Eigen::Index look = std::max<Eigen::Index>(4 * kBlock, target + target / 4);
     RitzPairs ritz;
     while (lanczos.step()) {
@@ -196,6 +198,7 @@ class SparseModes {
 
   // adds vectors to those found, by rising frequency of the factor   (X175)
   void take(const Eigen::MatrixXd& vectors) {
+    if (vectors.cols() == 0) return;
     const Eigen::Index before = op_.known.cols() - system_.rigid.cols();
     Eigen::MatrixXd all(vectors.rows(), before + vectors.cols());
     all << op_.known.rightCols(before), vectors;

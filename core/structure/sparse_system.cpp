@@ -1,13 +1,16 @@
 #include "core/structure/sparse_system.hpp"
 
 #include <Eigen/Geometry>
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <random>
 
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/body_modes.hpp"
+#include "core/structure/decompositions.hpp"
 #include "core/structure/mass_properties.hpp"
 #include "core/structure/particles.hpp"
 
@@ -16,9 +19,8 @@ namespace {
 
 constexpr int kNamesInError = 8;
 constexpr double kStaysBelow = 1e-6;  // [-] of a motion's largest displacement
-// [-] of the norm: pivots of motions that nothing holds are roundings, those of a chain of n beams fall like
-// 1/n
-constexpr double kNoPivot = 1e-12;
+// [-] of the norm: pivots below may be those of motions that nothing holds
+constexpr double kNoPivot = 1e-10;
 
 SparseRows to_sparse(const DeformationRows& rows, const SparseSystem& system, int num_all, bool unit) {
   std::vector<Eigen::Triplet<double>> entries;
@@ -69,33 +71,71 @@ void orthonormalise(const SparseRows& mass, Eigen::MatrixXd& columns) {
     }
 }
 
+// Vectors that the rows take to rounding, by inverse iteration on the Gram matrix of columns scaled to one: as
+// many candidates as that has small pivots, of which the rows themselves decide, for its eigenvalues are
+// squares. No rows when MUMPS fails.
+Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const Eigen::VectorXd& scale,
+                             SymmetricEntries gram) {
+  // [-] beside a matrix with ones on its diagonal: regular, and so small that three steps leave nothing else
+  constexpr double kBeside = 1e-13;
+  constexpr double kIsNull = 1e-11;  // [-] what rows make of a unit vector: rounding of their directions
+  const int size = gram.size;
+  int count = 0;
+  {
+    Mumps ranked(gram);
+    if (!ranked.factor(kNoPivot)) return {};
+    count = ranked.num_null();
+  }
+  Eigen::MatrixXd null(size, count);
+  if (count == 0) return null;
+  for (int row = 0; row < size; ++row) gram.add(row, row, kBeside);
+  Mumps factor(std::move(gram));
+  if (!factor.factor()) return {};
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> normal;
+  for (double& value : null.reshaped()) value = normal(engine);
+  for (int step = 0; step < 3; ++step) {
+    if (!factor.solve(null)) return {};
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(null);
+    null.setIdentity();
+    null.applyOnTheLeft(qr.householderQ());
+  }
+  null = (scale.asDiagonal() * null).eval();
+  Eigen::MatrixXd square = Eigen::MatrixXd::Zero(count, count);
+  for (const SparseRows* each : rows) {
+    const Eigen::MatrixXd product = exact_product(*each, null);
+    square += product.transpose() * product;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(square);
+  const Eigen::Index num_null = (eigen.eigenvalues().array() < kIsNull * kIsNull).count();
+  return null * eigen.eigenvectors().leftCols(num_null);
+}
+
 // motions that neither mass nor link holds: named where they move a point, else a freedom of each is zero
 void pin_loose(const Scene& scene, const SparseRows& unit_mass, SparseSystem& system, Faults& faults) {
-  SparseRows gram = SparseRows(system.unit_rows.transpose()) * system.unit_rows;
-  const SparseRows weighed = SparseRows(unit_mass.transpose()) * unit_mass;
-  const SparseRows held = SparseRows(system.constraints.transpose()) * system.constraints;
-  gram = SparseRows(gram + SparseRows(weighed + held));
+  const std::vector<const SparseRows*> rows{&system.unit_rows, &unit_mass, &system.constraints};
+  SparseRows gram(system.num_all(), system.num_all());
+  for (const SparseRows* each : rows) {
+    const SparseRows square = SparseRows(each->transpose()) * *each;
+    gram = SparseRows(gram + square);
+  }
+  // columns scaled to one, so that no pivot is small by the size of its freedom
+  const Eigen::VectorXd diagonal = gram.diagonal();
+  const Eigen::VectorXd scale = diagonal.unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 1.0; });
   SymmetricEntries entries;
   entries.size = system.num_all();
-  // columns scaled to one, so that no pivot is small by the size of its freedom
-  Eigen::VectorXd scale = gram.diagonal().unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 0.0; });
   for (int row = 0; row < entries.size; ++row) {
-    bool has_diagonal = false;
-    for (SparseRows::InnerIterator it(gram, row); it; ++it) {
-      if (it.col() > row) continue;
-      has_diagonal = has_diagonal || it.col() == row;
-      entries.add(row, static_cast<int>(it.col()), it.value() * scale[row] * scale[it.col()]);
-    }
-    if (!has_diagonal) entries.add(row, row, 0.0);
+    if (diagonal[row] == 0.0) entries.add(row, row, 0.0);
+    for (SparseRows::InnerIterator it(gram, row); it; ++it)
+      if (it.col() <= row)
+        entries.add(row, static_cast<int>(it.col()), it.value() * scale[row] * scale[it.col()]);
   }
-  Mumps factor(std::move(entries));
-  if (!factor.factor(kNoPivot))
+  const Eigen::MatrixXd null = null_vectors(rows, scale, std::move(entries));
+  if (null.rows() == 0)
     return add_error(faults, scene.points.front().origin,
-                     "the motions that nothing holds cannot be found: " + factor.problem());
-  const std::vector<int> pivots = factor.null_pivots();
-  if (pivots.empty()) return;
-  const Eigen::MatrixXd null = scale.unaryExpr([](double s) { return s > 0.0 ? s : 1.0; }).asDiagonal() *
-                               factor.null_space();
+                     "the motions that neither mass nor links hold cannot be found; give joints of massless "
+                     "points a mass");
+  if (null.cols() == 0) return;
   std::vector<int> points;
   for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
     for (Eigen::Index k = 0; k < null.cols(); ++k)
@@ -109,7 +149,14 @@ void pin_loose(const Scene& scene, const SparseRows& unit_mass, SparseSystem& sy
         join_text(points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamesInError),
                   points.size() == 1 ? " has" : " have", " no mass, and links do not hold ",
                   points.size() == 1 ? "it" : "them", " in every direction: give a mass, or add links"));
-  for (const int freedom : pivots) system.pinned[static_cast<std::size_t>(freedom)] = 1;
+  // of each the freedom that it turns most, and no other of them
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(null.transpose());
+  const std::vector<Eigen::Index> pins(qr.colsPermutation().indices().data(),
+                                       qr.colsPermutation().indices().data() + null.cols());
+  for (const Eigen::Index freedom : pins) system.pinned[static_cast<std::size_t>(freedom)] = 1;
+  // rigid motions with those freedoms at rest too
+  const Eigen::MatrixXd at_pins = null(pins, Eigen::all);
+  system.rigid -= null * at_pins.partialPivLu().solve(system.rigid(pins, Eigen::all));
 }
 
 }  // namespace
