@@ -37,9 +37,13 @@ inline constexpr std::int32_t kMaxPlanElastic = (kMaxElastic + 7) / 8 * 8;
 static_assert(kMaxPlanElastic == 3704);
 
 /// Points that the reader takes in before the structure is refused for its size, so that one fault names the
-/// whole count; and slots of the table that commands index, a power of two above kMaxPoints.
+/// whole count.
 inline constexpr int kMaxNamedPoints = 262144;
 static_assert(kMaxNamedPoints > kMaxPoints);
+
+/// Slots of the table that commands index, a power of two: a point that takes commands is among the first so
+/// many.
+inline constexpr int kMaxTablePoints = 8192;
 
 /// [-] of the machine's memory that a set-up may take.
 inline constexpr double kMemoryShare = 0.8;

@@ -80,12 +80,12 @@ Admission out_of_memory(Admission admission) {
 
 void fill_name_table(const Plan& plan, NameTable& table) {
   table = NameTable{};
-  table.num_points = static_cast<std::int32_t>(plan.points.size());
+  table.num_points = static_cast<std::int32_t>(std::min(plan.points.size(), std::size_t{kMaxTablePoints}));
   table.num_groups = static_cast<std::int32_t>(plan.groups.size());
   table.force_limit = plan.force_limit;
   table.torque_limit = plan.torque_limit;
   if (plan.wide.empty()) table.scope = plan.scope;
-  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(table.num_points); ++i) {
     table.is_pushable[i] = plan.points[i].pushable && plan.points[i].row >= 0 ? 1 : 0;
     table.point_arms[i] = plan.points[i].r;
   }
