@@ -188,7 +188,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   if (whole.kept.is_part)
     neglect.lacks_modes = LacksModes::kNotKept;
   else if (spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) && scene.leave_out.tolerance > 0.0)
-    neglect.lacks_modes = LacksModes::kSmall;
+    neglect.lacks_modes = LacksModes::kSmallOnes;
   std::vector<int> place(static_cast<std::size_t>(whole.omega.size()), -1);
   for (std::size_t k = 0; k < spec.modes.size(); ++k)
     place[static_cast<std::size_t>(spec.modes[k])] = static_cast<int>(k);

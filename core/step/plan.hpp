@@ -256,7 +256,7 @@ inline constexpr std::size_t kArmSize = 30;
 /// Modes that a plan does not have, and what they carry. The numbers stand in plan files.
 enum class LacksModes : std::uint8_t {
   kNone = 0,
-  kSmall = 1,    // small ones are left out: what they would have done is known
+  kSmallOnes = 1,    // small ones are left out: what they would have done is known
   kNotKept = 2,  // the set-up found the lowest alone: nothing of the others is known
 };
 

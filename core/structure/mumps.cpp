@@ -12,6 +12,10 @@ namespace {
 // jobs and the communicator of the sequential library (users' guide, section 5)
 constexpr int kStart = -1, kEnd = -2, kAnalyse = 1, kFactor = 2, kSolve = 3;
 constexpr int kUseWorld = -987654;
+// OpenBLAS, where that is the BLAS: its threads wait for each other by spinning, and on a machine with other
+// work ten times as long
+extern "C" void openblas_set_num_threads(int count) __attribute__((weak));
+
 // error: the workspace was too small
 constexpr int kShort = -9, kShortIntegers = -8, kNoMemory = -13;
 
@@ -37,6 +41,7 @@ bool Mumps::call(int job) {
 
 Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
     : instance_(std::make_unique<Instance>()), entries_(std::move(entries)), given_order_(order) {
+  if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
   DMUMPS_STRUC_C& id = instance_->id;
   id.par = 1;
   id.sym = 2;  // symmetric, indefinite

@@ -71,7 +71,7 @@ void orthonormalise(const SparseRows& mass, Eigen::MatrixXd& columns) {
     }
 }
 
-// Vectors that the rows take to rounding, by inverse iteration on the Gram matrix of columns scaled to one: as
+// X177. Vectors that the rows take to rounding, by inverse iteration on the Gram matrix of columns scaled to one: as
 // many candidates as that has small pivots, of which the rows themselves decide, for its eigenvalues are
 // squares. No rows when MUMPS fails.
 Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const Eigen::VectorXd& scale,

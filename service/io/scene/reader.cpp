@@ -285,7 +285,7 @@ void SceneReader::read_publish(const Node* node) {
 }
 
 void SceneReader::warn_of_defaults() {
-  if (!scene_.publication.points.empty() || !scene_.publication.groups.empty()) return;
+  if (report_.has_error() || !scene_.publication.points.empty() || !scene_.publication.groups.empty()) return;
   report_.warning(scene_.points.front().origin,
                   "of " + std::to_string(scene_.points.size()) + " points none is published: above " +
                       std::to_string(kMostByDefault) +
