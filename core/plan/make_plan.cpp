@@ -47,8 +47,7 @@ void check_kept(const Scene& scene, const Structure& structure, Faults& faults) 
   else if (traits_of(scene.fidelity).couples)
     refuse(scene.modes.origin, std::string("fidelity: ") + name_of(scene.fidelity),
            "take separated or spin-loaded");
-  if (scene.error_budget.horizon > 0.0)
-    refuse(scene.error_budget.origin, "error_budget", "leave it out");
+  if (scene.error_budget.horizon > 0.0) refuse(scene.error_budget.origin, "error_budget", "leave it out");
 }
 
 // where the modes of a plan stand among those of a wider one

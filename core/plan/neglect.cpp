@@ -187,7 +187,8 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   neglect.has_unseen = prestress.has_unseen || !are_point_masses(scene.points);
   if (whole.kept.is_part)
     neglect.lacks_modes = LacksModes::kNotKept;
-  else if (spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) && scene.leave_out.tolerance > 0.0)
+  else if (spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) &&
+           scene.leave_out.tolerance > 0.0)
     neglect.lacks_modes = LacksModes::kSmallOnes;
   std::vector<int> place(static_cast<std::size_t>(whole.omega.size()), -1);
   for (std::size_t k = 0; k < spec.modes.size(); ++k)

@@ -27,8 +27,7 @@ AxialOrders axial_orders(const Scene& scene, std::span<const int> links, const E
                                     shapes.block<3, 1>(3 * Eigen::Index{points[0]}, mode);
       const double along = direction.col(k).dot(apart);
       orders.first(k, mode) = along;
-      if (mode < num_paired)
-        across[static_cast<std::size_t>(mode)].col(k) = apart - along * direction.col(k);
+      if (mode < num_paired) across[static_cast<std::size_t>(mode)].col(k) = apart - along * direction.col(k);
     }
   for (std::size_t pair = 0; pair < pairs.size(); ++pair)
     orders.second.col(static_cast<Eigen::Index>(pair)) =

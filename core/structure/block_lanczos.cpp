@@ -100,7 +100,8 @@ bool BlockLanczos::step() {
   }
   Eigen::MatrixXd shares;
   next_ = orthonormalise(columns, shares);
-  if (projected_.rows() < count_) projected_.conservativeResizeLike(Eigen::MatrixXd::Zero(2 * count_, 2 * count_));
+  if (projected_.rows() < count_)
+    projected_.conservativeResizeLike(Eigen::MatrixXd::Zero(2 * count_, 2 * count_));
   projected_.block(0, last_, count_, size) = shares;
   last_begin_ = last_;
   last_ = count_;

@@ -8,17 +8,17 @@ namespace freeflex {
 
 /// An operator that is symmetric in a mass metric: apply(M x), and the metric itself.
 struct MassSymmetric {
-  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> apply;   // of M x; no columns: it failed
-  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> weigh;   // x -> M x
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> apply;  // of M x; no columns: it failed
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> weigh;  // x -> M x
   Eigen::MatrixXd known;  // M-orthonormal columns that are projected out (n x count)
 };
 
 /// Ritz values and vectors; theta falls, vectors are M-orthonormal.
 struct RitzPairs {
-  Eigen::VectorXd theta;    // (count)
-  Eigen::VectorXd error;    // (count) |T x - theta x| in the mass metric
-  Eigen::MatrixXd vectors;  // (n x count)
-  int num_converged = 0;    // of the largest, without a gap
+  Eigen::VectorXd theta;     // (count)
+  Eigen::VectorXd error;     // (count) |T x - theta x| in the mass metric
+  Eigen::MatrixXd vectors;   // (n x count)
+  int num_converged = 0;     // of the largest, without a gap
   bool is_complete = false;  // the whole space is in them
 };
 

@@ -433,7 +433,8 @@ LinkFactor factor_links_sparse(const Scene& scene, Faults& faults) {
       add_error(faults, scene.links[static_cast<std::size_t>(link)].origin,
                 join_text("rigid link ", called(scene.links[static_cast<std::size_t>(link)], link),
                           " and those joined to it forbid ", set.size(), " motions together, at most ",
-                          kMostJoinedRows, " are told apart in a scene of this size; make one body of them "
+                          kMostJoinedRows,
+                          " are told apart in a scene of this size; make one body of them "
                           "with one point and inertia, or take stiff beams"));
       continue;
     }

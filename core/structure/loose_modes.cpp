@@ -63,7 +63,8 @@ Eigen::Index take_out_mechanisms(const Scene& scene, const SparseSystem& system,
   const Eigen::MatrixXd held = exact_product(system.constraints, few);
   Eigen::MatrixXd all(strain.rows() + held.rows(), suspects);
   all << strain, held;
-  const Eigen::MatrixXd unit = R.transpose().triangularView<Eigen::Lower>().solve(all.transpose()).transpose();
+  const Eigen::MatrixXd unit =
+      R.transpose().triangularView<Eigen::Lower>().solve(all.transpose()).transpose();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(unit.transpose() * unit);
   const double least = std::max(kNoStrain, 16.0 * rounding);
   const Eigen::Index count = (eigen.eigenvalues().array() < least * least).count();
@@ -80,9 +81,11 @@ Eigen::Index take_out_mechanisms(const Scene& scene, const SparseSystem& system,
   Eigen::MatrixXd rest = turned.rightCols(suspects - count);
   const Eigen::MatrixXd forces = exact_product(system.rows, few * rest);
   if (rest.cols() > 0) {
-    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(
-        Eigen::MatrixXd(Eigen::HouseholderQR<Eigen::MatrixXd>(forces).matrixQR().topRows(rest.cols()).triangularView<Eigen::Upper>()),
-        Eigen::ComputeFullV);
+    const Eigen::JacobiSVD<Eigen::MatrixXd> svd(Eigen::MatrixXd(Eigen::HouseholderQR<Eigen::MatrixXd>(forces)
+                                                                    .matrixQR()
+                                                                    .topRows(rest.cols())
+                                                                    .triangularView<Eigen::Upper>()),
+                                                Eigen::ComputeFullV);
     rest = (rest * svd.matrixV().rowwise().reverse()).eval();
     omega.segment(count, rest.cols()) = svd.singularValues().reverse();
   }

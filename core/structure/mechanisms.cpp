@@ -173,7 +173,7 @@ Mechanisms name_mechanisms(const Eigen::MatrixXd& motions, const Eigen::MatrixXd
   // less rigid motion, so that the core rests as far as it can
   const Eigen::MatrixXd moved = at_places(motions), carried = at_places(rigid);
   const std::vector<int> core = places.r.cols() > kMostCompared ? find_large_core(moved, carried, places.r)
-                                                                 : find_core(moved, carried, places.r);
+                                                                : find_core(moved, carried, places.r);
   mechanisms.motions = localise(motions - rigid * rigid_part(moved, carried, core));
   for (Eigen::Index k = 0; k < mechanisms.motions.cols(); ++k) {
     mechanisms.motions.col(k) /= mechanisms.motions.col(k).cwiseAbs().maxCoeff();

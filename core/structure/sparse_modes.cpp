@@ -23,8 +23,8 @@
 namespace freeflex {
 namespace {
 
-constexpr int kBlock = 12;        // right sides at once, and copies of a frequency that one start finds
-constexpr double kTogether = 1e-6;  // [-] frequencies this close are one pair: both are kept, or none
+constexpr int kBlock = 12;            // right sides at once, and copies of a frequency that one start finds
+constexpr double kTogether = 1e-6;    // [-] frequencies this close are one pair: both are kept, or none
 constexpr double kConverged = 1e-10;  // [-] of a Ritz value; frequencies have its square
 constexpr int kBeyond = 6;  // modes found beyond those kept, so that a gap to count at is among them
 constexpr int kMostRestarts = 4;
@@ -43,7 +43,9 @@ class SparseModes {
   SparseModes(const Scene& scene, const SparseSystem& system, const SetupProgress& progress, Faults& faults)
       : scene_(scene), system_(system), progress_(progress), faults_(faults) {
     op_.weigh = [&](const Eigen::MatrixXd& x) { return Eigen::MatrixXd(system_.mass * x); };
-    op_.apply = [&](const Eigen::MatrixXd& mass_times_x) { return inverse_->apply(mass_times_x, refinements_); };
+    op_.apply = [&](const Eigen::MatrixXd& mass_times_x) {
+      return inverse_->apply(mass_times_x, refinements_);
+    };
     op_.known = system_.rigid;
   }
 
@@ -86,8 +88,8 @@ class SparseModes {
     const double basis = 8e-6 * static_cast<double>(columns) * static_cast<double>(system_.num_all());
     const double all = basis + inverse_->expected_MB();
     if (all <= kMemoryShare * memory_MB()) return true;
-    return fail(join_text("the set-up of ", scene_.points.size(), " points with ", count_, " modes takes some ",
-                          std::ceil(all), " MB (", std::ceil(inverse_->expected_MB()),
+    return fail(join_text("the set-up of ", scene_.points.size(), " points with ", count_,
+                          " modes takes some ", std::ceil(all), " MB (", std::ceil(inverse_->expected_MB()),
                           " of them to factor), of ", std::floor(memory_MB()),
                           " MB that the machine has; ask for fewer with modes: {count: N}"));
   }
@@ -134,9 +136,12 @@ class SparseModes {
   }
 
   bool too_loose() {
-    return fail(join_text("more than five mechanisms: the structure falls apart into parts that links do not "
-                          "hold, and one of ", scene_.points.size(), " points is not looked into for them; add "
-                          "links"));
+    return fail(
+        join_text("more than five mechanisms: the structure falls apart into parts that links do not "
+                  "hold, and one of ",
+                  scene_.points.size(),
+                  " points is not looked into for them; add "
+                  "links"));
   }
 
   // eigenvalues of K - omega^2 M below zero, rigid motions among them   (X174)
@@ -190,8 +195,8 @@ class SparseModes {
     if (lanczos.has_failed()) return fail("the structure cannot be solved: " + inverse_->problem());
     ritz = lanczos.values(kConverged);
     is_complete_ = lanczos.is_complete();
-    ritz = lanczos.pairs(kConverged, std::min<Eigen::Index>(target, is_complete_ ? ritz.theta.size()
-                                                                                 : ritz.num_converged));
+    ritz = lanczos.pairs(
+        kConverged, std::min<Eigen::Index>(target, is_complete_ ? ritz.theta.size() : ritz.num_converged));
     take(ritz.vectors);
     return true;
   }
@@ -209,7 +214,8 @@ class SparseModes {
     }
     std::vector<Eigen::Index> order(static_cast<std::size_t>(all.cols()));
     for (std::size_t k = 0; k < order.size(); ++k) order[k] = static_cast<Eigen::Index>(k);
-    std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) { return omega[a] < omega[b]; });
+    std::sort(order.begin(), order.end(),
+              [&](Eigen::Index a, Eigen::Index b) { return omega[a] < omega[b]; });
     found_ = all(Eigen::all, order);
     omega_ = omega(order);
   }
@@ -277,7 +283,8 @@ double accuracy_of(const SparseSystem& system, SparseModes& modes, Eigen::Index 
   double rounding = 0.0;
   for (Eigen::Index row = 0; row < system.rows.rows(); ++row) {
     double size = 0.0;
-    for (SparseRows::InnerIterator it(system.rows, row); it; ++it) size += std::abs(it.value() * x(it.col(), 0));
+    for (SparseRows::InnerIterator it(system.rows, row); it; ++it)
+      size += std::abs(it.value() * x(it.col(), 0));
     rounding += strain[row] * strain[row] * size * size;
   }
   const double square = strain.squaredNorm();

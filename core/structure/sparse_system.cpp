@@ -71,9 +71,9 @@ void orthonormalise(const SparseRows& mass, Eigen::MatrixXd& columns) {
     }
 }
 
-// X177. Vectors that the rows take to rounding, by inverse iteration on the Gram matrix of columns scaled to one: as
-// many candidates as that has small pivots, of which the rows themselves decide, for its eigenvalues are
-// squares. No rows when MUMPS fails.
+// X177. Vectors that the rows take to rounding, by inverse iteration on the Gram matrix of columns scaled to
+// one: as many candidates as that has small pivots, of which the rows themselves decide, for its eigenvalues
+// are squares. No rows when MUMPS fails.
 Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const Eigen::VectorXd& scale,
                              SymmetricEntries gram) {
   // [-] beside a matrix with ones on its diagonal: regular, and so small that three steps leave nothing else
@@ -121,7 +121,8 @@ void pin_loose(const Scene& scene, const SparseRows& unit_mass, SparseSystem& sy
   }
   // columns scaled to one, so that no pivot is small by the size of its freedom
   const Eigen::VectorXd diagonal = gram.diagonal();
-  const Eigen::VectorXd scale = diagonal.unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 1.0; });
+  const Eigen::VectorXd scale =
+      diagonal.unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 1.0; });
   SymmetricEntries entries;
   entries.size = system.num_all();
   for (int row = 0; row < entries.size; ++row) {
@@ -139,7 +140,8 @@ void pin_loose(const Scene& scene, const SparseRows& unit_mass, SparseSystem& sy
   std::vector<int> points;
   for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
     for (Eigen::Index k = 0; k < null.cols(); ++k)
-      if (null.col(k).segment<3>(3 * Eigen::Index{i}).norm() > kStaysBelow * null.col(k).cwiseAbs().maxCoeff()) {
+      if (null.col(k).segment<3>(3 * Eigen::Index{i}).norm() >
+          kStaysBelow * null.col(k).cwiseAbs().maxCoeff()) {
         points.push_back(i);
         break;
       }
@@ -220,7 +222,8 @@ bool ShiftedInverse::factor() { return factor_.factor(); }
 namespace {
 
 // sum of a row times a column, added to a start
-long double dot(const SparseRows& rows, Eigen::Index row, const double* column, long double start, double sign) {
+long double dot(const SparseRows& rows, Eigen::Index row, const double* column, long double start,
+                double sign) {
   for (SparseRows::InnerIterator it(rows, row); it; ++it)
     start += static_cast<long double>(sign * it.value()) * column[it.col()];
   return start;
@@ -228,7 +231,8 @@ long double dot(const SparseRows& rows, Eigen::Index row, const double* column, 
 
 }  // namespace
 
-Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides, const Eigen::MatrixXd& solution) const {
+Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides,
+                                         const Eigen::MatrixXd& solution) const {
   const Eigen::Index m = system_.rows.rows(), n = system_.num_all(), c = system_.constraints.rows();
   Eigen::MatrixXd left(sides.rows(), sides.cols());
   for (Eigen::Index k = 0; k < sides.cols(); ++k) {

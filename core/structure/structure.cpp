@@ -129,7 +129,8 @@ void refuse_rigid_forces(const Scene& scene, Faults& faults) {
     const Link& link = scene.links[static_cast<std::size_t>(index)];
     if (traits_of(link).effect != LinkEffect::kForbids) continue;
     return add_error(faults, link.origin,
-                     join_text("rigid link ", called(link, index), " is published; in a scene of which some "
+                     join_text("rigid link ", called(link, index),
+                               " is published; in a scene of which some "
                                "modes are kept what rigid links carry is not known: publish the forces of "
                                "elastic links beside it, or take a stiff bar or beam for it"));
   }
@@ -216,8 +217,8 @@ Structure keep_asked(const Scene& scene, Structure structure) {
   Eigen::Index count = n;
   if (scene.modes.count > 0) count = std::min<Eigen::Index>(n, scene.modes.count);
   if (below > 0.0) count = (structure.omega.array() < below).count();
-  while (count > 0 && count < n && structure.omega[count] - structure.omega[count - 1] <=
-                                       kPairGap * structure.omega[count])
+  while (count > 0 && count < n &&
+         structure.omega[count] - structure.omega[count - 1] <= kPairGap * structure.omega[count])
     ++count;
   if (count == n) return structure;
   std::vector<int> kept(static_cast<std::size_t>(count));

@@ -66,8 +66,8 @@ struct Structure {
   Eigen::MatrixXd turns;
   Particles particles;
   std::vector<Mechanism> mechanisms;
-  double frequency_accuracy = 0.0;   // [-] stated relative accuracy of the lowest nonzero frequency
-  double conditioning = 0.0;         // [-] omega_max / omega_min over nonzero modes
+  double frequency_accuracy = 0.0;  // [-] stated relative accuracy of the lowest nonzero frequency
+  double conditioning = 0.0;        // [-] omega_max / omega_min over nonzero modes
   KeptModes kept;
   int num_constraints = 0;           // freedoms that rigid links remove
   Eigen::MatrixXd damping_rows;      // [sqrt(N s/m)] (num x n) R = A_d b, R^T R acts on q'   (THEORY X65)

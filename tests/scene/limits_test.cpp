@@ -118,9 +118,10 @@ TEST_F(Limits, ListsThatNameTooMuchAreRefused) {
             Messages{"scene.yaml:131:5: error: more than 1048576 links; the rest is not read"});
   text = "points: {csv: points.csv}\nlinks:\n";
   for (int i = 0; i < 1100; ++i) text += "  - {rigid: all}\n";
-  EXPECT_EQ(read_text(text),
-            Messages{"scene.yaml:1026:13: error: the scene's lists name more than 8388608 items; it is not read "
-                     "further"});
+  EXPECT_EQ(
+      read_text(text),
+      Messages{"scene.yaml:1026:13: error: the scene's lists name more than 8388608 items; it is not read "
+               "further"});
   text = "points: {csv: points.csv}\ngroups:\n";
   for (int i = 0; i < 1024; ++i) text += "  g" + std::to_string(i) + ": all\n";
   EXPECT_EQ(read_text(text + "loads: [{forces: {'1': [0, 0, 1]}}]\n").size(), 1u);
@@ -159,9 +160,8 @@ TEST_F(Limits, MatrixThatPromisesTooMuchAllocatesNothing) {
     return csv;
   }());
   folder_.write("K.mtx", "%%MatrixMarket matrix array real general\n24576 24576\n");
-  EXPECT_EQ(
-      read_text("points: {csv: points.csv}\nlinks: {matrix: K.mtx, points: all}\n"),
-      Messages{"K.mtx:2:1: error: 603979776 entries, at most 16777216 are read"});
+  EXPECT_EQ(read_text("points: {csv: points.csv}\nlinks: {matrix: K.mtx, points: all}\n"),
+            Messages{"K.mtx:2:1: error: 603979776 entries, at most 16777216 are read"});
 }
 
 }  // namespace

@@ -1,4 +1,5 @@
-// Accuracy of the sparse set-up on masts of many bays: against the same mast in many digits, and against itself.
+// Accuracy of the sparse set-up on masts of many bays: against the same mast in many digits, and against
+// itself.
 #include <gtest/gtest.h>
 
 #include <algorithm>
@@ -18,7 +19,8 @@ using Wide = __float128;
 // shift and so many digits.
 class Banded {
  public:
-  Banded(int size, int width) : size_(size), width_(width), entries_(static_cast<std::size_t>(size) * (width + 1)) {}
+  Banded(int size, int width)
+      : size_(size), width_(width), entries_(static_cast<std::size_t>(size) * (width + 1)) {}
   // row >= column >= row - width
   Wide& at(int row, int column) {
     return entries_[static_cast<std::size_t>(row) * (width_ + 1) + static_cast<std::size_t>(row - column)];
@@ -49,8 +51,8 @@ class Banded {
   std::vector<Wide> entries_;
 };
 
-// Frequencies of a mast of unit masses from vectors that are near, by inverse iteration about each in 113 bits:
-// what comes of it owes nothing to how the vectors were found.
+// Frequencies of a mast of unit masses from vectors that are near, by inverse iteration about each in 113
+// bits: what comes of it owes nothing to how the vectors were found.
 class WideMast {
  public:
   explicit WideMast(const Scene& scene) : scene_(scene), size_(3 * static_cast<int>(scene.points.size())) {}
@@ -97,7 +99,8 @@ class WideMast {
       for (int q = 0; q < 2; ++q)
         for (int a = 0; a < 3; ++a)
           for (int b = 0; b < 3; ++b)
-            K.add(3 * link.points[static_cast<std::size_t>(p)] + a, 3 * link.points[static_cast<std::size_t>(q)] + b,
+            K.add(3 * link.points[static_cast<std::size_t>(p)] + a,
+                  3 * link.points[static_cast<std::size_t>(q)] + b,
                   (p == q ? stiffness : Wide(-stiffness)) * d[static_cast<std::size_t>(a)] *
                       d[static_cast<std::size_t>(b)]);
   }
@@ -159,7 +162,8 @@ TEST(SparseAccuracy, StiffAndHeavyMastsDoNotDependOnTheNumbering) {
   std::mt19937_64 engine(3);
   std::shuffle(order.begin(), order.end(), engine);
   Scene other = scene;
-  for (std::size_t i = 0; i < order.size(); ++i) other.points[static_cast<std::size_t>(order[i])] = scene.points[i];
+  for (std::size_t i = 0; i < order.size(); ++i)
+    other.points[static_cast<std::size_t>(order[i])] = scene.points[i];
   for (Link& link : other.links)
     for (int& point : link.points) point = order[static_cast<std::size_t>(point)];
   const Structure one = build(scene), two = build(other);

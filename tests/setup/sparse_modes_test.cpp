@@ -68,26 +68,27 @@ void expect_equal(const Scene& scene, int count, const std::string& what) {
   for (std::size_t k = 0; k < few->link_forces.size(); ++k) {
     if (few->link_forces[k].rows.rows() == 0) continue;
     EXPECT_LT((response(whole->link_forces[k].rows, whole->omega, n) -
-                 response(few->link_forces[k].rows, few->omega, n))
-                    .cwiseAbs()
-                    .maxCoeff(),
-                1e-8 * largest)
-          << "link " << whole->link_forces[k].link;
+               response(few->link_forces[k].rows, few->omega, n))
+                  .cwiseAbs()
+                  .maxCoeff(),
+              1e-8 * largest)
+        << "link " << whole->link_forces[k].link;
   }
-  EXPECT_LT(difference(response(whole->particles.shapes, whole->omega, std::min(n, whole->particles.shapes.cols())),
-                       response(few->particles.shapes, few->omega, std::min(n, few->particles.shapes.cols()))),
-            1e-8);
+  EXPECT_LT(
+      difference(response(whole->particles.shapes, whole->omega, std::min(n, whole->particles.shapes.cols())),
+                 response(few->particles.shapes, few->omega, std::min(n, few->particles.shapes.cols()))),
+      1e-8);
 }
 
 void publish_elastic(Scene& scene) {
   publish_everything(scene);
   auto& links = scene.publication.links;
-  links.erase(std::remove_if(links.begin(), links.end(),
-                             [&](int link) {
-                               return std::holds_alternative<Rigid>(
-                                   scene.links[static_cast<std::size_t>(link)].kind);
-                             }),
-              links.end());
+  links.erase(
+      std::remove_if(links.begin(), links.end(),
+                     [&](int link) {
+                       return std::holds_alternative<Rigid>(scene.links[static_cast<std::size_t>(link)].kind);
+                     }),
+      links.end());
 }
 
 TEST(SparseModes, AgreeWithTheDenseOnesOfRandomSprings) {

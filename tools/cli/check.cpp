@@ -92,9 +92,10 @@ int check(const CheckOptions& options) {
               counted(static_cast<std::int64_t>(plan->mechanisms.size()), "mechanism").c_str(),
               counted(warnings, "warning").c_str());
   if (checked.kept.is_part)
-    std::printf("  the lowest %d elastic modes are kept (modes:); none is missing below %.6g Hz, counted by "
-                "inertia\n",
-                plan->num_elastic, checked.kept.counted_below);
+    std::printf(
+        "  the lowest %d elastic modes are kept (modes:); none is missing below %.6g Hz, counted by "
+        "inertia\n",
+        plan->num_elastic, checked.kept.counted_below);
   return kExitOk;
 }
 

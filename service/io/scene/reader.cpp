@@ -177,8 +177,8 @@ void SceneReader::read_modes(const Node& node) {
   if (const Node* count = fields.find("count")) {
     const auto number = parse_integer(count->text, 1, kMaxElastic);
     if (!number)
-      report_.error(count->origin, "modes: count is " + describe(*count) + ", must be a whole number from 1 to " +
-                                       std::to_string(kMaxElastic) +
+      report_.error(count->origin, "modes: count is " + describe(*count) +
+                                       ", must be a whole number from 1 to " + std::to_string(kMaxElastic) +
                                        ", what one state message can carry");
     modes.count = static_cast<int>(number.value_or(0));
   }
@@ -286,11 +286,12 @@ void SceneReader::read_publish(const Node* node) {
 
 void SceneReader::warn_of_defaults() {
   if (report_.has_error() || !scene_.publication.points.empty() || !scene_.publication.groups.empty()) return;
-  report_.warning(scene_.points.front().origin,
-                  "of " + std::to_string(scene_.points.size()) + " points none is published: above " +
-                      std::to_string(kMostByDefault) +
-                      " only what is named is published or takes commands; name them with publish: points: of, "
-                      "publish: loads: of and commands: points, or in groups");
+  report_.warning(
+      scene_.points.front().origin,
+      "of " + std::to_string(scene_.points.size()) + " points none is published: above " +
+          std::to_string(kMostByDefault) +
+          " only what is named is published or takes commands; name them with publish: points: of, "
+          "publish: loads: of and commands: points, or in groups");
 }
 
 void SceneReader::read_commands(const Node* node) {

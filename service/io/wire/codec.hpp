@@ -46,8 +46,8 @@ struct NameTable {
   std::array<Vec3, kMaxTablePoints> point_arms{};  // [m] from the centre of mass, body axes
   std::array<Vec3, kMaxGroups> group_arms{};       // [m]
 };
-/// \pre points that the plan lets be pushed are among the first kMaxTablePoints, and it has at most kMaxGroups
-/// groups (the daemon checks at start)
+/// \pre points that the plan lets be pushed are among the first kMaxTablePoints, and it has at most
+/// kMaxGroups groups (the daemon checks at start)
 void fill_name_table(const Plan& plan, NameTable& table);
 
 struct ControlCommand {
