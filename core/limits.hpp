@@ -13,10 +13,23 @@ inline constexpr int kMaxMessageBytes = 60000;
 inline constexpr int kMaxElastic = (kMaxMessageBytes - 800) / 16;
 static_assert(kMaxElastic == 3700);
 
-/// Points of a structure: 3 N - 6 elastic freedoms. Those that rigid links take are not deducted, for the
-/// set-up is dense in all 3 N.
-inline constexpr int kMaxPoints = (kMaxElastic + 6) / 3;
-static_assert(kMaxPoints == 1235);
+/// Points of a structure of which all modes are found: 3 N - 6 elastic freedoms. Those that rigid links take
+/// are not deducted, for that set-up is dense in all 3 N: 60 s and 1 GB at 1000 points.
+inline constexpr int kMaxDensePoints = (kMaxElastic + 6) / 3;
+static_assert(kMaxDensePoints == 1235);
+
+/// Points up to which all modes are found where only some are asked for: the dense set-up of 300 points takes
+/// 1.5 s, and knows what the others would carry.
+inline constexpr int kMostDenseOfPart = 300;
+
+/// Modes of a larger scene that does not say which: those below half the rate, at most so many.
+inline constexpr int kModesByDefault = 300;
+
+/// Points of a structure: 1.4 GB of numbers in modes for 300 of them, and room in every index.
+inline constexpr int kMaxPoints = 200000;
+
+/// Points up to which everything is published, pushable and sent by default.
+inline constexpr int kMostByDefault = 1000;
 
 /// Elastic freedoms of a plan: those of a structure up to the next full lane, so that every index product of
 /// a plan file stays far inside 32 bits.
@@ -24,9 +37,20 @@ inline constexpr std::int32_t kMaxPlanElastic = (kMaxElastic + 7) / 8 * 8;
 static_assert(kMaxPlanElastic == 3704);
 
 /// Points that the reader takes in before the structure is refused for its size, so that one fault names the
-/// whole count; and slots of the table that commands index, a power of two above kMaxPoints.
-inline constexpr int kMaxNamedPoints = 8192;
+/// whole count.
+inline constexpr int kMaxNamedPoints = 262144;
 static_assert(kMaxNamedPoints > kMaxPoints);
+
+/// Slots of the table that commands index, a power of two: a point that takes commands is among the first so
+/// many.
+inline constexpr int kMaxTablePoints = 8192;
+
+/// [-] of the machine's memory that a set-up may take.
+inline constexpr double kMemoryShare = 0.8;
+
+/// Motions that rigid links which share points may forbid together in the sparse set-up, where a dense QR
+/// tells which of them are independent: some 2 s and 70 MB.
+inline constexpr int kMostJoinedRows = 1500;
 
 /// Groups: slots of the table that commands index.
 inline constexpr int kMaxGroups = 1024;

@@ -52,6 +52,12 @@ Plan read_plan(const DaemonOptions& options) {
   if (!text.empty()) say_plainly(text);
   if (!result.plan) throw StartFault(kUsage, "");
   Plan plan = std::move(*result.plan);
+  for (std::size_t i = kMaxTablePoints; i < plan.points.size(); ++i)
+    if (plan.points[i].pushable)
+      throw StartFault(kUsage,
+                       fmt::format("point '{}' takes commands and is number {}: the daemon takes them on "
+                                   "the first {}; write it earlier in the scene, or put it into a group",
+                                   plan.points[i].name, i + 1, kMaxTablePoints));
   if (plan.points.size() > std::size_t{kMaxNamedPoints} || plan.groups.size() > std::size_t{kMaxGroups}) {
     throw StartFault(
         kUsage, fmt::format("{} points and {} groups: the daemon takes up to {} and {}", plan.points.size(),

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 
+#include "core/limits.hpp"
 #include "core/plan/automatic.hpp"
 #include "core/plan/budget.hpp"
 #include "core/plan/compile.hpp"
@@ -31,6 +32,22 @@ void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, F
                   join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)), " begins at ", begin,
                             " s, after the horizon of ", horizon, " s over which ", judge,
                             " judges, and counts for nothing there; take a longer horizon"));
+}
+
+// what needs every mode of a structure that has the lowest alone
+void check_kept(const Scene& scene, const Structure& structure, Faults& faults) {
+  if (!structure.kept.is_part) return;
+  const auto refuse = [&](const Origin& origin, const std::string& what, const char* way_out) {
+    add_error(faults, origin,
+              join_text(what, " needs every elastic mode, of which the lowest ", structure.omega.size(),
+                        " are kept (modes:, or more than ", kMaxDensePoints, " points); ", way_out));
+  };
+  if (scene.automatic)
+    refuse(scene.automatic->origin, "fidelity: auto", "name separated or spin-loaded");
+  else if (traits_of(scene.fidelity).couples)
+    refuse(scene.modes.origin, std::string("fidelity: ") + name_of(scene.fidelity),
+           "take separated or spin-loaded");
+  if (scene.error_budget.horizon > 0.0) refuse(scene.error_budget.origin, "error_budget", "leave it out");
 }
 
 // where the modes of a plan stand among those of a wider one
@@ -85,6 +102,7 @@ std::optional<Plan> make_whole_plan(const Scene& scene, const Structure& structu
 
 std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults) {
   check_start(scene, structure, faults);
+  check_kept(scene, structure, faults);
   if (scene.leave_out.tolerance > 0.0)
     warn_of_late_loads(scene, "leave_out: tolerance", scene.leave_out.horizon, faults);
   if (scene.automatic) warn_of_late_loads(scene, "fidelity: auto", scene.automatic->horizon, faults);

@@ -191,8 +191,11 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   const bool damps = !rate_rows.isZero(0.0);
   // what spin does to bodies by the second order of their turn is in no table
   neglect.has_unseen = prestress.has_unseen || !are_point_masses(scene);
-  neglect.lacks_modes =
-      spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) && scene.leave_out.tolerance > 0.0;
+  if (whole.kept.is_part)
+    neglect.lacks_modes = LacksModes::kNotKept;
+  else if (spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) &&
+           scene.leave_out.tolerance > 0.0)
+    neglect.lacks_modes = LacksModes::kSmallOnes;
   std::vector<int> place(static_cast<std::size_t>(whole.omega.size()), -1);
   for (std::size_t k = 0; k < spec.modes.size(); ++k)
     place[static_cast<std::size_t>(spec.modes[k])] = static_cast<int>(k);

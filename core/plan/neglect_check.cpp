@@ -11,6 +11,7 @@ std::string find_neglect_inconsistency(const Plan& plan) {
   const PlanNeglect& neglect = plan.neglect;
   const auto n = static_cast<std::size_t>(plan.num_elastic), num_pairs = neglect.pairs.size();
   require(is_at_least(neglect.left_out, 0.0), "what is left out is out of range");
+  require(neglect.lacks_modes <= LacksModes::kNotKept, "what is said of modes that it lacks is out of range");
   require(is_at_least(neglect.tolerance, 0.0), "the tolerance is out of range");
   require(are_ascending(neglect.fast_loads) && are_indices(neglect.fast_loads, plan.histories.size()),
           "a fast load is none of the plan");

@@ -250,9 +250,7 @@ void check_num_points(const Scene& scene, bool is_whole, Faults& faults) {
   add_error(
       faults, scene.points[kMaxPoints].origin,
       join_text("this is point ", kMaxPoints + 1, " of ", scene.points.size(), is_whole ? "" : " or more",
-                "; at most ", kMaxPoints, " are taken, rigid or not: 3 N - 6 is at most ", kMaxElastic,
-                ", the elastic freedoms that one state message of 60 kB can carry; join points, or leave "
-                "some out"));
+                "; at most ", kMaxPoints, " are taken; join points, or leave some out"));
 }
 
 void check_modes(const Scene& scene, int num_elastic, Faults& faults) {

@@ -303,6 +303,15 @@ struct AutomaticRung {
   Origin origin;
 };
 
+/// Which elastic modes are kept: the lowest. Without it all of them, of large scenes those that the rate
+/// shows.
+struct ModesAsked {
+  double below = 0.0;  // [Hz] all below it; 0: by number
+  int count = 0;       // the lowest, mechanisms among them; 0: by frequency
+  Origin origin;
+  bool is_asked() const { return below > 0.0 || count > 0; }
+};
+
 struct Scene {
   std::string name;
   std::vector<std::string> sources;  // file names, as the person wrote them
@@ -321,6 +330,7 @@ struct Scene {
   ErrorBudget error_budget;
   double tolerance = 0.0;  // [m] displacement that matters, against which errors are judged; 0: not stated
   std::vector<Feedback> feedbacks;
+  ModesAsked modes;
   LeaveOut leave_out;
   Initial initial;
   Publication publication;

@@ -37,27 +37,6 @@ double length_of(const MassProperties& body) {
   return size > 0.0 ? size : 1.0;
 }
 
-// the rotation of each freedom beyond the displacements per unit turn of the whole about an axis
-Eigen::VectorXd turned_freedoms(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis) {
-  const int before = freedoms.num_displacements();
-  Eigen::VectorXd turn = Eigen::VectorXd::Zero(freedoms.num_rotations());
-  for (int point = 0; point < static_cast<int>(scene.points.size()); ++point)
-    if (freedoms.has_joint(point)) turn.segment<3>(freedoms.rotation(point) - before) = axis;
-  for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
-    const Link& link = scene.links[static_cast<std::size_t>(index)];
-    if (const int about = freedoms.about_line(index); about >= 0)
-      turn[about - before] = axis.dot(line_of(scene, link.points));
-    const auto* beam = std::get_if<Beam>(&link.kind);
-    if (beam == nullptr) continue;
-    const Eigen::Matrix3d axes = beam_axes(span_of(scene, link), beam->y_axis);
-    for (int end = 0; end < 2; ++end)
-      for (int k = 0; k < 3; ++k)
-        if (const int freedom = freedoms.released(index, end, k); freedom >= 0)
-          turn[freedom - before] = axes.col(k).dot(axis);
-  }
-  return turn;
-}
-
 // X43 over all freedoms: translations, then rotations, those about the largest moments first
 void set_rigid_motions(const Scene& scene, const Freedoms& freedoms, const MassProperties& body,
                        AllFreedoms& all) {
@@ -205,6 +184,26 @@ Places places_of(const Scene& scene, const Freedoms& freedoms, const MassPropert
 }
 
 }  // namespace
+
+Eigen::VectorXd turned_freedoms(const Scene& scene, const Freedoms& freedoms, const Eigen::Vector3d& axis) {
+  const int before = freedoms.num_displacements();
+  Eigen::VectorXd turn = Eigen::VectorXd::Zero(freedoms.num_rotations());
+  for (int point = 0; point < static_cast<int>(scene.points.size()); ++point)
+    if (freedoms.has_joint(point)) turn.segment<3>(freedoms.rotation(point) - before) = axis;
+  for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
+    const Link& link = scene.links[static_cast<std::size_t>(index)];
+    if (const int about = freedoms.about_line(index); about >= 0)
+      turn[about - before] = axis.dot(line_of(scene, link.points));
+    const auto* beam = std::get_if<Beam>(&link.kind);
+    if (beam == nullptr) continue;
+    const Eigen::Matrix3d axes = beam_axes(span_of(scene, link), beam->y_axis);
+    for (int end = 0; end < 2; ++end)
+      for (int k = 0; k < 3; ++k)
+        if (const int freedom = freedoms.released(index, end, k); freedom >= 0)
+          turn[freedom - before] = axes.col(k).dot(axis);
+  }
+  return turn;
+}
 
 void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults) {
   const Freedoms freedoms(scene);

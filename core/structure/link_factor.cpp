@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 
+#include "core/limits.hpp"
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
@@ -22,6 +23,15 @@ Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns
       dense(static_cast<Eigen::Index>(i), freedom) +=
           coefficient * (unit ? rows[i].unit_scale : rows[i].root_stiffness);
   return dense;
+}
+
+Eigen::MatrixXd rows_times(const DeformationRows& rows, const Eigen::MatrixXd& columns) {
+  Eigen::MatrixXd product = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(rows.size()), columns.cols());
+  for (std::size_t i = 0; i < rows.size() && columns.cols() > 0; ++i)
+    for (const auto& [freedom, coefficient] : rows[i].coefficients)
+      product.row(static_cast<Eigen::Index>(i)) +=
+          coefficient * rows[i].root_stiffness * columns.row(freedom);
+  return product;
 }
 
 int hub_of(const Scene& scene, const Link& link) {
@@ -191,7 +201,7 @@ Eigen::MatrixXd stack(const Eigen::MatrixXd& upper, const Eigen::MatrixXd& lower
 }
 
 // X65: dashpots, and links whose force follows the rate of their deformation too
-Eigen::MatrixXd damping_rows(const Scene& scene, const LinkFactor& factor) {
+DeformationRows damping_deformations(const Scene& scene, const LinkFactor& factor) {
   DeformationRows rows;
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     const Link& link = scene.links[i];
@@ -204,7 +214,73 @@ Eigen::MatrixXd damping_rows(const Scene& scene, const LinkFactor& factor) {
       rows.back().root_stiffness *= std::sqrt(link.viscous);
     }
   }
-  return dense_rows(rows, 3 * static_cast<Eigen::Index>(scene.points.size()), false);
+  return rows;
+}
+
+// unit rows of what rigid links forbid, and which link each is of
+struct Forbidden {
+  DeformationRows rows;
+  std::vector<int> link_of;
+};
+Forbidden forbidden_by(const Scene& scene, const Freedoms& freedoms) {
+  Forbidden all;
+  for (std::size_t i = 0; i < scene.links.size(); ++i) {
+    if (traits_of(scene.links[i]).effect != LinkEffect::kForbids) continue;
+    const DeformationRows rows = rigid_rows(scene, scene.links[i], freedoms);
+    all.rows.insert(all.rows.end(), rows.begin(), rows.end());
+    all.link_of.insert(all.link_of.end(), rows.size(), static_cast<int>(i));
+  }
+  for (DeformationRow& row : all.rows) {
+    row.root_stiffness = row.unit_scale = 1.0;
+    double square = 0.0;
+    for (const auto& [freedom, coefficient] : row.coefficients) square += coefficient * coefficient;
+    for (auto& [freedom, coefficient] : row.coefficients) coefficient /= std::sqrt(square);
+  }
+  return all;
+}
+
+// rows that share freedoms, set by set
+std::vector<std::vector<int>> joined_sets(const DeformationRows& rows, int num_freedoms) {
+  std::vector<int> parent(static_cast<std::size_t>(num_freedoms));
+  for (int k = 0; k < num_freedoms; ++k) parent[static_cast<std::size_t>(k)] = k;
+  const auto root = [&](int k) {
+    while (parent[static_cast<std::size_t>(k)] != k)
+      k = parent[static_cast<std::size_t>(k)] =
+          parent[static_cast<std::size_t>(parent[static_cast<std::size_t>(k)])];
+    return k;
+  };
+  for (const DeformationRow& row : rows)
+    for (const auto& [freedom, coefficient] : row.coefficients)
+      parent[static_cast<std::size_t>(root(freedom))] = root(row.coefficients.front().first);
+  std::map<int, std::vector<int>> sets;
+  for (std::size_t k = 0; k < rows.size(); ++k)
+    sets[root(rows[k].coefficients.front().first)].push_back(static_cast<int>(k));
+  std::vector<std::vector<int>> all;
+  for (auto& [first, set] : sets) all.push_back(std::move(set));
+  return all;
+}
+
+// X64 for rows that rigid links forbid together: those that are independent stay
+void keep_independent(const Scene& scene, const Forbidden& all, const std::vector<int>& set, double threshold,
+                      std::vector<int>& kept, Faults& faults) {
+  std::map<int, int> column_of;
+  for (const int k : set)
+    for (const auto& [freedom, coefficient] : all.rows[static_cast<std::size_t>(k)].coefficients)
+      column_of.emplace(freedom, static_cast<int>(column_of.size()));
+  Eigen::MatrixXd rows = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(set.size()),
+                                               static_cast<Eigen::Index>(column_of.size()));
+  std::vector<int> link_of;
+  for (std::size_t k = 0; k < set.size(); ++k) {
+    const auto at = static_cast<std::size_t>(set[k]);
+    for (const auto& [freedom, coefficient] : all.rows[at].coefficients)
+      rows(static_cast<Eigen::Index>(k), column_of.at(freedom)) += coefficient;
+    link_of.push_back(all.link_of[at]);
+  }
+  Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(rows.transpose());
+  qr.setThreshold(threshold);
+  for (Eigen::Index k = 0; k < qr.rank(); ++k)
+    kept.push_back(set[static_cast<std::size_t>(qr.colsPermutation().indices()[k])]);
+  name_redundant(scene, qr, link_of, faults);
 }
 
 }  // namespace
@@ -303,12 +379,14 @@ double direction_rounding(const Scene& scene) {
   return kEpsilon * std::max(1.0, largest / shortest);
 }
 
-LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) {
-  LinkFactor factor;
-  const Freedoms freedoms(scene);
+namespace {
+
+// natural deformations of all links; \return those over displacements alone, and the others
+std::pair<DeformationRows, DeformationRows> set_natural(const Scene& scene, const Freedoms& freedoms,
+                                                        LinkFactor& factor, Faults& faults) {
   const BodyRotations bodies(scene, freedoms);
   factor.num_freedoms = freedoms.num_all();
-  DeformationRows direct, with_rotations;  // direct: rows over displacements alone
+  DeformationRows direct, with_rotations;
   for (std::size_t i = 0; i < scene.links.size(); ++i) {
     DeformationRows rows = natural_rows(scene, static_cast<int>(i), freedoms, factor.matrices, faults);
     factor.natural_of.push_back({static_cast<int>(factor.natural.size()), static_cast<int>(rows.size())});
@@ -318,8 +396,18 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
       factor.natural.push_back(std::move(row));
     }
   }
+  return {std::move(direct), std::move(with_rotations)};
+}
+
+}  // namespace
+
+LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) {
+  LinkFactor factor;
+  const Freedoms freedoms(scene);
+  const auto [direct, with_rotations] = set_natural(scene, freedoms, factor, faults);
   set_constraints(scene, freedoms, direction_rounding(scene), factor, faults);
-  factor.damping_rows = damping_rows(scene, factor);
+  factor.damping_rows = dense_rows(damping_deformations(scene, factor),
+                                   3 * static_cast<Eigen::Index>(scene.points.size()), false);
   const Eigen::Index num_displacements = freedoms.num_displacements();
   if (!are_point_masses(scene)) {  // what has no mass is condensed with the modes (X162)
     factor.rows.resize(0, num_displacements);
@@ -345,6 +433,36 @@ void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationR
   for (DeformationRow& row : rows) bodies.substitute(row);
 }
 
+LinkFactor factor_links_sparse(const Scene& scene, Faults& faults) {
+  LinkFactor factor;
+  factor.is_sparse = true;
+  const Freedoms freedoms(scene);
+  set_natural(scene, freedoms, factor, faults);
+  factor.damping = damping_deformations(scene, factor);
+  const Forbidden all = forbidden_by(scene, freedoms);
+  const double threshold = 4.0 * direction_rounding(scene);
+  std::vector<int> kept;
+  for (const std::vector<int>& set : joined_sets(all.rows, freedoms.num_all())) {
+    if (set.size() > std::size_t{kMostJoinedRows}) {
+      const int link = all.link_of[static_cast<std::size_t>(set.front())];
+      add_error(faults, scene.links[static_cast<std::size_t>(link)].origin,
+                join_text("rigid link ", called(scene.links[static_cast<std::size_t>(link)], link),
+                          " and those joined to it forbid ", set.size(), " motions together, at most ",
+                          kMostJoinedRows,
+                          " are told apart in a scene of this size; make one body of them "
+                          "with one point and inertia, or take stiff beams"));
+      continue;
+    }
+    keep_independent(scene, all, set, threshold * static_cast<double>(3 * set.size()), kept, faults);
+  }
+  std::sort(kept.begin(), kept.end());
+  for (const int row : kept) {
+    factor.constraint_rows.push_back(all.rows[static_cast<std::size_t>(row)]);
+    factor.constraint_link.push_back(all.link_of[static_cast<std::size_t>(row)]);
+  }
+  return factor;
+}
+
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link) {
   const RowRange range = factor.natural_of[static_cast<std::size_t>(link)];
   const Eigen::Index num_displacements = factor.rows.cols();
@@ -363,7 +481,8 @@ Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link) {
 }
 
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, const Structure& structure, int link) {
-  if (structure.turns.rows() == 0) return natural_forces(factor, link) * structure.shapes;
+  if (structure.turns.rows() == 0 && !factor.is_sparse)
+    return natural_forces(factor, link) * structure.shapes;
   const RowRange range = factor.natural_of[static_cast<std::size_t>(link)];
   const Eigen::Index num_displacements = structure.shapes.rows();
   Eigen::MatrixXd forces = Eigen::MatrixXd::Zero(range.count, structure.shapes.cols());

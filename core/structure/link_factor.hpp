@@ -26,6 +26,8 @@ void add_vector(DeformationRow& row, int first, double scale, const Eigen::Vecto
 
 /// Rows as a matrix, with stiffnesses or, unit rows, without   (num_rows x num_columns).
 Eigen::MatrixXd dense_rows(const DeformationRows& rows, Eigen::Index num_columns, bool unit);
+/// Rows times columns, rows with stiffnesses (num_rows x columns.cols()).
+Eigen::MatrixXd rows_times(const DeformationRows& rows, const Eigen::MatrixXd& columns);
 
 /// The first of a rigid link's points that has an attitude, with which the others turn; -1 without one
 /// (THEORY X161).
@@ -174,6 +176,11 @@ struct LinkFactor {
   std::vector<int> constraint_link;  // (num_constraints) index into Scene::links
   Eigen::MatrixXd
       damping_rows;  // [sqrt(N s/m)] (num x 3N) A_d, of dashpots and viscous links: force A_d^T A_d V'
+  // of the sparse set-up, which condenses nothing: rows, unit_rows and recovery stay empty, and what C and
+  // A_d are stands here, over all freedoms
+  bool is_sparse = false;
+  DeformationRows constraint_rows;  // unit rows
+  DeformationRows damping;
 };
 
 /// Natural deformation k of a link.  \pre 0 <= k < count of its range
@@ -188,6 +195,10 @@ double direction_rounding(const Scene& scene);
 /// Every link of a scene in factor form   (THEORY X44-X47, X60-X65).
 /// \param with_recovery  fill LinkFactor::recovery, which forces of links with rotations need
 LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults);
+
+/// The same of a large scene, nothing dense. Rigid links that share points are told apart set by set: errors
+/// of sets of more than kMostJoinedRows rows (core/limits.hpp).
+LinkFactor factor_links_sparse(const Scene& scene, Faults& faults);
 
 /// Natural forces s = D e of a link per displacement V   [N/m] (count x 3N)   (THEORY X49).
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link);

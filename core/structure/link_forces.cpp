@@ -132,7 +132,7 @@ void set_link_forces(const Scene& scene, const LinkFactor& factor, Structure& st
         force.rate_rows = -per_multiplier * ((factor.damping_rows * g).transpose() * structure.damping_rows);
     } else {
       force.rows =
-          are_point_masses(scene)
+          are_point_masses(scene) && !factor.is_sparse
               ? Eigen::MatrixXd(elastic_forces(scene, factor, index, natural_forces(factor, index)) * b)
               : elastic_forces(scene, factor, index, natural_forces(factor, structure, index));
       if (link.viscous > 0.0) force.rate_rows = link.viscous * force.rows;

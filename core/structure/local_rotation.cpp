@@ -158,7 +158,7 @@ Eigen::MatrixXd local_rotations(const Scene& scene, const LinkFactor& factor, co
   Eigen::MatrixXd rotations = Eigen::MatrixXd::Zero(structure.shapes.rows(), structure.shapes.cols());
   for (const int point : wanted)
     rotations.middleRows<3>(3 * Eigen::Index{point}) =
-        are_point_masses(scene)
+        are_point_masses(scene) && !factor.is_sparse
             ? Eigen::MatrixXd(rotation_at(scene, factor, freedoms, point) * structure.shapes)
             : rotation_of(scene, freedoms, structure, point);
   return rotations;

@@ -15,6 +15,9 @@ namespace {
 // [-] of a motion's largest displacement: what moves less counts as resting
 constexpr double kRestingBelow = 1e-6;
 
+// points of which every pair is looked at
+constexpr Eigen::Index kMostCompared = 2000;
+
 // orthonormal basis of the column space, full column rank given
 Eigen::MatrixXd orthonormal(const Eigen::MatrixXd& columns) {
   const Eigen::HouseholderQR<Eigen::MatrixXd> qr(columns);
@@ -76,6 +79,35 @@ std::vector<int> find_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd
   return core;
 }
 
+// The same of many points, without looking at every pair: the largest of the sets that move as the
+// neighbourhoods of some of the points do.
+std::vector<int> find_large_core(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid,
+                                 const Eigen::Matrix3Xd& r) {
+  constexpr Eigen::Index kStarts = 64, kNeighbours = 12;
+  std::vector<int> largest;
+  std::vector<int> order(static_cast<std::size_t>(r.cols()));
+  for (Eigen::Index start = 0; start < kStarts; ++start) {
+    const Eigen::Vector3d from = r.col(start * r.cols() / kStarts);
+    std::iota(order.begin(), order.end(), 0);
+    std::partial_sort(order.begin(), order.begin() + kNeighbours, order.end(), [&](int a, int b) {
+      return (r.col(a) - from).squaredNorm() < (r.col(b) - from).squaredNorm();
+    });
+    // of the nearest those that move as one
+    std::vector<int> near;
+    for (Eigen::Index k = 0; k < kNeighbours; ++k) {
+      near.push_back(order[static_cast<std::size_t>(k)]);
+      if (!moves_as_one(motions, rigid, near)) near.pop_back();
+    }
+    const Eigen::MatrixXd left = motions - rigid * rigid_part(motions, rigid, near);
+    std::vector<int> resting;
+    for (int point = 0; point < static_cast<int>(r.cols()); ++point)
+      if (left.middleRows<3>(3 * Eigen::Index{point}).cwiseAbs().maxCoeff() < kRestingBelow)
+        resting.push_back(point);
+    if (resting.size() > largest.size()) largest = std::move(resting);
+  }
+  return largest;
+}
+
 // Basis of the same space in which each motion is 1 in a coordinate of its own where all others are 0
 Eigen::MatrixXd localise(const Eigen::MatrixXd& motions) {
   const Eigen::MatrixXd basis = orthonormal(motions);
@@ -129,13 +161,19 @@ Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const Eigen::Matrix
   const Eigen::MatrixXd null = null_space(all_rows, threshold).basis;
   if (null.cols() == 0) return mechanisms;
 
-  // less rigid motion, so that the core rests as far as it can
-  const auto at_places = [&](const Eigen::MatrixXd& motions) -> Eigen::MatrixXd {
-    return places.rows.size() > 0 ? Eigen::MatrixXd(places.rows * motions) : motions;
+  const auto at_places = [&](const Eigen::MatrixXd& moving) -> Eigen::MatrixXd {
+    return places.rows.size() > 0 ? Eigen::MatrixXd(places.rows * moving) : moving;
   };
-  const Eigen::MatrixXd motions = orthonormal(null);
+  return name_mechanisms(orthonormal(null), rigid, places, at_places);
+}
+
+Mechanisms name_mechanisms(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid, const Places& places,
+                           const AtPlaces& at_places) {
+  Mechanisms mechanisms;
+  // less rigid motion, so that the core rests as far as it can
   const Eigen::MatrixXd moved = at_places(motions), carried = at_places(rigid);
-  const std::vector<int> core = find_core(moved, carried, places.r);
+  const std::vector<int> core = places.r.cols() > kMostCompared ? find_large_core(moved, carried, places.r)
+                                                                : find_core(moved, carried, places.r);
   mechanisms.motions = localise(motions - rigid * rigid_part(moved, carried, core));
   for (Eigen::Index k = 0; k < mechanisms.motions.cols(); ++k) {
     mechanisms.motions.col(k) /= mechanisms.motions.col(k).cwiseAbs().maxCoeff();

@@ -1,6 +1,8 @@
 // Motions that strain no link and are not rigid, from the rank of the geometry.
 #pragma once
 
+#include <functional>
+
 #include "core/structure/structure.hpp"
 
 namespace freeflex {
@@ -25,5 +27,13 @@ struct Places {
 /// \param rounding   [-] relative error of the directions in unit_rows
 Mechanisms find_mechanisms(const Eigen::MatrixXd& unit_rows, const Eigen::MatrixXd& rigid,
                            const Places& places, double rounding);
+
+/// Displacements at the places of motions, a column each (3P x count).
+using AtPlaces = std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)>;
+
+/// Localises motions that strain nothing and names the points that they move.
+/// \param motions  (n x count) independent  \param rigid  (n x 3..6)  \param places  r and point_of
+Mechanisms name_mechanisms(const Eigen::MatrixXd& motions, const Eigen::MatrixXd& rigid, const Places& places,
+                           const AtPlaces& at_places);
 
 }  // namespace freeflex

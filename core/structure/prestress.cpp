@@ -4,7 +4,9 @@
 #include <cmath>
 #include <map>
 
+#include "core/structure/axial_prestress.hpp"
 #include "core/structure/link_factor.hpp"
+#include "core/structure/sparse_system.hpp"
 #include "core/structure/true_deformation.hpp"
 
 namespace freeflex {
@@ -177,6 +179,51 @@ struct PairStiffness {
   bool has_unseen = false;
 };
 
+// springs, bars and dashpots of a large scene, many at once
+class AxialSums {
+ public:
+  AxialSums(const Scene& scene, const Structure& structure, const std::vector<Prestress::Pair>& pairs,
+            PairStiffness& stiffness)
+      : scene_(scene), structure_(structure), pairs_(pairs), stiffness_(stiffness) {
+    held_ = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(pairs.size()), structure.omega.size());
+    damped_ = held_;
+  }
+  void add(int link) {
+    links_.push_back(link);
+    if (links_.size() == kAtOnce) flush();
+  }
+  void finish(const Eigen::MatrixXd& answers) {
+    flush();
+    if (!held_.isZero(0.0)) stiffness_.axial += held_ * answers;
+    if (!damped_.isZero(0.0)) stiffness_.axial_rate += damped_ * answers;
+  }
+
+ private:
+  static constexpr std::size_t kAtOnce = 1024;
+  void flush() {
+    if (links_.empty()) return;
+    const AxialOrders orders = axial_orders(scene_, links_, structure_.shapes, pairs_);
+    Eigen::VectorXd D(orders.first.rows()), c(orders.first.rows());
+    for (Eigen::Index k = 0; k < D.size(); ++k) {
+      const Link& link = scene_.links[static_cast<std::size_t>(links_[static_cast<std::size_t>(k)])];
+      const Axial axial = axial_of(scene_, link);
+      D[k] = axial.stiffness;
+      c[k] = axial.damping + link.viscous * axial.stiffness;
+    }
+    held_ += products(orders.second, orders.second.cols(), D.asDiagonal() * orders.first);
+    if (!c.isZero(0.0))
+      damped_ += products(orders.second, orders.second.cols(), c.asDiagonal() * orders.first);
+    stiffness_.axial_quartic += orders.second.cwiseAbs2().transpose() * D;
+    links_.clear();
+  }
+  const Scene& scene_;
+  const Structure& structure_;
+  const std::vector<Prestress::Pair>& pairs_;
+  PairStiffness& stiffness_;
+  std::vector<int> links_;
+  Eigen::MatrixXd held_, damped_;  // (pairs x n)
+};
+
 // \param answers  [m] (n x answers) elastic coordinates that strain the links
 PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const Structure& structure,
                            const std::vector<Prestress::Pair>& pairs, const Eigen::MatrixXd& answers) {
@@ -186,10 +233,15 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
   stiffness.axial_quartic = stiffness.bent_quartic = Eigen::VectorXd::Zero(stiffness.axial.rows());
   const Freedoms freedoms(scene);
   const LocalShapes local(scene, freedoms, factor, structure);
+  AxialSums axial(scene, structure, pairs, stiffness);
   for (int index = 0; index < static_cast<int>(scene.links.size()); ++index) {
     const Link& link = scene.links[static_cast<std::size_t>(index)];
     const LinkTraits kind = traits_of(link);
     const bool damps = kind.effect == LinkEffect::kDamps;
+    if (factor.is_sparse && kind.is_axial && kind.effect != LinkEffect::kForbids) {
+      axial.add(index);
+      continue;
+    }
     if (kind.effect == LinkEffect::kForbids || (!damps && !kind.follows_points)) {
       stiffness.has_unseen = true;
       continue;
@@ -219,6 +271,7 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
     (kind.is_axial ? stiffness.axial : stiffness.bent) += added;
     (kind.is_axial ? stiffness.axial_quartic : stiffness.bent_quartic) += h.cwiseAbs2().transpose() * D;
   }
+  axial.finish(answers);
   return stiffness;
 }
 

@@ -3,9 +3,11 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numbers>
 #include <numeric>
 #include <tuple>
 
+#include "core/limits.hpp"
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/check_scene.hpp"
@@ -16,12 +18,15 @@
 #include "core/structure/mass_properties.hpp"
 #include "core/structure/mechanisms.hpp"
 #include "core/structure/normal_modes.hpp"
+#include "core/structure/reduce.hpp"
+#include "core/structure/sparse_modes.hpp"
 #include "core/structure/taken_out.hpp"
 
 namespace freeflex {
 namespace {
 
 constexpr int kNamesInWarning = 8;
+constexpr double kPairGap = 1e-6;  // [-] frequencies this close are kept both, or neither
 
 // mass properties can be found: values that are none have been said
 bool are_sound(const Scene& scene) {
@@ -134,6 +139,19 @@ void find_modes(const Scene& scene, const LinkFactor& factor, Structure& structu
   structure.particles = {mass_of(scene.points), structure.mass_properties.r, {}};
 }
 
+// X67 needs all modes and a dense factor of the constraints
+void refuse_rigid_forces(const Scene& scene, Faults& faults) {
+  for (const int index : scene.publication.links) {
+    const Link& link = scene.links[static_cast<std::size_t>(index)];
+    if (traits_of(link).effect != LinkEffect::kForbids) continue;
+    return add_error(faults, link.origin,
+                     join_text("rigid link ", called(link, index),
+                               " is published; in a scene of which some "
+                               "modes are kept what rigid links carry is not known: publish the forces of "
+                               "elastic links beside it, or take a stiff bar or beam for it"));
+  }
+}
+
 bool turns_joints(const Scene& scene) {
   return std::any_of(scene.links.begin(), scene.links.end(),
                      [](const Link& link) { return traits_of(link).turns_joints; });
@@ -167,46 +185,110 @@ MassProperties check_physics(const Scene& scene, Faults& faults) {
   MassProperties properties;
   if (are_sound(scene)) {
     properties = find_mass_properties(scene, faults);
-    if (!has_rigid_links(scene) && are_point_masses(scene))
+    if (!has_rigid_links(scene) && are_point_masses(scene) && !takes_sparse_path(scene))
       check_modes(scene, num_elastic(scene, properties, 0), faults);
   }
   if (has_error(faults)) check_matrices(scene, faults);
   return properties;
 }
 
-std::optional<Structure> build_structure(const Scene& scene, Faults& faults) {
-  Structure structure;
-  structure.mass_properties = check_physics(scene, faults);
-  if (has_error(faults)) return std::nullopt;
-  warn_of_coincident_points(scene, faults);
+namespace {
 
-  const LinkFactor factor = factor_links(scene, turns_joints(scene), faults);
-  if (has_error(faults)) return std::nullopt;
-  // how many modes rigid links leave is known only now
+// how many modes rigid links and bodies leave is known only with them
+void check_asked_modes(const Scene& scene, const LinkFactor& factor, const Structure& structure,
+                       Faults& faults) {
   if (has_rigid_links(scene) && are_point_masses(scene))
     check_modes(scene, num_elastic(scene, structure.mass_properties, factor.constraints.rows()), faults);
-  if (has_error(faults)) return std::nullopt;
+}
 
+// all modes, by the dense factor
+void find_all_modes(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults) {
+  check_asked_modes(scene, factor, structure, faults);
+  if (has_error(faults)) return;
   structure.num_constraints = static_cast<int>(factor.constraints.rows());
-  if (are_point_masses(scene))
+  if (are_point_masses(scene)) {
     find_modes(scene, factor, structure);
-  else
-    find_body_modes(scene, factor, structure, faults);
-  if (!are_point_masses(scene) && !has_error(faults))
-    check_modes(scene, static_cast<int>(structure.omega.size()), faults);
-  if (has_error(faults)) return std::nullopt;
-  warn_of_mechanisms(scene, structure.mechanisms, faults);
-  structure.damping_rows = factor.damping_rows * structure.shapes;
-  if (!structure.omega.allFinite() || !structure.shapes.allFinite()) {
-    add_overflow(scene, "the frequencies are not finite", faults);
-    return std::nullopt;
+    return;
   }
+  find_body_modes(scene, factor, structure, faults);
+  if (!has_error(faults)) check_modes(scene, static_cast<int>(structure.omega.size()), faults);
+}
+
+// those that the scene asks for, else those that its rate can show
+void find_lowest_modes(const Scene& scene, const LinkFactor& factor, const SetupProgress& progress,
+                       Structure& structure, Faults& faults) {
+  refuse_rigid_forces(scene, faults);
+  if (has_error(faults)) return;
+  structure.num_constraints = static_cast<int>(factor.constraint_rows.size());
+  ModesWanted wanted{scene.modes.below, scene.modes.count};
+  if (!scene.modes.is_asked()) wanted = {0.5 * scene.rate, kModesByDefault};
+  find_sparse_modes(scene, factor, wanted, progress, structure, faults);
+  if (!has_error(faults)) check_modes(scene, static_cast<int>(structure.omega.size()), faults);
+}
+
+// the modes that a scene asks for of all of them, equal frequencies whole
+Structure keep_asked(const Scene& scene, Structure structure) {
+  const Eigen::Index n = structure.omega.size();
+  const double below = 2.0 * std::numbers::pi * scene.modes.below;
+  Eigen::Index count = n;
+  if (scene.modes.count > 0) count = std::min<Eigen::Index>(n, scene.modes.count);
+  if (below > 0.0) count = (structure.omega.array() < below).count();
+  while (count > 0 && count < n &&
+         structure.omega[count] - structure.omega[count - 1] <= kPairGap * structure.omega[count])
+    ++count;
+  if (count == n) return structure;
+  std::vector<int> kept(static_cast<std::size_t>(count));
+  std::iota(kept.begin(), kept.end(), 0);
+  const double next = structure.omega[count];
+  structure = reduce(structure, kept);
+  structure.kept = {true, next / (2.0 * std::numbers::pi)};
+  return structure;
+}
+
+void fill_rest(const Scene& scene, const LinkFactor& factor, Structure& structure, Faults& faults) {
+  structure.damping_rows = factor.is_sparse ? rows_times(factor.damping, structure.shapes)
+                                            : Eigen::MatrixXd(factor.damping_rows * structure.shapes);
+  if (!structure.omega.allFinite() || !structure.shapes.allFinite())
+    return add_overflow(scene, "the frequencies are not finite", faults);
   account_for_taken_out(scene, factor.matrices.taken_out, structure, faults);
   structure.structural_ratio = structural_ratio(scene, factor, structure);
   structure.local_rotations = local_rotations(scene, factor, structure);
   set_link_forces(scene, factor, structure);
   structure.prestress = find_prestress(scene, factor, structure);
   structure.follower_stiffness = find_follower_stiffness(scene, factor, structure);
+}
+
+}  // namespace
+
+bool takes_sparse_path(const Scene& scene) {
+  const auto num_points = static_cast<int>(scene.points.size());
+  return num_points > kMaxDensePoints || (scene.modes.is_asked() && num_points > kMostDenseOfPart);
+}
+
+std::optional<Structure> build_structure(const Scene& scene, Faults& faults, const SetupProgress& progress) {
+  return build_structure_by(scene, takes_sparse_path(scene) ? SetupPath::kSparse : SetupPath::kDense, faults,
+                            progress);
+}
+
+std::optional<Structure> build_structure_by(const Scene& scene, SetupPath path, Faults& faults,
+                                            const SetupProgress& progress) {
+  Structure structure;
+  structure.mass_properties = check_physics(scene, faults);
+  if (has_error(faults)) return std::nullopt;
+  warn_of_coincident_points(scene, faults);
+  const bool is_sparse = path == SetupPath::kSparse;
+  const LinkFactor factor =
+      is_sparse ? factor_links_sparse(scene, faults) : factor_links(scene, turns_joints(scene), faults);
+  if (has_error(faults)) return std::nullopt;
+  if (is_sparse)
+    find_lowest_modes(scene, factor, progress, structure, faults);
+  else
+    find_all_modes(scene, factor, structure, faults);
+  if (has_error(faults)) return std::nullopt;
+  warn_of_mechanisms(scene, structure.mechanisms, faults);
+  fill_rest(scene, factor, structure, faults);
+  if (has_error(faults)) return std::nullopt;
+  if (!is_sparse && scene.modes.is_asked()) return keep_asked(scene, std::move(structure));
   return structure;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -57,6 +58,12 @@ struct MatrixSums {
   Eigen::MatrixXd field;    // [kg m] (6 x n) Y_l as in X70, of accelerations at its points
 };
 
+/// Which of all elastic modes a structure has.
+struct KeptModes {
+  bool is_part = false;        // the lowest of them; others exist
+  double counted_below = 0.0;  // [Hz] below which none is missing, counted by inertia; 0: all are there
+};
+
 struct Structure {
   MassProperties mass_properties;
   Eigen::VectorXd omega;  // [rad/s] (n) ascending; exact 0 for mechanisms
@@ -67,8 +74,9 @@ struct Structure {
   Particles particles;
   MatrixSums matrix_sums;  // of superelements with mass, else empty
   std::vector<Mechanism> mechanisms;
-  double frequency_accuracy = 0.0;   // [-] stated relative accuracy of the lowest nonzero frequency
-  double conditioning = 0.0;         // [-] omega_max / omega_min over nonzero modes
+  double frequency_accuracy = 0.0;  // [-] stated relative accuracy of the lowest nonzero frequency
+  double conditioning = 0.0;        // [-] omega_max / omega_min over nonzero modes
+  KeptModes kept;
   int num_constraints = 0;           // freedoms that rigid links remove
   Eigen::MatrixXd damping_rows;      // [sqrt(N s/m)] (num x n) R = A_d b, R^T R acts on q'   (THEORY X65)
   Eigen::VectorXd structural_ratio;  // [-] (n) damping ratio of the loss factors of links   (THEORY X66)
@@ -92,9 +100,27 @@ inline const Eigen::MatrixXd& particle_shapes(const Structure& structure) {
 /// error.
 MassProperties check_physics(const Scene& scene, Faults& faults);
 
+/// How a set-up says how far it has come, and may be ended.
+struct SetupProgress {
+  /// \param what  what is being done  \param done  share of it, 0 to 1  \param left  [s]; < 0: not known
+  /// \return false to end the set-up with an error
+  std::function<bool(const std::string& what, double done, double left)> say;
+};
+
 /// Checks the physics of a scene and computes its structure   (THEORY X41-X67). Faults are appended; nullopt
-/// on an error. Cost: O(rows n^2) with a dense factor; see tests/bench for times.
-std::optional<Structure> build_structure(const Scene& scene, Faults& faults);
+/// on an error. All modes by a dense factor, O(rows n^2), up to kMaxDensePoints points; of larger scenes, and
+/// of those of more than kMostDenseOfPart points that ask for some of their modes, those alone by a sparse
+/// one   (THEORY X170-X176). See tests/bench for times.
+std::optional<Structure> build_structure(const Scene& scene, Faults& faults,
+                                         const SetupProgress& progress = {});
+
+/// True when build_structure() takes the sparse path.
+bool takes_sparse_path(const Scene& scene);
+
+enum class SetupPath { kDense, kSparse };
+/// The same by a path that the caller chooses: to compare them.
+std::optional<Structure> build_structure_by(const Scene& scene, SetupPath path, Faults& faults,
+                                            const SetupProgress& progress = {});
 
 /// Neighbouring modes whose frequencies agree: their shapes are one choice among many.
 struct FrequencyCluster {

@@ -180,6 +180,10 @@ void Judgement::judge(const State& state) noexcept {
   }
   // what cannot be known is at best watch
   if ((now_.error + now_.unseen) / now_.scale > kGoodElastic) note(Word::kWatch, Cause::kUnseen);
+  // nothing is known of modes that were not kept, not even what loads do to them statically
+  if (plan_.neglect.lacks_modes == LacksModes::kNotKept &&
+      (own.displacement > 0.0 || !is_zero(state.force_W) || !is_zero(state.H_W)))
+    note(Word::kWatch, Cause::kNotKept);
   if (plan_.neglect.has_unseen && size_ > 0.0 && own.displacement / size_ > kGoodUnseen)
     note(Word::kWatch, Cause::kUnseen);
   if (fall_ > kGoodPosition * size_ || attractor_share_ > kNearAttractor)
@@ -245,6 +249,9 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
              "error up to " +
              number(verdict.error + verdict.unseen) + " m of " + number(verdict.scale) + " m";
     }
+    case Cause::kNotKept:
+      return "the lowest modes alone are kept: what loads do to the others is in no table; ask for more with "
+             "modes:, or compare with a plan that has more";
     case Cause::kFastLoad: {
       const auto load = static_cast<std::size_t>(plan.neglect.fast_loads.front());
       const std::string& name = plan.histories[load].name;

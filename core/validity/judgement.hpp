@@ -28,6 +28,7 @@ struct Verdict {
     kModel,     // by the equations beside it
     kPosition,  // of points in space, by the equations beside it
     kUnseen,    // what nothing tells: the inside of matrices, rigid links, what small modes carried
+    kNotKept,   // the others of the lowest modes that a set-up found
     kFastLoad,
     kAttractor,
     kRigid,

@@ -123,7 +123,7 @@ void ModalErrors::take(const State& state) noexcept {
     const std::int64_t age = state.tick - state.epoch_start_tick;
     for (Follower& follower : followers_)
       follower.amplitude = age == 0 ? 0.0 : amplitude_left(*follower.history, plan_.period, age);
-    const bool hides = plan_.neglect.has_unseen || plan_.neglect.lacks_modes;
+    const bool hides = plan_.neglect.has_unseen || plan_.neglect.lacks_modes != LacksModes::kNone;
     unseen_share_ = hides ? kUnseenSpin * dot(w_, w_) + kUnseenLoad * acceleration / size_of_body_ : 0.0;
   }
   const std::size_t chunks = static_cast<std::size_t>(num_chunks_), chunk = static_cast<std::size_t>(chunk_);

@@ -105,7 +105,7 @@ TEST_F(PlanFile, NeitherSceneNorPlanIsReadAsAScene) {
             "bad.plan:1:1: error: scene is the text 'FFPLA', must be a mapping of name, rate, fidelity, "
             "tolerance, error_budget, points, links, groups, damping, gravity, attractor, initial, loads, "
             "feedback, "
-            "leave_out, publish, commands\n    FFPLA\n    ^");
+            "leave_out, modes, publish, commands\n    FFPLA\n    ^");
 }
 
 TEST_F(PlanFile, PlacesThatCannotBeWrittenAreNamed) {

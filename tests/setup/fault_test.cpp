@@ -219,9 +219,9 @@ const std::vector<BadScene>& bad_scenes() {
       {"publication names link index 99", [](Scene& s) { s.publication.links = {99}; }},
       {"publication: state rate is -1 Hz", [](Scene& s) { s.publication.state_rate = -1.0; }},
       {"the list of pushable points names point index 8", [](Scene& s) { s.pushable = {8}; }},
-      {"this is point 1236 of 1300; at most 1235 are taken, rigid or not: 3 N - 6 is at most 3700",
+      {"this is point 200001 of 200010; at most 200000 are taken",
        [](Scene& s) {
-         while (s.points.size() < 1300)
+         while (s.points.size() < 200010)
            add_point(s, 1.0, {1.0 * static_cast<double>(s.points.size()), 0.0, 0.0});
        }},
   };

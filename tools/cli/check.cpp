@@ -27,10 +27,13 @@ JSON fields:
   faults       of each: file, line, column, severity (error or warning), message
   points, links, rigid_freedoms, elastic_freedoms, mechanisms
                numbers of them, when it is good
+  modes_counted_below
+               [Hz] when the lowest modes alone are kept: none is missing below
 Exit codes: 0 the scene is good (warnings allowed), 2 it has errors or cannot be read.)";
 
 struct Checked {
   std::optional<Plan> plan;
+  KeptModes kept;  // of a scene
   Faults faults;
   std::vector<std::string> sources;
 };
@@ -40,12 +43,13 @@ Checked check_file(const std::string& path) {
   const Progress progress("check");
   if (io::is_plan_file(path)) {
     io::PlanResult read = io::load_plan(path);
-    return {std::move(read.plan), std::move(read.faults), std::move(read.sources)};
+    return {std::move(read.plan), {}, std::move(read.faults), std::move(read.sources)};
   }
   io::SceneResult read = io::read_scene(path);
-  Checked checked{std::nullopt, std::move(read.faults), std::move(read.sources)};
+  Checked checked{std::nullopt, {}, std::move(read.faults), std::move(read.sources)};
   std::optional<Structure> structure;
   if (read.scene) structure = build_structure(*read.scene, checked.faults);
+  if (structure) checked.kept = structure->kept;
   if (structure) checked.plan = make_plan(*read.scene, *structure, checked.faults);
   return checked;
 }
@@ -69,6 +73,7 @@ int check(const CheckOptions& options) {
       out["rigid_freedoms"] = plan->rigid_freedoms;
       out["elastic_freedoms"] = plan->num_elastic;
       out["mechanisms"] = plan->mechanisms.size();
+      if (checked.kept.is_part) out["modes_counted_below"] = checked.kept.counted_below;
     }
     print_json(out);
     return is_good ? kExitOk : kExitUsage;
@@ -86,6 +91,11 @@ int check(const CheckOptions& options) {
               plan->num_elastic,
               counted(static_cast<std::int64_t>(plan->mechanisms.size()), "mechanism").c_str(),
               counted(warnings, "warning").c_str());
+  if (checked.kept.is_part)
+    std::printf(
+        "  the lowest %d elastic modes are kept (modes:); none is missing below %.6g Hz, counted by "
+        "inertia\n",
+        plan->num_elastic, checked.kept.counted_below);
   return kExitOk;
 }
 

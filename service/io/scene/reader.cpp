@@ -33,7 +33,7 @@ namespace {
 const std::vector<std::string_view> kSections{"name",      "rate",    "fidelity", "tolerance", "error_budget",
                                               "points",    "links",   "groups",   "damping",   "gravity",
                                               "attractor", "initial", "wheels",   "loads",     "feedback",
-                                              "leave_out", "publish", "commands"};
+                                              "leave_out", "modes",   "publish",  "commands"};
 constexpr Quantity kRate{"Hz", Bound::kTickRate};  // as that of --rate
 constexpr Quantity kPublicationRate{"Hz", Bound::kNonNegative};
 constexpr Quantity kRatio{"-", Bound::kNonNegative};
@@ -95,6 +95,7 @@ void SceneReader::read_sections(const Node& root) {
   if (const Node* loads = fields.find("loads")) read_loads(*loads);
   if (const Node* feedback = fields.find("feedback")) read_feedbacks(*feedback);
   if (const Node* leave_out = fields.find("leave_out")) read_leave_out(*leave_out);
+  if (const Node* modes = fields.find("modes")) read_modes(*modes);
   read_publish(fields.find("publish"));
   read_commands(fields.find("commands"));
 }
@@ -168,6 +169,25 @@ void SceneReader::read_damping(const Node& node) {
     const auto ratio = read_number(report_, *value, "damping: mode " + key->text, kRatio);
     if (mode && ratio) scene_.damping.mode_ratios.emplace_back(static_cast<int>(*mode), *ratio);
   }
+}
+
+void SceneReader::read_modes(const Node& node) {
+  const Fields fields(report_, node, "modes", {"below", "count"}, {}, "count");
+  ModesAsked& modes = scene_.modes;
+  modes.origin = node.origin;
+  fields.read("below", {"Hz", Bound::kPositive}, modes.below);
+  if (const Node* count = fields.find("count")) {
+    const auto number = parse_integer(count->text, 1, kMaxElastic);
+    if (!number)
+      report_.error(count->origin, "modes: count is " + describe(*count) +
+                                       ", must be a whole number from 1 to " + std::to_string(kMaxElastic) +
+                                       ", what one state message can carry");
+    modes.count = static_cast<int>(number.value_or(0));
+  }
+  if (fields.find("below") && fields.find("count"))
+    report_.error(node.origin, "modes has below and count; give one of them");
+  if (!fields.find("below") && !fields.find("count") && fields.is_mapping())
+    report_.error(node.origin, "modes is empty, must be {below: HZ} or {count: N}");
 }
 
 void SceneReader::read_attractor(const Node& node) {
@@ -244,9 +264,10 @@ void SceneReader::read_rate_and_selection(const Node& node, const std::string& l
 
 void SceneReader::read_publish(const Node* node) {
   Publication& publication = scene_.publication;
-  publication.points = every(scene_.points.size());
+  const bool names_all = scene_.points.size() <= std::size_t{kMostByDefault};
+  if (names_all) publication.points = every(scene_.points.size());
   publication.groups = every(scene_.groups.size());
-  for (std::size_t i = 0; i < scene_.links.size(); ++i)
+  for (std::size_t i = 0; i < scene_.links.size() && names_all; ++i)
     // forces on each point are not published unless chosen by name
     if (!has_point_forces(scene_.links[i]) && publishes_forces(scene_, scene_.links[i]))
       publication.links.push_back(static_cast<int>(i));
@@ -265,8 +286,21 @@ void SceneReader::read_publish(const Node* node) {
     read_rate_and_selection(*loads, "publish: loads", links_, publication.loads_rate, publication.links);
 }
 
+void SceneReader::warn_of_defaults() {
+  if (report_.has_error() || !scene_.publication.points.empty() || !scene_.publication.groups.empty()) return;
+  report_.warning(
+      scene_.points.front().origin,
+      "of " + std::to_string(scene_.points.size()) + " points none is published: above " +
+          std::to_string(kMostByDefault) +
+          " only what is named is published or takes commands; name them with publish: points: of, "
+          "publish: loads: of and commands: points, or in groups");
+}
+
 void SceneReader::read_commands(const Node* node) {
-  scene_.pushable = every(scene_.points.size());
+  if (scene_.points.size() <= std::size_t{kMostByDefault})
+    scene_.pushable = every(scene_.points.size());
+  else
+    warn_of_defaults();
   if (!node) return;
   const Fields fields(report_, *node, "commands",
                       {"points", "force_limit", "torque_limit", "max_age", "sender_share"});

@@ -32,7 +32,9 @@ class SceneReader {
   void read_sections(const Node& root);
   void read_groups(const Node& node);
   void read_damping(const Node& node);
+  void read_modes(const Node& node);
   void read_attractor(const Node& node);
+  void warn_of_defaults();
   void read_initial(const Node& node);
   void read_initial_points(const Node& node);
   void read_initial_modes(const Node& node);

@@ -80,7 +80,7 @@ Admission out_of_memory(Admission admission) {
 
 void fill_name_table(const Plan& plan, NameTable& table) {
   table = NameTable{};
-  table.num_points = static_cast<std::int32_t>(plan.points.size());
+  table.num_points = static_cast<std::int32_t>(std::min(plan.points.size(), std::size_t{kMaxTablePoints}));
   table.num_wheels = static_cast<std::int32_t>(plan.wheels.all.size());
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k)
     table.wheel_points[k] = plan.particles.turning[static_cast<std::size_t>(plan.wheels.all[k].turning)];
@@ -88,7 +88,7 @@ void fill_name_table(const Plan& plan, NameTable& table) {
   table.force_limit = plan.force_limit;
   table.torque_limit = plan.torque_limit;
   if (plan.wide.empty()) table.scope = plan.scope;
-  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+  for (std::size_t i = 0; i < static_cast<std::size_t>(table.num_points); ++i) {
     table.is_pushable[i] = plan.points[i].pushable && plan.points[i].row >= 0 ? 1 : 0;
     table.takes_torque[i] = turning_of(plan, static_cast<std::int32_t>(i)) >= 0 ? 1 : 0;
     table.point_arms[i] = plan.points[i].r;

@@ -36,8 +36,8 @@ struct NameTable {
   std::array<std::int32_t, kMaxWheels> wheel_points{};  // that they are in
   double force_limit = 0.0;                             // [N] 0: none
   double torque_limit = 0.0;                            // [N m] 0: none
-  std::array<std::uint8_t, kMaxNamedPoints> is_pushable{};
-  std::array<std::uint8_t, kMaxNamedPoints> takes_torque{};  // those of them that turn
+  std::array<std::uint8_t, kMaxTablePoints> is_pushable{};
+  std::array<std::uint8_t, kMaxTablePoints> takes_torque{};  // those of them that turn
   struct GroupReach {
     std::int32_t torque_rank = 3;
     std::array<double, 3> line{};  // [-] body axes
@@ -46,10 +46,11 @@ struct NameTable {
   std::array<GroupReach, kMaxGroups> groups{};
   // what the plan leaves out for good, and where forces act   (THEORY X121, X122)
   CommandScope scope;                              // lacks nothing when a wide plan stands ready
-  std::array<Vec3, kMaxNamedPoints> point_arms{};  // [m] from the centre of mass, body axes
+  std::array<Vec3, kMaxTablePoints> point_arms{};  // [m] from the centre of mass, body axes
   std::array<Vec3, kMaxGroups> group_arms{};       // [m]
 };
-/// \pre the plan has at most kMaxNamedPoints points and kMaxGroups groups (the daemon checks at start)
+/// \pre points that the plan lets be pushed are among the first kMaxTablePoints, and it has at most
+/// kMaxGroups groups (the daemon checks at start)
 void fill_name_table(const Plan& plan, NameTable& table);
 
 struct ControlCommand {

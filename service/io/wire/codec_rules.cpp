@@ -99,8 +99,8 @@ Reason check_header(const ForceCommand& command, Text text) {
 }
 
 Reason check_points(const ForceCommand& command, const NameTable& table, Text text) {
-  std::bitset<kMaxNamedPoints> seen;
-  const int known = std::clamp(table.num_points, 0, kMaxNamedPoints);
+  std::bitset<kMaxTablePoints> seen;
+  const int known = std::clamp(table.num_points, 0, kMaxTablePoints);
   for (int i = 0; i < command.num_points; ++i) {
     const PointForce& entry = command.points[static_cast<std::size_t>(i)];
     const auto point = static_cast<std::size_t>(entry.point);
@@ -132,8 +132,8 @@ Reason check_points(const ForceCommand& command, const NameTable& table, Text te
 }
 
 Reason check_torques(const ForceCommand& command, const NameTable& table, Text text) {
-  std::bitset<kMaxNamedPoints> seen;
-  const int known = std::clamp(table.num_points, 0, kMaxNamedPoints);
+  std::bitset<kMaxTablePoints> seen;
+  const int known = std::clamp(table.num_points, 0, kMaxTablePoints);
   for (int i = 0; i < command.num_torques; ++i) {
     const PointTorque& entry = command.torques[static_cast<std::size_t>(i)];
     const auto point = static_cast<std::size_t>(entry.point);

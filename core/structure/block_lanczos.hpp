@@ -1,0 +1,61 @@
+// The largest eigenvalues of a symmetric operator in the metric of a semidefinite mass matrix.
+#pragma once
+
+#include <Eigen/Core>
+#include <functional>
+
+namespace freeflex {
+
+/// An operator that is symmetric in a mass metric: apply(M x), and the metric itself.
+struct MassSymmetric {
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> apply;  // of M x; no columns: it failed
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> weigh;  // x -> M x
+  Eigen::MatrixXd known;  // M-orthonormal columns that are projected out (n x count)
+};
+
+/// Ritz values and vectors; theta falls, vectors are M-orthonormal.
+struct RitzPairs {
+  Eigen::VectorXd theta;     // (count)
+  Eigen::VectorXd error;     // (count) |T x - theta x| in the mass metric
+  Eigen::MatrixXd vectors;   // (n x count)
+  int num_converged = 0;     // of the largest, without a gap
+  bool is_complete = false;  // the whole space is in them
+};
+
+/// Block Lanczos with full reorthogonalisation in M, twice (G. H. Golub, R. Underwood, in Mathematical
+/// Software III, 1977; J. R. Grimes, R. J. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15, 1994, 228-272):
+/// the projected operator is kept whole, so that blocks may lose columns.   (THEORY X172)
+class BlockLanczos {
+ public:
+  BlockLanczos(const MassSymmetric& op, Eigen::Index size, int block, unsigned seed);
+  /// One block more; false when the operator failed or nothing is left to find.
+  bool step();
+  /// Number of columns so far.
+  Eigen::Index num_columns() const { return count_; }
+  bool is_complete() const { return is_complete_; }
+  bool has_failed() const { return has_failed_; }
+  /// Values and their errors alone, of those so far. \param tolerance  [-] of theta that counts as converged
+  RitzPairs values(double tolerance) const;
+  /// With the vectors of the first `count`.
+  RitzPairs pairs(double tolerance, Eigen::Index count) const;
+
+ private:
+  // makes columns M-orthonormal to all and to each other, drops those that are not new
+  // \return what each of the columns was of those kept (kept x columns)
+  Eigen::MatrixXd orthonormalise(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares);
+  void append(const Eigen::MatrixXd& columns);
+  bool start_anew();
+
+  const MassSymmetric& op_;
+  Eigen::Index count_ = 0;       // columns of basis_
+  Eigen::Index last_ = 0;        // first column of the block that was not yet multiplied
+  Eigen::MatrixXd basis_;        // V (n x room)
+  Eigen::MatrixXd projected_;    // V^T M T V, columns below last_ known (room x room)
+  Eigen::MatrixXd next_;         // what the last block gave beyond V: T V_last = V H + V_next R
+  Eigen::Index last_begin_ = 0;  // of the block multiplied last
+  int block_;
+  unsigned seed_;
+  bool is_complete_ = false, has_failed_ = false;
+};
+
+}  // namespace freeflex

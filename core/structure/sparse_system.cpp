@@ -1,0 +1,306 @@
+#include "core/structure/sparse_system.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <random>
+
+#include "core/rounding.hpp"
+#include "core/scene/bodies.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/body_modes.hpp"
+#include "core/structure/decompositions.hpp"
+#include "core/structure/mass_properties.hpp"
+#include "core/structure/particles.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr int kNamesInError = 8;
+constexpr double kStaysBelow = 1e-6;  // [-] of a motion's largest displacement
+// [-] of the norm: pivots below may be those of motions that nothing holds
+constexpr double kNoPivot = 1e-10;
+
+SparseRows to_sparse(const DeformationRows& rows, const SparseSystem& system, int num_all, bool unit) {
+  std::vector<Eigen::Triplet<double>> entries;
+  for (std::size_t i = 0; i < rows.size(); ++i)
+    for (const auto& [freedom, coefficient] : rows[i].coefficients) {
+      const double scale = freedom < system.num_displacements ? 1.0 : 1.0 / system.length;
+      if (!system.pinned[static_cast<std::size_t>(freedom)])
+        entries.emplace_back(static_cast<int>(i), freedom,
+                             scale * coefficient * (unit ? rows[i].unit_scale : rows[i].root_stiffness));
+    }
+  SparseRows sparse(static_cast<Eigen::Index>(rows.size()), num_all);
+  sparse.setFromTriplets(entries.begin(), entries.end());
+  return sparse;
+}
+
+double length_of(const MassProperties& body) {
+  const double size =
+      std::sqrt(std::max(body.r.colwise().squaredNorm().maxCoeff(), body.principal.maxCoeff() / body.mass));
+  return size > 0.0 ? size : 1.0;
+}
+
+// X43 over all freedoms; those about a line that all mass stands on have none and are left out
+Eigen::MatrixXd rigid_of(const Scene& scene, const Freedoms& freedoms, const MassProperties& body,
+                         const SparseSystem& system) {
+  Eigen::MatrixXd motions = Eigen::MatrixXd::Zero(freedoms.num_all(), 6);
+  for (Eigen::Index i = 0; i < body.r.cols(); ++i) {
+    motions.block<3, 3>(3 * i, 0).setIdentity();
+    for (int k = 0; k < 3; ++k)
+      motions.block<3, 1>(3 * i, 3 + k) =
+          Eigen::Vector3d(body.principal_axes.col(2 - k)).cross(Eigen::Vector3d(body.r.col(i)));
+  }
+  for (int k = 0; k < 3; ++k)
+    motions.col(3 + k).tail(freedoms.num_rotations()) =
+        system.length * turned_freedoms(scene, freedoms, body.principal_axes.col(2 - k));
+  return motions.leftCols(body.rigid_freedoms);
+}
+
+// orthonormal in the mass metric, twice for rounding
+void orthonormalise(const SparseRows& mass, Eigen::MatrixXd& columns) {
+  for (int pass = 0; pass < 2; ++pass)
+    for (Eigen::Index k = 0; k < columns.cols(); ++k) {
+      const Eigen::VectorXd weighed = mass * columns.col(k);
+      for (Eigen::Index other = 0; other < columns.cols(); ++other) {
+        if (other >= k) break;
+        columns.col(k) -= columns.col(other).dot(weighed) * columns.col(other);
+      }
+      columns.col(k) /= std::sqrt(columns.col(k).dot(mass * columns.col(k)));
+    }
+}
+
+// X177. Vectors that the rows take to rounding, by inverse iteration on the Gram matrix of columns scaled to
+// one: as many candidates as that has small pivots, of which the rows themselves decide, for its eigenvalues
+// are squares. No rows when MUMPS fails.
+Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const Eigen::VectorXd& scale,
+                             SymmetricEntries gram) {
+  // [-] beside a matrix with ones on its diagonal: regular, and so small that three steps leave nothing else
+  constexpr double kBeside = 1e-13;
+  constexpr double kIsNull = 1e-11;  // [-] what rows make of a unit vector: rounding of their directions
+  const int size = gram.size;
+  int count = 0;
+  {
+    Mumps ranked(gram);
+    if (!ranked.factor(kNoPivot)) return {};
+    count = ranked.num_null();
+  }
+  Eigen::MatrixXd null(size, count);
+  if (count == 0) return null;
+  for (int row = 0; row < size; ++row) gram.add(row, row, kBeside);
+  Mumps factor(std::move(gram));
+  if (!factor.factor()) return {};
+  std::mt19937_64 engine(1);
+  std::normal_distribution<double> normal;
+  for (double& value : null.reshaped()) value = normal(engine);
+  for (int step = 0; step < 3; ++step) {
+    if (!factor.solve(null)) return {};
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(null);
+    null.setIdentity();
+    null.applyOnTheLeft(qr.householderQ());
+  }
+  null = (scale.asDiagonal() * null).eval();
+  Eigen::MatrixXd square = Eigen::MatrixXd::Zero(count, count);
+  for (const SparseRows* each : rows) {
+    const Eigen::MatrixXd product = exact_product(*each, null);
+    square += product.transpose() * product;
+  }
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(square);
+  const Eigen::Index num_null = (eigen.eigenvalues().array() < kIsNull * kIsNull).count();
+  return null * eigen.eigenvectors().leftCols(num_null);
+}
+
+// motions that neither mass nor link holds: named where they move a point, else a freedom of each is zero
+void pin_loose(const Scene& scene, const SparseRows& unit_mass, SparseSystem& system, Faults& faults) {
+  const std::vector<const SparseRows*> rows{&system.unit_rows, &unit_mass, &system.constraints};
+  SparseRows gram(system.num_all(), system.num_all());
+  for (const SparseRows* each : rows) {
+    const SparseRows square = SparseRows(each->transpose()) * *each;
+    gram = SparseRows(gram + square);
+  }
+  // columns scaled to one, so that no pivot is small by the size of its freedom
+  const Eigen::VectorXd diagonal = gram.diagonal();
+  const Eigen::VectorXd scale =
+      diagonal.unaryExpr([](double d) { return d > 0.0 ? 1.0 / std::sqrt(d) : 1.0; });
+  SymmetricEntries entries;
+  entries.size = system.num_all();
+  for (int row = 0; row < entries.size; ++row) {
+    if (diagonal[row] == 0.0) entries.add(row, row, 0.0);
+    for (SparseRows::InnerIterator it(gram, row); it; ++it)
+      if (it.col() <= row)
+        entries.add(row, static_cast<int>(it.col()), it.value() * scale[row] * scale[it.col()]);
+  }
+  const Eigen::MatrixXd null = null_vectors(rows, scale, std::move(entries));
+  if (null.rows() == 0)
+    return add_error(faults, scene.points.front().origin,
+                     "the motions that neither mass nor links hold cannot be found; give joints of massless "
+                     "points a mass");
+  if (null.cols() == 0) return;
+  std::vector<int> points;
+  for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
+    for (Eigen::Index k = 0; k < null.cols(); ++k)
+      if (null.col(k).segment<3>(3 * Eigen::Index{i}).norm() >
+          kStaysBelow * null.col(k).cwiseAbs().maxCoeff()) {
+        points.push_back(i);
+        break;
+      }
+  if (!points.empty())
+    return add_error(
+        faults, scene.points[static_cast<std::size_t>(points.front())].origin,
+        join_text(points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamesInError),
+                  points.size() == 1 ? " has" : " have", " no mass, and links do not hold ",
+                  points.size() == 1 ? "it" : "them", " in every direction: give a mass, or add links"));
+  // of each the freedom that it turns most, and no other of them
+  const Eigen::ColPivHouseholderQR<Eigen::MatrixXd> qr(null.transpose());
+  const std::vector<Eigen::Index> pins(qr.colsPermutation().indices().data(),
+                                       qr.colsPermutation().indices().data() + null.cols());
+  for (const Eigen::Index freedom : pins) system.pinned[static_cast<std::size_t>(freedom)] = 1;
+  // rigid motions with those freedoms at rest too
+  const Eigen::MatrixXd at_pins = null(pins, Eigen::all);
+  system.rigid -= null * at_pins.partialPivLu().solve(system.rigid(pins, Eigen::all));
+}
+
+}  // namespace
+
+SparseSystem sparse_system(const Scene& scene, const Freedoms& freedoms, const LinkFactor& factor,
+                           const MassProperties& body, Faults& faults) {
+  SparseSystem system;
+  system.num_displacements = freedoms.num_displacements();
+  system.length = length_of(body);
+  system.pinned.assign(static_cast<std::size_t>(freedoms.num_all()), 0);
+  const DeformationRows mass = mass_rows(scene, freedoms, system.length);
+  const auto set_rows = [&] {
+    system.rows = to_sparse(factor.natural, system, freedoms.num_all(), false);
+    system.unit_rows = to_sparse(factor.natural, system, freedoms.num_all(), true);
+    system.constraints = to_sparse(factor.constraint_rows, system, freedoms.num_all(), false);
+  };
+  set_rows();
+  const SparseRows mass_factor = to_sparse(mass, system, freedoms.num_all(), false);
+  system.mass = SparseRows(mass_factor.transpose()) * mass_factor;
+  system.rigid = rigid_of(scene, freedoms, body, system);
+  orthonormalise(system.mass, system.rigid);
+  const bool has_massless = freedoms.num_rotations() > 0 || !are_point_masses(scene);
+  if (!has_massless) return system;
+  pin_loose(scene, to_sparse(mass, system, freedoms.num_all(), true), system, faults);
+  set_rows();
+  return system;
+}
+
+SymmetricEntries augmented(const SparseSystem& system, double shift) {
+  SymmetricEntries entries;
+  const int num_rows = static_cast<int>(system.rows.rows()), num_all = system.num_all();
+  const int num_constraints = static_cast<int>(system.constraints.rows());
+  entries.size = num_rows + num_all + num_constraints;
+  for (int row = 0; row < num_rows; ++row) {
+    entries.add(row, row, -1.0);
+    for (SparseRows::InnerIterator it(system.rows, row); it; ++it)
+      entries.add(row, num_rows + static_cast<int>(it.col()), it.value());
+  }
+  for (int row = 0; row < num_all; ++row) {
+    // a freedom that is taken as zero stands alone, and counts as positive
+    if (system.pinned[static_cast<std::size_t>(row)]) entries.add(num_rows + row, num_rows + row, 1.0);
+    for (SparseRows::InnerIterator it(system.mass, row); it; ++it)
+      if (it.col() <= row)
+        entries.add(num_rows + row, num_rows + static_cast<int>(it.col()), shift * it.value());
+  }
+  for (int row = 0; row < num_constraints; ++row)
+    for (SparseRows::InnerIterator it(system.constraints, row); it; ++it)
+      entries.add(num_rows + num_all + row, num_rows + static_cast<int>(it.col()), it.value());
+  return entries;
+}
+
+ShiftedInverse::ShiftedInverse(const SparseSystem& system, double shift, const std::vector<int>& order)
+    : system_(system),
+      shift_(shift),
+      factor_(augmented(system, shift), order),
+      rows_by_freedom_(system.rows.transpose()),
+      constraints_by_freedom_(system.constraints.transpose()) {}
+
+bool ShiftedInverse::factor() { return factor_.factor(); }
+
+namespace {
+
+// sum of a row times a column, added to a start
+long double dot(const SparseRows& rows, Eigen::Index row, const double* column, long double start,
+                double sign) {
+  for (SparseRows::InnerIterator it(rows, row); it; ++it)
+    start += static_cast<long double>(sign * it.value()) * column[it.col()];
+  return start;
+}
+
+}  // namespace
+
+Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides,
+                                         const Eigen::MatrixXd& solution) const {
+  const Eigen::Index m = system_.rows.rows(), n = system_.num_all(), c = system_.constraints.rows();
+  Eigen::MatrixXd left(sides.rows(), sides.cols());
+  for (Eigen::Index k = 0; k < sides.cols(); ++k) {
+    const double* const e = solution.col(k).data();
+    const double* const x = e + m;
+    const double* const lambda = x + n;
+    const double* const b = sides.col(k).data();
+    double* const out = left.col(k).data();
+    for (Eigen::Index i = 0; i < m; ++i)
+      out[i] = static_cast<double>(dot(system_.rows, i, x, static_cast<long double>(b[i]) + e[i], -1.0));
+    for (Eigen::Index i = 0; i < n; ++i) {
+      long double sum = dot(rows_by_freedom_, i, e, b[m + i], -1.0);
+      for (SparseRows::InnerIterator it(system_.mass, i); it; ++it)
+        sum -= static_cast<long double>(shift_ * it.value()) * x[it.col()];
+      if (c > 0) sum = dot(constraints_by_freedom_, i, lambda, sum, -1.0);
+      if (system_.pinned[static_cast<std::size_t>(i)]) sum -= x[i];
+      out[m + i] = static_cast<double>(sum);
+    }
+    for (Eigen::Index i = 0; i < c; ++i)
+      out[m + n + i] = static_cast<double>(dot(system_.constraints, i, x, b[m + n + i], -1.0));
+  }
+  return left;
+}
+
+Eigen::MatrixXd ShiftedInverse::apply(const Eigen::MatrixXd& mass_times_x, int most_refinements) {
+  // [-] of a solution: what one more step changes is its square
+  constexpr double kSolved = 1e-9;
+  const Eigen::Index m = system_.rows.rows(), n = system_.num_all();
+  Eigen::MatrixXd sides = Eigen::MatrixXd::Zero(m + n + system_.constraints.rows(), mass_times_x.cols());
+  sides.middleRows(m, n) = mass_times_x;
+  Eigen::MatrixXd solution = sides;
+  if (!factor_.solve(solution)) return {};
+  for (int step = 0; step < most_refinements; ++step) {
+    Eigen::MatrixXd change = residual(sides, solution);
+    if (!factor_.solve(change)) return {};
+    solution += change;
+    const Eigen::VectorXd size = solution.middleRows(m, n).colwise().norm();
+    if ((change.middleRows(m, n).colwise().norm().transpose().array() <= kSolved * size.array()).all()) break;
+  }
+  return solution.middleRows(m, n);
+}
+
+Eigen::MatrixXd exact_product(const SparseRows& rows, const Eigen::MatrixXd& columns) {
+  Eigen::MatrixXd product(rows.rows(), columns.cols());
+  for (Eigen::Index k = 0; k < columns.cols(); ++k)
+    for (Eigen::Index i = 0; i < rows.rows(); ++i)
+      product(i, k) = static_cast<double>(dot(rows, i, columns.col(k).data(), 0.0L, 1.0));
+  return product;
+}
+
+extern "C" void dgemm_(const char*, const char*, const int*, const int*, const int*, const double*,
+                       const double*, const int*, const double*, const int*, const double*, double*,
+                       const int*);
+
+Eigen::MatrixXd products(const Eigen::MatrixXd& x, Eigen::Index count, const Eigen::MatrixXd& y) {
+  Eigen::MatrixXd result(count, y.cols());
+  const int m = static_cast<int>(count), n = static_cast<int>(y.cols()), k = static_cast<int>(y.rows());
+  if (m == 0 || n == 0) return result;
+  const double one = 1.0, zero = 0.0;
+  dgemm_("T", "N", &m, &n, &k, &one, x.data(), &k, y.data(), &k, &zero, result.data(), &m);
+  return result;
+}
+
+void subtract(const Eigen::MatrixXd& x, Eigen::Index count, const Eigen::MatrixXd& h, Eigen::MatrixXd& y) {
+  const int m = static_cast<int>(y.rows()), n = static_cast<int>(y.cols()), k = static_cast<int>(count);
+  if (n == 0 || k == 0) return;
+  const double minus = -1.0, one = 1.0;
+  dgemm_("N", "N", &m, &n, &k, &minus, x.data(), &m, h.data(), &k, &one, y.data(), &m);
+}
+
+}  // namespace freeflex
