@@ -58,4 +58,7 @@ inline constexpr int kMaxGroups = 1024;
 /// [Hz] of ticks: from one each 1000 s to one a microsecond, about what the smallest step takes.
 inline constexpr double kLeastRate = 1e-3, kMostRate = 1e6;
 
+/// Wheels of a scene: what one command may turn.
+inline constexpr int kMaxWheels = 16;
+
 }  // namespace freeflex
