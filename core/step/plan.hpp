@@ -292,21 +292,21 @@ inline constexpr std::size_t kArmSize = 30;
 /// Modes that a plan does not have, and what they carry. The numbers stand in plan files.
 enum class LacksModes : std::uint8_t {
   kNone = 0,
-  kSmallOnes = 1,    // small ones are left out: what they would have done is known
-  kNotKept = 2,  // the set-up found the lowest alone: nothing of the others is known
+  kSmallOnes = 1,  // small ones are left out: what they would have done is known
+  kNotKept = 2,    // the set-up found the lowest alone: nothing of the others is known
 };
 
 /// What the rung neglects of the motion: nothing that steps it, but what judges it   (THEORY X140, X141).
 /// Products of the spin stand in the order xx, yy, zz, xy, xz, yz of w w^T.
 struct PlanNeglect {
-  bool is_known = false;                 // false: of a plan file without these tables
-  bool is_rigid = false;                 // nothing deforms, though the scene's links would
-  bool has_unseen = false;               // links whose second order nothing tells: matrices, rigid links
+  bool is_known = false;    // false: of a plan file without these tables
+  bool is_rigid = false;    // nothing deforms, though the scene's links would
+  bool has_unseen = false;  // links whose second order nothing tells: matrices, rigid links
   LacksModes lacks_modes = LacksModes::kNone;
-  double tolerance = 0.0;                // [m] of the scene; 0: none
-  double left_out = 0.0;                 // [m] rms over all points of small modes that are left out
-  std::vector<std::int32_t> fast_loads;  // histories that change faster than ticks follow
-  std::int32_t num_judged = 0;           // pairs (l, l), which come first
+  double tolerance = 0.0;                          // [m] of the scene; 0: none
+  double left_out = 0.0;                           // [m] rms over all points of small modes that are left out
+  std::vector<std::int32_t> fast_loads;            // histories that change faster than ticks follow
+  std::int32_t num_judged = 0;                     // pairs (l, l), which come first
   std::vector<std::array<std::int32_t, 2>> pairs;  // modes of this plan
   Array load_rows;  // [N/m^2] (pairs x num_elastic) stiffness per static elastic coordinate
   Array rate_rows;  // [N s/m^2] (pairs x num_elastic) stiffness per rate of one; empty where nothing damps

@@ -54,8 +54,9 @@ void expect_equal(const Scene& scene, int count, const std::string& what) {
   ASSERT_LE(n, whole->omega.size());
   EXPECT_EQ(few->num_constraints, whole->num_constraints);
   EXPECT_EQ(few->mechanisms.size(), whole->mechanisms.size());
-  // beside what is stated of the lowest, rounding of higher ones: some hundred rows a point
-  const double accuracy = few->frequency_accuracy + whole->frequency_accuracy + 512.0 * kEpsilon;
+  // beside what is stated of the lowest, rounding of higher ones: membranes are a thousand times stiffer than
+  // what bends
+  const double accuracy = few->frequency_accuracy + whole->frequency_accuracy + 4096.0 * kEpsilon;
   for (Eigen::Index k = 0; k < n; ++k)
     EXPECT_LE(std::abs(few->omega[k] - whole->omega[k]), accuracy * whole->omega[k]) << "mode " << k;
   EXPECT_LT(difference(response(whole->shapes, whole->omega, n), response(few->shapes, few->omega, n)), 1e-8);
