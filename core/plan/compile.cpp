@@ -8,6 +8,7 @@
 #include "core/plan/arrays.hpp"
 #include "core/plan/groups.hpp"
 #include "core/plan/histories.hpp"
+#include "core/plan/kinetics.hpp"
 #include "core/plan/mixing.hpp"
 #include "core/plan/neglect.hpp"
 #include "core/plan/plan_bytes.hpp"
@@ -186,17 +187,16 @@ std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
   return kept;
 }
 
-// the coupled rungs sum over point masses, and have nothing of the second order of a body's turn
+// true bars stand between points at their true places, which a body's turn takes to first order only
 void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
-  if (!traits_of(rung).couples) return;
+  if (!traits_of(rung).has_true_geometry) return;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
     if (point.mass > 0.0 && !has_attitude(point)) continue;
-    return add_error(
-        faults, point.origin,
-        join_text("point ", quoted(point.name, static_cast<int>(i)),
-                  has_attitude(point) ? " has inertia or an offset" : " has no mass", ", which fidelity ",
-                  name_of(rung), " does not take; use spin-loaded or below"));
+    return add_error(faults, point.origin,
+                     join_text("point ", quoted(point.name, static_cast<int>(i)),
+                               has_attitude(point) ? " has inertia or an offset" : " has no mass",
+                               ", which fidelity ", name_of(rung), " does not take; use coupled or below"));
   }
 }
 
@@ -246,6 +246,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   compile_histories(scene, structure, plan, faults);
   compile_mixing(scene, structure, plan, faults);
   if (is_coupled(plan)) compile_coupled(scene, structure, spec, plan, faults);
+  if (is_coupled(plan)) compile_kinetics(scene, structure, shapes, kinetic_form(scene, plan), plan);
   if (spec.is_judged) compile_neglect(scene, whole, spec, plan);
   if (has_error(faults)) return std::nullopt;
   set_rate(plan, spec.rate);

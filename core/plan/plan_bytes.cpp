@@ -13,7 +13,8 @@ namespace {
 // "FFPLAN" and the two bytes that text-mode transfers damage
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 7, kVersionWithoutParticles = 6, kVersionWithoutNeglect = 5;
+constexpr std::uint32_t kVersion = 8, kVersionWithoutKinetics = 7, kVersionWithoutParticles = 6,
+                        kVersionWithoutNeglect = 5;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -118,9 +119,14 @@ void fields(Archive& archive, T& b) {
   all_of<PlanBar>(archive, b.link, b.first, b.second, b.stiffness, b.damping, b.length, b.direction);
 }
 
+template <typename Archive, Is<PlanKinetics> T>
+void fields(Archive& archive, T& k) {
+  all_of<PlanKinetics>(archive, k.form, k.moments, k.num_tables, k.tables);
+}
+
 template <typename Archive, Is<PlanCoupled> T>
 void fields(Archive& archive, T& c) {
-  all_of<PlanCoupled>(archive, c.functions, c.bars, c.part_phase, c.num_parts);
+  all_of<PlanCoupled>(archive, c.functions, c.bars, c.part_phase, c.num_parts, c.kinetics);
 }
 
 template <typename Archive, Is<LoadSums> T>
@@ -218,6 +224,9 @@ class Writer {
   void operator()(const PlanParticles& particles) {
     if (has_neglect_ || !particles.all.empty() || !particles.of_groups.empty()) fields(*this, particles);
   }
+  void operator()(const PlanKinetics& kinetics) {
+    if (has_neglect_ || kinetics.form != PlanKinetics::Form::kComplete) fields(*this, kinetics);
+  }
   template <typename T>
   void operator()(const T& value) {
     if constexpr (Scalar<T>) {
@@ -255,7 +264,8 @@ class Reader {
   explicit Reader(std::span<const std::byte> bytes, std::uint32_t version = kVersion)
       : bytes_(bytes),
         has_neglect_(version > kVersionWithoutNeglect),
-        has_particles_(version > kVersionWithoutParticles) {}
+        has_particles_(version > kVersionWithoutParticles),
+        has_kinetics_(version > kVersionWithoutKinetics) {}
 
   void operator()(PlanNeglect& neglect) {
     if (has_neglect_) fields(*this, neglect);
@@ -268,6 +278,9 @@ class Reader {
   }
   void operator()(PlanParticles& particles) {
     if (has_particles_) fields(*this, particles);
+  }
+  void operator()(PlanKinetics& kinetics) {
+    if (has_kinetics_) fields(*this, kinetics);
   }
   template <typename T>
   void operator()(T& value) {
@@ -344,7 +357,7 @@ class Reader {
   }
 
   std::span<const std::byte> bytes_;
-  bool has_neglect_, has_particles_;
+  bool has_neglect_, has_particles_, has_kinetics_;
   std::string error_;
   bool is_nested_ = false;
 };
