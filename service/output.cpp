@@ -22,7 +22,7 @@ std::size_t bytes_of(Snapshot& snapshot) {
   std::size_t numbers = 0;
   for (const Array* array : modal_arrays(snapshot.motion)) numbers += array->size();
   const CoupledState& coupled = snapshot.motion.coupled;
-  numbers += coupled.momentum.size() + coupled.rate_q.size() + coupled.rate_p.size();
+  numbers += coupled.momentum.size() + coupled.rate_q.size() + coupled.rate_p.size() + coupled.q_ddot.size();
   return sizeof(Snapshot) + numbers * sizeof(double);
 }
 

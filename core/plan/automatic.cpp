@@ -36,7 +36,8 @@ std::optional<Plan> plan_to_try(const Scene& scene, const Structure& structure, 
   // longer than the run, so that errors grow from its start
   set_horizon(2.0 * scene.automatic->horizon, *plan);
   const std::int32_t parts = resolving_parts(frequencies_of(structure), plan->period);
-  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, best_rung_beside(rung), parts, *plan, faults))
+  if (!add_shadow(scene, structure, PlanShadow::Kind::kBest, best_rung_beside(rung, scene, structure), parts,
+                  *plan, faults))
     return std::nullopt;
   return plan;
 }
@@ -121,7 +122,7 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
   }
   std::vector<Tried> all;
   for (const RungTraits& each : kRungs) {
-    if (!each.is_tried) continue;
+    if (!each.is_tried || !carries(each.rung, scene, structure)) continue;
     all.push_back(try_rung(scene, structure, each.rung, faults));
     tried.push_back(all.back().rung);
     if (has_error(faults)) return std::nullopt;

@@ -4,12 +4,18 @@
 
 #include "core/plan/compile.hpp"
 #include "core/plan/rates.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
 
 namespace freeflex {
 
-Fidelity best_rung_beside(Fidelity rung) {
-  return traits_of(rung).has_true_geometry ? rung : Fidelity::kExactBars;
+bool carries(Fidelity rung, const Scene& scene, const Structure& structure) {
+  return !traits_of(rung).has_true_geometry || (structure.num_constraints == 0 && are_point_masses(scene));
+}
+
+Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure) {
+  if (traits_of(rung).has_true_geometry) return rung;
+  return carries(Fidelity::kExactBars, scene, structure) ? Fidelity::kExactBars : Fidelity::kCoupled;
 }
 
 std::span<const double> frequencies_of(const Structure& structure) {
@@ -53,8 +59,9 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
   const auto add = [&](PlanShadow::Kind kind, Fidelity of) {
     return add_shadow(scene, structure, kind, of, parts, plan, faults);
   };
-  if (!add(PlanShadow::Kind::kBest, best_rung_beside(plan.fidelity))) return;
-  if (!rung.has_true_geometry && !add(PlanShadow::Kind::kFine, plan.fidelity)) return;
+  const Fidelity best = best_rung_beside(plan.fidelity, scene, structure);
+  if (!add(PlanShadow::Kind::kBest, best)) return;
+  if (best != plan.fidelity && !add(PlanShadow::Kind::kFine, plan.fidelity)) return;
   const bool lacks_modes = rung.has_modes && !plan.mode_numbers.empty() &&
                            plan.mode_numbers.size() < static_cast<std::size_t>(structure.omega.size());
   if (lacks_modes) add(PlanShadow::Kind::kWhole, plan.fidelity);

@@ -14,8 +14,12 @@ namespace freeflex {
 bool add_shadow(const Scene& scene, const Structure& structure, PlanShadow::Kind kind, Fidelity rung,
                 std::int32_t parts, Plan& plan, Faults& faults);
 
-/// What a rung is compared with: exact bars, or itself in parts of half the size where that is not better.
-Fidelity best_rung_beside(Fidelity rung);
+/// True of the rungs that can carry a scene: those with true bars take neither rigid links nor bodies.
+bool carries(Fidelity rung, const Scene& scene, const Structure& structure);
+
+/// What a rung is compared with: exact bars, or coupled where the scene has rigid links or bodies; or itself
+/// in parts of half the size where that is not better.
+Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure);
 
 /// Fills plan.budget with the shadows that scene.error_budget asks for. Errors, at its place, when the
 /// coupled rungs cannot carry the scene. \param structure  of the scene, with all modes

@@ -9,6 +9,7 @@
 #include "core/plan/arrays.hpp"
 #include "core/plan/groups.hpp"
 #include "core/plan/histories.hpp"
+#include "core/plan/kinetics.hpp"
 #include "core/plan/mixing.hpp"
 #include "core/plan/neglect.hpp"
 #include "core/plan/plan_bytes.hpp"
@@ -226,28 +227,38 @@ std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
   return kept;
 }
 
-// the coupled rungs sum over point masses, and have nothing of the second order of a body's turn
+// true bars stand between points at their true places, which a body's turn takes to first order only
 void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
   if (!traits_of(rung).couples) return;
+  const auto has_mass_matrix = [](const Link& link) {
+    return std::holds_alternative<MatrixLink>(link.kind) && has_mass(link);
+  };
+  for (std::size_t i = 0; i < scene.links.size(); ++i)
+    if (has_mass_matrix(scene.links[i]))
+      add_error(
+          faults, scene.links[i].origin,
+          join_text("link ", called(scene.links[i], static_cast<int>(i)),
+                    " has a mass matrix, which fidelity ", name_of(rung),
+                    " does not take, for it does not say how the inside moves; use spin-loaded or below"));
   if (!scene.wheels.empty())
     add_error(faults, scene.wheels.front().origin,
               join_text("wheel ", quoted(scene.wheels.front().name, 0), ": fidelity ", name_of(rung),
                         " does not take wheels; use spin-loaded or below"));
+  if (!traits_of(rung).has_true_geometry) return;
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
     if (point.mass > 0.0 && !has_attitude(point)) continue;
-    return add_error(
-        faults, point.origin,
-        join_text("point ", quoted(point.name, static_cast<int>(i)),
-                  has_attitude(point) ? " has inertia or an offset" : " has no mass", ", which fidelity ",
-                  name_of(rung), " does not take; use spin-loaded or below"));
+    return add_error(faults, point.origin,
+                     join_text("point ", quoted(point.name, static_cast<int>(i)),
+                               has_attitude(point) ? " has inertia or an offset" : " has no mass",
+                               ", which fidelity ", name_of(rung), " does not take; use coupled or below"));
   }
   for (std::size_t i = 0; i < scene.links.size(); ++i)
     if (has_mass(scene.links[i]))
       return add_error(
           faults, scene.links[i].origin,
           join_text("link ", called(scene.links[i], static_cast<int>(i)), " has mass, which fidelity ",
-                    name_of(rung), " does not take; use spin-loaded or below"));
+                    name_of(rung), " does not take; use coupled or below"));
 }
 
 void compile_publication(const Publication& publication, Plan& plan) {
@@ -298,6 +309,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   compile_histories(scene, structure, plan, faults);
   compile_mixing(scene, structure, plan, faults);
   if (is_coupled(plan)) compile_coupled(scene, structure, spec, plan, faults);
+  if (is_coupled(plan)) compile_kinetics(scene, structure, shapes, kinetic_form(scene, plan), plan);
   if (spec.is_judged) compile_neglect(scene, whole, spec, plan);
   compile_gyroscopic(plan);
   if (has_error(faults)) return std::nullopt;

@@ -118,9 +118,14 @@ void fields(Archive& archive, T& b) {
   all_of<PlanBar>(archive, b.link, b.first, b.second, b.stiffness, b.damping, b.length, b.direction);
 }
 
+template <typename Archive, Is<PlanKinetics> T>
+void fields(Archive& archive, T& k) {
+  all_of<PlanKinetics>(archive, k.form, k.moments, k.num_tables, k.tables);
+}
+
 template <typename Archive, Is<PlanCoupled> T>
 void fields(Archive& archive, T& c) {
-  all_of<PlanCoupled>(archive, c.functions, c.bars, c.part_phase, c.num_parts);
+  all_of<PlanCoupled>(archive, c.functions, c.bars, c.part_phase, c.num_parts, c.kinetics);
 }
 
 template <typename Archive, Is<LoadSums> T>
@@ -262,6 +267,9 @@ class Writer {
   void operator()(const PlanTorques& torques) {
     if (has_neglect_ || !torques.all.empty()) fields(*this, torques);
   }
+  void operator()(const PlanKinetics& kinetics) {
+    if (has_neglect_ || kinetics.form != PlanKinetics::Form::kComplete) fields(*this, kinetics);
+  }
   template <typename T>
   void operator()(const T& value) {
     if constexpr (Scalar<T>) {
@@ -324,6 +332,9 @@ class Reader {
   }
   void operator()(PlanTorques& torques) {
     if (has_particles_) fields(*this, torques);
+  }
+  void operator()(PlanKinetics& kinetics) {
+    if (has_particles_) fields(*this, kinetics);
   }
   template <typename T>
   void operator()(T& value) {
@@ -400,7 +411,7 @@ class Reader {
   }
 
   std::span<const std::byte> bytes_;
-  bool has_neglect_, has_particles_;
+  bool has_neglect_, has_particles_, has_kinetics_;
   std::string error_;
   bool is_nested_ = false;
 };

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/plan/kinetics.hpp"
 #include "core/plan/mixing.hpp"
 #include "core/plan/propagator.hpp"
 #include "core/scene/faults.hpp"
@@ -78,16 +79,25 @@ PlanBar true_bar(const Scene& scene, int index) {
 
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, Plan& plan,
                      Faults& faults) {
-  if (structure.num_constraints > 0)
+  if (structure.num_constraints > 0 && traits_of(spec.rung).has_true_geometry)
     for (const Link& link : scene.links)
       if (traits_of(link).effect == LinkEffect::kForbids) {
         add_error(
             faults, link.origin,
-            "a rigid link does not go with the coupled rungs, whose equations need every elastic mode; use a "
-            "stiff spring (a stiff mode that does not vibrate costs these rungs nothing), or fidelity: "
-            "spin-loaded or below");
+            join_text(
+                "a rigid link does not go with fidelity ", name_of(spec.rung),
+                ", whose true bars would stand beside one that is rigid to first order only; use a stiff "
+                "spring (a stiff mode that does not vibrate costs nothing there), or fidelity: coupled or "
+                "below"));
         return;
       }
+  if (!keeps_turns_about_line(structure)) {
+    add_error(faults, {},
+              join_text("fidelity ", name_of(spec.rung),
+                        ": the shape is on a line, and the modes that are kept do not let it turn about that "
+                        "line; keep both modes of each pair across it, or take spin-loaded or below"));
+    return;
+  }
   for (const Feedback& feedback : scene.feedbacks)
     if (!feedback.acceleration_gain.isZero(0.0)) {
       add_error(

@@ -6,7 +6,8 @@
 
 namespace freeflex {
 
-/// Fills plan.coupled but for what depends on the period. Errors: rigid links, acceleration feedback.
+/// Fills plan.coupled but for what depends on the period. Errors: acceleration feedback, rigid links beside
+/// true bars, modes of a line that do not let it turn about itself.
 /// \pre modes, points and mixing of the plan stand; its rung is coupled or above
 void compile_coupled(const Scene& scene, const Structure& structure, const PlanSpec& spec, Plan& plan,
                      Faults& faults);

@@ -46,13 +46,43 @@ std::string find_in_histories(const Plan& plan) {
   return {};
 }
 
+std::string find_in_kinetics(const Plan& plan) {
+  using Form = PlanKinetics::Form;
+  const PlanKinetics& kinetics = plan.coupled.kinetics;
+  if (kinetics.form < Form::kComplete || kinetics.form > Form::kTables)
+    return "the kinetic energy is of no known form";
+  const auto num_points = static_cast<std::int64_t>(plan.points.size());
+  const bool is_complete =
+      plan.num_elastic == 3 * num_points - plan.rigid_freedoms && plan.num_padded == plan.num_moving;
+  if (kinetics.form == Form::kComplete && !is_complete)
+    return "a coupled rung needs every elastic mode and nothing besides, or sums for those that it has";
+  if (kinetics.form != Form::kComplete && traits_of(plan.fidelity).has_true_geometry)
+    return "true bars with modes that are not a complete set";
+  if (kinetics.form != Form::kTables && !plan.particles.all.empty())
+    return "bodies on a coupled rung without sums for them";
+  const bool has_tables = kinetics.form == Form::kTables;
+  if (has_tables ? kinetics.num_tables != kPointTables && kinetics.num_tables != kBodyTables
+                 : kinetics.num_tables != 0)
+    return "the number of tables over pairs of modes is none of those known";
+  const auto n = static_cast<std::size_t>(plan.num_padded),
+             moving = static_cast<std::size_t>(plan.num_moving);
+  if (kinetics.moments.size() != (has_tables ? 6 * n : 0) ||
+      kinetics.tables.size() != moving * static_cast<std::size_t>(kinetics.num_tables) * n ||
+      !are_finite(kinetics.moments) || !are_finite(kinetics.tables))
+    return "the sums over pairs of modes do not have their size or are not finite";
+  return {};
+}
+
 }  // namespace
 
 std::string find_rung_inconsistency(const Plan& plan) {
   if (std::string error = find_in_histories(plan); !error.empty()) return error;
   const PlanCoupled& coupled = plan.coupled;
   if (!is_coupled(plan))
-    return coupled.functions.empty() && coupled.bars.empty() && coupled.num_parts == 1
+    return coupled.functions.empty() && coupled.bars.empty() && coupled.num_parts == 1 &&
+                   coupled.kinetics.form == PlanKinetics::Form::kComplete &&
+                   coupled.kinetics.tables.empty() && coupled.kinetics.moments.empty() &&
+                   coupled.kinetics.num_tables == 0
                ? ""
                : "there is more than the rung needs";
   const bool is_divided = traits_of(plan.fidelity).divides_tick;
@@ -62,9 +92,7 @@ std::string find_rung_inconsistency(const Plan& plan) {
   if (coupled.num_parts < 1 || coupled.num_parts > (is_divided ? kMaxParts : 1) ||
       !std::has_single_bit(static_cast<std::uint32_t>(coupled.num_parts)))
     return "a step is in a number of parts that is no power of two or too large";
-  const auto num_points = static_cast<std::int64_t>(plan.points.size());
-  if (plan.num_elastic != 3 * num_points - plan.rigid_freedoms || plan.num_padded != plan.num_moving)
-    return "a coupled rung needs every elastic mode and nothing besides";
+  if (std::string error = find_in_kinetics(plan); !error.empty()) return error;
   for (std::size_t i = 0; i < plan.points.size(); ++i)
     if (plan.points[i].row != static_cast<std::int32_t>(i))
       return "the rows of a coupled rung are not those of its points";

@@ -38,6 +38,10 @@ void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, 
     // the initial state with every mode of it, of which this plan may have left a part out
     to.q = shadow.plan.initial.q;
     to.q_dot = shadow.plan.initial.q_dot;
+  } else if (!budget.points_tell_modes) {
+    // of a scene with bodies every plan has every mode
+    std::copy(state.q.begin(), state.q.begin() + plan.num_elastic, to.q.begin());
+    std::copy(state.q_dot.begin(), state.q_dot.begin() + plan.num_elastic, to.q_dot.begin());
   } else {
     to_modes(shadow.plan, budget.V, budget.scratch, to.q, workspace.next_q);
     to_modes(shadow.plan, budget.V_dot, budget.scratch, to.q_dot, workspace.next_q);
@@ -134,12 +138,28 @@ void follow_step(const Plan& plan, const State& state, bool slots_changed, Budge
                 plan.period, budget);
 }
 
+/// True when the points carry all of the mass, sum m b.b = M   (3.3): displacements give the coordinates (X54).
+bool do_points_tell_modes(const Plan& plan) {
+  constexpr double kRounding = 1e-6;
+  for (std::size_t l = 0; l < index(plan.num_elastic); ++l) {
+    double sum = 0.0;
+    for (const PlanPoint& point : plan.points)
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        const double b = point_rows(plan, point.row)[axis * index(plan.num_padded) + l];
+        sum += point.mass * b * b;
+      }
+    if (sum < (1.0 - kRounding) * plan.mass || sum > (1.0 + kRounding) * plan.mass) return false;
+  }
+  return true;
+}
+
 }  // namespace
 
 Budget make_budget(const Plan& plan) {
   Budget budget;
   for (const PlanShadow& shadow : plan.budget.shadows)
     budget.shadows.push_back({make_state(shadow.plan), make_workspace(shadow.plan)});
+  if (!budget.shadows.empty()) budget.points_tell_modes = do_points_tell_modes(plan);
   if (!budget.shadows.empty())
     for (auto* v : {&budget.V, &budget.V_dot, &budget.V_other, &budget.scratch})
       v->resize(plan.points.size());

@@ -41,6 +41,7 @@ struct Budget {
   };
   std::vector<Shadow> shadows;  // those of PlanBudget::shadows
   bool is_lost = false;
+  bool points_tell_modes = true;                 // false: bodies, whose modes the shadows take as they are
   double turned = 0.0;                           // [rad] since then
   double fast_motion = 0.0, all_motion = 0.0;    // [m^2] sums of (q' / omega)^2 of unresolved modes, of q^2
   std::int64_t sync_tick = 0;                    // at which they last stood where the state does

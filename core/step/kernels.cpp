@@ -291,10 +291,9 @@ FREEFLEX_KERNEL void contract_points_to(const Plan* plan, const double* a, const
 
 /// Eight modes at a time, over all rows.
 template <class V>
-FREEFLEX_KERNEL void project_points_to(const Plan* plan, const double* f, const double* g,
+FREEFLEX_KERNEL void project_points_to(const Plan* plan, std::size_t n, const double* f, const double* g,
                                        std::size_t num_rows, double* x, double* y) noexcept {
-  const std::size_t n = static_cast<std::size_t>(plan->num_moving),
-                    stride = static_cast<std::size_t>(plan->num_padded);
+  const auto stride = static_cast<std::size_t>(plan->num_padded);
   constexpr std::size_t kLanesOfV = sizeof(V) / sizeof(double), kChunks = kLanes / kLanesOfV;
   for (std::size_t l = 0; l < n; l += kLanes) {
     V sum_x[kChunks]{}, sum_y[kChunks]{};
@@ -308,6 +307,20 @@ FREEFLEX_KERNEL void project_points_to(const Plan* plan, const double* f, const 
       }
     __builtin_memcpy(x + l, sum_x, sizeof(sum_x));
     __builtin_memcpy(y + l, sum_y, sizeof(sum_y));
+  }
+}
+
+// eight rows a pass, so that y is not written for each
+FREEFLEX_KERNEL void sum_rows_to(const double* __restrict rows, std::size_t stride,
+                                 const double* __restrict weights, std::size_t count, std::size_t n,
+                                 double* __restrict y) noexcept {
+  for (std::size_t l = 0; l < n; ++l) y[l] = 0.0;
+  for (std::size_t k = 0; k < count; k += kLanes, rows += kLanes * stride, weights += kLanes) {
+    const double *x0 = rows, *x1 = x0 + stride, *x2 = x1 + stride, *x3 = x2 + stride, *x4 = x3 + stride,
+                 *x5 = x4 + stride, *x6 = x5 + stride, *x7 = x6 + stride;
+    for (std::size_t l = 0; l < n; ++l)
+      y[l] += ((weights[0] * x0[l] + weights[1] * x1[l]) + (weights[2] * x2[l] + weights[3] * x3[l])) +
+              ((weights[4] * x4[l] + weights[5] * x5[l]) + (weights[6] * x6[l] + weights[7] * x7[l]));
   }
 }
 
@@ -362,7 +375,18 @@ void contract_points(const Plan& plan, const double* a, const double* b, std::sp
 void project_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
                     double* y) noexcept {
   run_widest<project_points_to<Pair>, project_points_to<Quad>, project_points_to<Oct>>(
-      &plan, f.data()->data(), g.data()->data(), 3 * f.size(), x, y);
+      &plan, index(plan.num_moving), f.data()->data(), g.data()->data(), 3 * f.size(), x, y);
+}
+
+void project_all_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
+                        double* y) noexcept {
+  run_widest<project_points_to<Pair>, project_points_to<Quad>, project_points_to<Oct>>(
+      &plan, index(plan.num_padded), f.data()->data(), g.data()->data(), 3 * f.size(), x, y);
+}
+
+void sum_rows(const double* rows, std::size_t stride, const double* weights, std::size_t count, std::size_t n,
+              double* y) noexcept {
+  run<sum_rows_to>(rows, stride, weights, count, n, y);
 }
 
 bool advance_modes(const Propagator& propagator, std::size_t n, const ModalState& from, const double* Q0,

@@ -50,6 +50,12 @@ void contract_points(const Plan& plan, const double* a, const double* b, std::sp
 /// x = rows^T f, y = rows^T g over all points, summed from the first point to the last; x, y (num_moving)
 void project_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
                     double* y) noexcept;
+/// The same with the constraint shapes; x, y (num_padded)
+void project_all_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
+                        double* y) noexcept;
+/// y = sum_k weights_k row_k over n values; rows begin `stride` apart, count is a multiple of kLanes
+void sum_rows(const double* rows, std::size_t stride, const double* weights, std::size_t count, std::size_t n,
+              double* y) noexcept;
 
 /// The elastic coordinates of all modes, value and low part.
 struct ModalState {

@@ -330,7 +330,7 @@ void add_point_forces(const Plan& plan, const LoadPattern& pattern, const Mat3& 
   const auto in_body_axes = [&](const Vec3& W, const Vec3& B) {
     return scale(amplitude, add(multiply_transposed(R_WB, W), B));
   };
-  for (std::size_t i = 0; i < forces.size(); ++i)
+  for (std::size_t i = 0; i < plan.points.size(); ++i)
     if (!is_zero(sums.force_W[i]) || !is_zero(sums.force_B[i]))
       forces[i] = add(forces[i], in_body_axes(sums.force_W[i], sums.force_B[i]));
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
@@ -339,8 +339,8 @@ void add_point_forces(const Plan& plan, const LoadPattern& pattern, const Mat3& 
     const Vec3 turn =
         multiply(group.inverse_inertia, in_body_axes(sums.group_torque_W[k], sums.group_torque_B[k]));
     if (!has_load(force, turn)) continue;
-    for (const std::int32_t i : group.points) {
-      const PlanPoint& point = plan.points[index(i)];
+    for (const std::int32_t i : parts_of_group(plan, k)) {
+      const PlanPoint& point = mass_point(plan, i);
       const Vec3 a = add_scaled(cross(turn, sub(point.r, group.centre)), 1.0 / group.mass, force);
       forces[index(i)] = add_scaled(forces[index(i)], point.mass, a);
     }

@@ -210,6 +210,21 @@ struct PlanBar {
   Vec3 direction{};                      // [-] rest direction, first to second point
 };
 
+/// How the coupled rungs have the kinetic energy   (THEORY X190 to X196).
+struct PlanKinetics {
+  enum class Form : std::int32_t {
+    kComplete = 0,  // X92: point masses with every mode
+    kPoints = 1,    // X191: some modes, by sums over point masses
+    kTables = 2,    // X194: some modes, or bodies, by sums over pairs of modes
+  };
+  Form form = Form::kComplete;
+  Array moments;                // [kg m] (6 x num_padded) Y_l,ab for ab = xx, yy, zz, xy, xz, yz
+  std::int32_t num_tables = 0;  // 9: X_kl, Z_kl; 12 where bodies turn: and G_kl
+  // [kg] (num_moving x num_tables x num_padded), mode k, then X_kl,a for x, y, z, Z_kl,ab as above, G_kl,a
+  Array tables;
+};
+inline constexpr std::int32_t kPointTables = 9, kBodyTables = 12;  // PlanKinetics::num_tables
+
 /// What the coupled rungs need beside the rest; empty below them   (THEORY X92, X93).
 struct PlanCoupled {
   /// Functions of one mode's own linear motion L over a step: each is a 2 x 2 matrix on (q, p), in the order
@@ -221,6 +236,7 @@ struct PlanCoupled {
   double part_phase =
       0.0;  // [rad] the fastest rate times a part of the step, at most; 0: the step is not divided
   std::int32_t num_parts = 1;  // of a step, a power of two, so that the time of a part is exact   (X100)
+  PlanKinetics kinetics;
 };
 
 /// Output rows for one published link: force = rows q + rate rows q' + load rows Q, each in

@@ -69,10 +69,16 @@ PointState read_point(const Plan& given, const MotionState& state, int point) no
   // velocity and acceleration of a point that moves in turning axes
   const Vec3 v_B = add(wx, V_dot);
   Vec3 a_B;
-  if (is_coupled(plan)) {
+  const bool is_complete = plan.coupled.kinetics.form == PlanKinetics::Form::kComplete;
+  if (is_coupled(plan) && is_complete) {
     // the force on the point over its mass, sum F / M + (I^-1 moment) x r + sum b q'': the modes are
     // complete, so rigid and elastic parts are all of it   (X95)
     a_B = add(cross(multiply(plan.inverse_inertia, state.moment_B), plan.points[index(point)].r), V_ddot);
+  } else if (is_coupled(plan)) {
+    // w' and q'' of the step   (X193)
+    const Vec3 V_ddot_of_step = contract(plan, rows_of(plan, point), state.coupled.q_ddot);
+    a_B = add(add(cross(state.coupled.w_dot_B, x), cross(w, wx)),
+              add_scaled(V_ddot_of_step, 2.0, cross(w, V_dot)));
   } else {
     const Vec3 H_B = multiply_transposed(R, state.H_W);
     const Vec3 w_dot = multiply(plan.inverse_inertia, sub(state.moment_B, cross(w, H_B)));

@@ -69,6 +69,7 @@ State make_state(const Plan& plan) {
   if (is_coupled(plan))
     for (auto* v : {&state.coupled.momentum, &state.coupled.rate_q, &state.coupled.rate_p}) v->resize(n);
   for (auto* v : {&state.wheel_momentum, &state.wheel_momentum_low}) v->resize(plan.wheels.all.size());
+  if (plan.coupled.kinetics.form != PlanKinetics::Form::kComplete) state.coupled.q_ddot.resize(n);
   state.slots.resize(kMaxSlots);
   state.commands_pattern = make_roomy_pattern(plan);
   state.commands_arms.reserve(kArmSize * kMostShadowedModes);

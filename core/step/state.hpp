@@ -25,6 +25,9 @@ struct CoupledState {
       rate_p;       // [m/s], [m/s^2] (num_padded) what of their rates is not the modes' own linear motion
   Vec3 w_B{};       // [rad/s] angular velocity of the frame, body axes
   Vec3 moment_B{};  // [N m] about the centre of mass, arms of the deformed body
+  // where modes are not a complete set, else empty and zero   (THEORY X193)
+  Array q_ddot;    // [m/s^2] (num_padded)
+  Vec3 w_dot_B{};  // [rad/s^2] of w_B, as the frame sees it
   bool has_rates = false;
   bool operator==(const CoupledState&) const = default;
 };
@@ -80,9 +83,16 @@ struct State : MotionState {
 /// Scratch of one step on the coupled rungs.
 struct CoupledWorkspace {
   std::vector<Vec3> V, W;                     // [m], [m/s] (num_points)
-  std::vector<Vec3> force, drift;             // [N], [m/s] (num_points)
+  std::vector<Vec3> force, drift;             // [N], [m/s] (num_points; forces on particles too)
   Array q, p, q_dot, Q;                       // (num_padded) of a stage
   std::array<std::array<Array, 2>, 4> rates;  // [m/s], [m/s^2] (num_padded) of q and p at each stage
+  // where modes are not a complete set, else empty   (THEORY X190 to X194)
+  Array C;                 // [kg m] (3 x num_padded)
+  Array load, inertial;    // [N] (num_padded)
+  Array C_dot_w;           // [N] (num_padded) what the rate of C takes, w . C'_l
+  Array sums, sums_dot;    // (num_tables, 6 x num_padded) tables times q, times q'
+  Array spare;             // (num_padded)
+  std::vector<Vec3> arms;  // [kg m] (num_points)
   CoupledState next;
 };
 

@@ -108,4 +108,32 @@ Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Str
   return particles;
 }
 
+std::vector<TurningBody> turning_bodies(const Scene& scene, const Structure& structure) {
+  std::vector<TurningBody> bodies;
+  const Freedoms freedoms(scene);
+  const std::vector<CarriedMass> carried = carried_masses(scene, freedoms);
+  // those of points come first
+  for (std::size_t p = 0, end = 0; p < carried.size() && carried[p].point >= 0; p = end) {
+    const int point = carried[p].point;
+    while (end < carried.size() && carried[end].point == point) ++end;
+    if (!has_attitude(scene.points[static_cast<std::size_t>(point)])) continue;
+    TurningBody body;
+    body.theta = structure.turns.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements());
+    body.arms.setZero();
+    for (std::size_t k = p; k < end; ++k)
+      body.arms += carried[k].mass * structure.particles.r.col(static_cast<Eigen::Index>(k)) *
+                   carried[k].arm.transpose();
+    bodies.push_back(std::move(body));
+  }
+  return bodies;
+}
+
+// g_kl = D_kl a, D_kl = (theta_k theta_l^T + theta_l theta_k^T) / 2 - (theta_k . theta_l) 1, so that the sum
+// is that of arms D_kl
+Eigen::MatrixXd second_order(const TurningBody& body, int a, int b) {
+  const Eigen::RowVectorXd swept = body.arms.row(a) * body.theta, turn = body.theta.row(b);
+  return 0.5 * (swept.transpose() * turn + turn.transpose() * swept) -
+         body.arms(a, b) * (body.theta.transpose() * body.theta);
+}
+
 }  // namespace freeflex

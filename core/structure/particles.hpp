@@ -34,4 +34,16 @@ DeformationRows mass_rows(const Scene& scene, const Freedoms& freedoms, double l
 /// The particles of a structure with bodies, moving as its points do.  \pre structure.shapes and turns
 Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Structure& structure);
 
+/// What the second order of a body's turn needs of it: a particle on the arm a moves by theta x a + theta x
+/// (theta x a) / 2   (THEORY X194).
+struct TurningBody {
+  Eigen::Matrix3Xd theta;  // [1/m] (3 x n) its elastic rotation
+  Eigen::Matrix3d arms;    // [kg m^2] sum m r a^T over its particles
+};
+std::vector<TurningBody> turning_bodies(const Scene& scene, const Structure& structure);
+
+/// sum m r_a g_kl,b over a body's particles for all pairs of modes (n x n), g_kl = (theta_k x (theta_l x a) +
+/// theta_l x (theta_k x a)) / 2   (THEORY X194).
+Eigen::MatrixXd second_order(const TurningBody& body, int a, int b);
+
 }  // namespace freeflex

@@ -63,6 +63,28 @@ TEST(BodyMotion, ATorqueOnABodyIsTheWrenchOnItsOwnGroup) {
   }
 }
 
+// the same on the coupled rung, and there as on the separated one where nothing turns much
+TEST(BodyMotion, ATorqueOnABodyIsTheSameOnTheCoupledRung) {
+  Scene scene = two_that_are_read();
+  scene.fidelity = Fidelity::kCoupled;
+  Simulation coupled(scene), by_wrench(scene);
+  scene.fidelity = Fidelity::kSeparated;
+  Simulation separated(scene);
+  const Vec3 torque{3e-4, -2e-4, 5e-4};
+  ForceCommand wrench = make_command(0, 1, Axes::kBody);
+  const ForceCommand direct = torque_on(1, torque);
+  wrench.num_wrenches = 1;
+  wrench.wrenches[0] = {1, 0, {}, torque};
+  coupled.run(500, std::span(&direct, 1));
+  by_wrench.run(500, std::span(&wrench, 1));
+  separated.run(500, std::span(&direct, 1));
+  const Eigen::Map<const Eigen::VectorXd> a(coupled.state.q.data(), 8), b(by_wrench.state.q.data(), 8),
+      c(separated.state.q.data(), 8);
+  EXPECT_GT(c.norm(), 1e-9);
+  EXPECT_LT((a - b).norm(), 1e-6 * b.norm());
+  EXPECT_LT((a - c).norm(), 1e-3 * c.norm());
+}
+
 // the rate of an attitude is the difference of two attitudes; at rest the axes are the scene's
 TEST(BodyMotion, TheRateOfABodyIsThatOfItsAttitude) {
   Scene scene = two_that_are_read();

@@ -1,0 +1,130 @@
+#include "core/plan/kinetics.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/plan/arrays.hpp"
+#include "core/scene/bodies.hpp"
+#include "core/structure/particles.hpp"
+
+namespace freeflex {
+namespace {
+
+using Axes2 = std::array<int, 2>;
+constexpr std::array<Axes2, 6> kProducts{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+constexpr std::array<Axes2, 3> kCross{{{1, 2}, {2, 0}, {0, 1}}};  // a x b along x: a_1 b_2 - a_2 b_1
+
+// modes first, then what of the constraint shapes is known
+Eigen::MatrixXd shapes_of_mass(const Structure& structure, const Eigen::MatrixXd& shapes) {
+  const Eigen::MatrixXd& of_particles = structure.particles.shapes;
+  if (of_particles.rows() == 0) return shapes;
+  Eigen::MatrixXd all = Eigen::MatrixXd::Zero(of_particles.rows(), shapes.cols());
+  all.leftCols(of_particles.cols()) = of_particles;
+  return all;
+}
+
+// row `axis` of each point
+Eigen::MatrixXd along(const Eigen::MatrixXd& shapes, int axis) {
+  return shapes(Eigen::seq(axis, Eigen::last, 3), Eigen::all);
+}
+
+class Tables {
+ public:
+  Tables(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes, Plan& plan)
+      : plan_(plan), num_(plan.num_elastic), num_all_(shapes.cols()) {
+    const Eigen::MatrixXd b = shapes_of_mass(structure, shapes);
+    const Eigen::VectorXd& mass = structure.particles.mass;
+    const std::vector<TurningBody> bodies = turning_bodies(scene, structure);
+    plan.coupled.kinetics.num_tables = bodies.empty() ? kPointTables : kBodyTables;
+    for (int axis = 0; axis < 3; ++axis) {
+      const auto i = static_cast<std::size_t>(axis);
+      b_[i] = along(b, axis);
+      weighted_[i] = mass.asDiagonal() * b_[i].leftCols(num_);
+    }
+    set_moments(structure);
+    plan.coupled.kinetics.tables.assign(static_cast<std::size_t>(plan.num_moving) * stride(), 0.0);
+    for (int k = 0; k < 3; ++k) put(k, outer(kCross[at(k)]) - outer(flipped(kCross[at(k)])));
+    for (int k = 0; k < 6; ++k) {
+      const Axes2 axes = kProducts[at(k)];
+      put(3 + k,
+          0.5 * (outer(axes) + outer(flipped(axes)) + turned(bodies, axes) + turned(bodies, flipped(axes))));
+    }
+    for (int k = 0; k < 3 && !bodies.empty(); ++k)
+      put(9 + k, turned(bodies, kCross[at(k)]) - turned(bodies, flipped(kCross[at(k)])));
+  }
+
+ private:
+  static std::size_t at(int k) { return static_cast<std::size_t>(k); }
+  static Axes2 flipped(const Axes2& axes) { return {axes[1], axes[0]}; }
+  std::size_t stride() const {
+    return at(plan_.coupled.kinetics.num_tables) * static_cast<std::size_t>(plan_.num_padded);
+  }
+
+  // Y_l,ab
+  void set_moments(const Structure& structure) {
+    const Eigen::Matrix3Xd mr = structure.particles.r * structure.particles.mass.asDiagonal();
+    for (const auto& [a, b] : kProducts)
+      append_row(plan_, Eigen::RowVectorXd(0.5 * (mr.row(a) * b_[at(b)] + mr.row(b) * b_[at(a)])),
+                 plan_.coupled.kinetics.moments);
+  }
+
+  // sum m b_k,a b_l,b
+  Eigen::MatrixXd outer(const Axes2& axes) const {
+    return weighted_[at(axes[0])].transpose() * b_[at(axes[1])];
+  }
+
+  // sum m r_a g_kl,b; constraint shapes have none
+  Eigen::MatrixXd turned(const std::vector<TurningBody>& bodies, const Axes2& axes) const {
+    Eigen::MatrixXd sum = Eigen::MatrixXd::Zero(num_, num_all_);
+    for (const TurningBody& body : bodies) sum.leftCols(num_) += second_order(body, axes[0], axes[1]);
+    return sum;
+  }
+
+  void put(int table, const Eigen::MatrixXd& values) {
+    Array& tables = plan_.coupled.kinetics.tables;
+    const std::size_t n = static_cast<std::size_t>(plan_.num_padded);
+    for (Eigen::Index k = 0; k < num_; ++k) {
+      const Array row = padded(plan_, values.row(k).transpose());
+      std::copy(row.begin(), row.end(),
+                tables.begin() +
+                    static_cast<std::ptrdiff_t>(static_cast<std::size_t>(k) * stride() + at(table) * n));
+    }
+  }
+
+  Plan& plan_;
+  Eigen::Index num_, num_all_;
+  std::array<Eigen::MatrixXd, 3> b_, weighted_;  // (P x num_all), (P x num)
+};
+
+}  // namespace
+
+PlanKinetics::Form kinetic_form(const Scene& scene, const Plan& plan) {
+  using Form = PlanKinetics::Form;
+  if (!are_point_masses(scene)) return Form::kTables;
+  const int num_points = static_cast<int>(plan.points.size());
+  if (plan.num_elastic == 3 * num_points - plan.rigid_freedoms) return Form::kComplete;
+  return kPointTables * plan.num_elastic < kTablesPerPoint * num_points ? Form::kTables : Form::kPoints;
+}
+
+void compile_kinetics(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
+                      PlanKinetics::Form form, Plan& plan) {
+  plan.coupled.kinetics.form = form;
+  if (form == PlanKinetics::Form::kTables) Tables(scene, structure, shapes, plan);
+}
+
+bool keeps_turns_about_line(const Structure& structure) {
+  constexpr double kRounding = 1e-8;  // of a mode's own size; shapes are exact to 1e-12 and better
+  const MassProperties& body = structure.mass_properties;
+  if (body.rigid_freedoms != 5) return true;
+  const Eigen::MatrixXd& b = particle_shapes(structure);
+  Eigen::MatrixXd turned(b.rows(), b.cols()), weighted = b;
+  for (Eigen::Index i = 0; i < structure.particles.mass.size(); ++i) {
+    for (Eigen::Index l = 0; l < b.cols(); ++l)
+      turned.block<3, 1>(3 * i, l) = body.line.cross(Eigen::Vector3d(b.block<3, 1>(3 * i, l)));
+    weighted.middleRows<3>(3 * i) *= structure.particles.mass[i] / body.mass;
+  }
+  const Eigen::MatrixXd left = turned - b * (weighted.transpose() * turned);
+  return left.norm() <= kRounding * std::max(1.0, turned.norm());
+}
+
+}  // namespace freeflex

@@ -1,0 +1,28 @@
+// How a plan of the coupled rungs has the kinetic energy (THEORY X190 to X196).
+#pragma once
+
+#include <Eigen/Core>
+
+#include "core/plan/spec.hpp"
+
+namespace freeflex {
+
+/// X195: what a mode pair's tables cost beside one point's rows for a mode, measured
+/// (tests/bench/bench_kinetics): tables are taken where num_tables * num_elastic is below this times the
+/// number of points.
+inline constexpr double kTablesPerPoint = 16.0;
+
+/// The form that a plan takes: complete where it can, tables for bodies, else what costs less.
+/// \pre modes and points of the plan stand; its rung couples
+PlanKinetics::Form kinetic_form(const Scene& scene, const Plan& plan);
+
+/// Fills plan.coupled.kinetics for a form.
+/// \param shapes  [-] (3N x num) unit elastic displacements of the points, then constraint shapes
+void compile_kinetics(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
+                      PlanKinetics::Form form, Plan& plan);
+
+/// True where the modes that the plan has let its points turn about the line that they stand on, which the
+/// frame does not do: a set without this would push against the frame (THEORY X192). True off a line.
+bool keeps_turns_about_line(const Structure& structure);
+
+}  // namespace freeflex

@@ -1,0 +1,247 @@
+// The coupled rung on any set of modes, and with rigid links, against Lagrange's equations in accelerations.
+#include <gtest/gtest.h>
+
+#include <cstdio>
+#include <numeric>
+
+#include "core/plan/compile.hpp"
+#include "core/plan/kinetics.hpp"
+#include "tests/motion/lagrange_equations.hpp"
+#include "tests/motion/rung_cases.hpp"
+#include "tests/setup/make_scene.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Form = PlanKinetics::Form;
+
+// a plan in a form that it would not take by itself
+Plan in_form(const Scene& scene, const Structure& structure, const PlanSpec& spec, Form form) {
+  Faults faults;
+  std::optional<Plan> plan = compile(scene, structure, spec, faults);
+  for (const Fault& fault : faults) EXPECT_NE(fault.severity, Fault::Severity::kError) << fault.message;
+  if (!plan) return {};
+  std::vector<int> modes = spec.modes;
+  Eigen::MatrixXd shapes(structure.shapes.rows(),
+                         static_cast<Eigen::Index>(modes.size()) + structure.constraint_shapes.cols());
+  shapes << structure.shapes(Eigen::all, modes), structure.constraint_shapes;
+  Structure few = structure;
+  few.shapes = structure.shapes(Eigen::all, modes);
+  plan->coupled.kinetics = {};
+  compile_kinetics(scene, few, shapes, form, *plan);
+  return *plan;
+}
+
+// five points, nine elastic modes of some 20 to 110 rad/s
+Scene five_points() {
+  Scene scene;
+  const std::vector<Eigen::Vector3d> places{
+      {0.0, 0.0, 0.0}, {1.1, 0.1, 0.0}, {0.2, 0.9, 0.1}, {0.3, 0.2, 1.2}, {1.0, 1.1, 0.8}};
+  for (std::size_t i = 0; i < places.size(); ++i)
+    add_point(scene, 1.0 + 0.3 * static_cast<double>(i), places[i]);
+  join_all(scene, 900.0);
+  for (int i = 0; i < 5; ++i) scene.publication.points.push_back(i);
+  scene.pushable = scene.publication.points;
+  scene.initial.angular_velocity = {0.7, -1.1, 2.3};
+  scene.rate = 1000.0;
+  return scene;
+}
+
+PlanSpec spec_of(const Scene& scene, const Structure& structure, const std::vector<int>& modes) {
+  PlanSpec spec = whole_spec(scene, structure, Fidelity::kCoupled);
+  spec.modes = modes;
+  for (Eigen::Index l = 0; l < spec.initial.q.size(); ++l) {
+    spec.initial.q[l] = 0.02 * std::cos(1.0 + static_cast<double>(l));
+    spec.initial.q_dot[l] = 0.5 * std::sin(2.0 + static_cast<double>(l));
+  }
+  return spec;
+}
+
+// difference of coordinates and attitude from the equations in accelerations, of the largest coordinate
+double error_of(const Simulation& simulation, const Eigen::VectorXd& y, Eigen::Index n) {
+  const Eigen::Map<const Eigen::VectorXd> q(simulation.state.q.data(), n);
+  const Quat& a = simulation.state.q_WB;
+  Eigen::Vector4d attitude(a[1], a[2], a[3], a[0]);
+  if (attitude.dot(y.tail<4>()) < 0.0) attitude = -attitude;
+  return std::max((q - y.head(n)).cwiseAbs().maxCoeff(), (attitude - y.tail<4>()).cwiseAbs().maxCoeff());
+}
+
+// accelerations of all points [m/s^2] (3 x N), body axes, where loads add up to nothing
+Eigen::Matrix3Xd accelerations_B(const AssumedShapes& equations, const Eigen::VectorXd& y) {
+  const Eigen::VectorXd z = equations.accelerations(y), q = y.head(equations.n()),
+                        q_dot = y.segment(equations.n(), equations.n());
+  const Eigen::Vector3d w = equations.spin(y), w_dot = z.head<3>();
+  Eigen::Matrix3Xd a(3, equations.mass.size());
+  for (Eigen::Index i = 0; i < a.cols(); ++i) {
+    const auto b = equations.b.middleRows<3>(3 * i);
+    const Eigen::Vector3d x = equations.r.col(i) + b * q, V_dot = b * q_dot;
+    a.col(i) = w_dot.cross(x) + w.cross(w.cross(x)) + 2.0 * w.cross(V_dot) + b * z.tail(equations.n());
+  }
+  return a;
+}
+
+// two world forces that pull apart and turn
+void pull(Scene& scene, AssumedShapes& equations) {
+  const Eigen::Vector3d force(3.0, -2.0, 4.0);
+  scene.loads.clear();
+  Load load;
+  load.name = "pull";
+  load.forces = {{0, force}, {3, -force}};
+  load.history = ConstantHistory{};
+  scene.loads.push_back(load);
+  equations.force.col(0) = force;
+  equations.force.col(3) = -force;
+}
+
+void expect_order_four(Scene scene, const std::vector<int>& modes, Form form, const char* what) {
+  const Structure structure = build(scene);
+  AssumedShapes equations = assumed_shapes(structure, modes);
+  pull(scene, equations);
+  PlanSpec spec = spec_of(scene, structure, modes);
+  constexpr double kEnd = 0.5;
+  const Eigen::VectorXd y = equations.run(
+      equations.start(spec.initial.q(modes), spec.initial.q_dot(modes), scene.initial.angular_velocity), kEnd,
+      400);
+  std::vector<double> errors;
+  for (const double rate : {500.0, 1000.0, 2000.0, 4000.0, 16000.0}) {
+    spec.rate = rate;
+    Simulation simulation(in_form(scene, structure, spec, form));
+    simulation.run(std::llround(kEnd * rate));
+    errors.push_back(error_of(simulation, y, equations.n()));
+    if (rate < 16000.0) continue;
+    const Eigen::Matrix3Xd a = AssumedShapes::attitude(y).toRotationMatrix() * accelerations_B(equations, y);
+    for (int i = 0; i < a.cols(); ++i) {
+      const Vec3 read = read_point(simulation.plan, simulation.state, i).a_W;
+      EXPECT_LT((Eigen::Map<const Eigen::Vector3d>(read.data()) - a.col(i)).norm(), 1e-10 * a.norm()) << i;
+    }
+  }
+  std::printf("%s, %d of %d modes: error %.1e %.1e %.1e %.1e at 500 to 4000 Hz, %.1e at 16 kHz\n", what,
+              static_cast<int>(modes.size()), static_cast<int>(structure.omega.size()), errors[0], errors[1],
+              errors[2], errors[3], errors[4]);
+  for (std::size_t k = 1; k < 4; ++k) EXPECT_NEAR(std::log2(errors[k - 1] / errors[k]), 4.0, 0.35) << what;
+  EXPECT_LT(errors[4], 2e-12);
+}
+
+TEST(KeptModes, MoveAsLagrangesEquationsSay) {
+  const Scene scene = five_points();
+  for (const Form form : {Form::kPoints, Form::kTables}) {
+    expect_order_four(scene, {0, 2, 5}, form, form == Form::kPoints ? "points" : "tables");
+    expect_order_four(scene, {1, 3, 4, 6, 7, 8}, form, form == Form::kPoints ? "points" : "tables");
+  }
+}
+
+TEST(KeptModes, AllOfThemMoveAsTheCompleteSet) {
+  Scene scene = boxed_truss(5.0, 100.0);
+  scene.rate = 1000.0;
+  const Structure structure = build(scene);
+  PlanSpec spec = whole_spec(scene, structure, Fidelity::kCoupled);
+  Simulation complete(in_form(scene, structure, spec, Form::kComplete));
+  complete.run(500);
+  const Eigen::Matrix3Xd p = complete.positions_W(), V = complete.displacements_B();
+  for (const Form form : {Form::kPoints, Form::kTables}) {
+    Simulation some(in_form(scene, structure, spec, form));
+    some.run(500);
+    const double position = (some.positions_W() - p).cwiseAbs().maxCoeff(),
+                 elastic = elastic_error(some.displacements_B(), V);
+    const double velocity = (some.velocities_W() - complete.velocities_W()).cwiseAbs().maxCoeff();
+    std::printf("all modes by %s: %.1e m, elastic %.1e\n", form == Form::kPoints ? "points" : "tables",
+                position, elastic);
+    // 500 ticks of rounding, at w h of 0.8
+    EXPECT_LT(position, 1e-12);
+    EXPECT_LT(elastic, 1e-10);
+    EXPECT_LT(velocity, 1e-10);
+  }
+}
+
+// a rigid bar and a rigid triangle among springs: eleven freedoms less four
+Scene with_rigid_links() {
+  Scene scene = five_points();
+  add_point(scene, 0.7, {1.6, -0.8, 0.5});
+  scene.publication.points.push_back(5);
+  scene.pushable = scene.publication.points;
+  scene.links.clear();
+  scene.publication.links = {add_link(scene, {0, 3}, Rigid{})};
+  add_link(scene, {1, 2, 4}, Rigid{});
+  for (int i = 0; i < 6; ++i)
+    for (int j = 0; j < i; ++j)
+      if (!(j == 0 && i == 3) && !(i != 5 && i != 3 && j != 0 && j != 3))
+        add_link(scene, j, i, Spring{900.0 + 40.0 * (i + j)});
+  return scene;
+}
+
+std::vector<int> first_modes(Eigen::Index count) {
+  std::vector<int> modes(static_cast<std::size_t>(count));
+  std::iota(modes.begin(), modes.end(), 0);
+  return modes;
+}
+
+TEST(RigidLinks, OnTheCoupledRungMoveAsLagrangesEquationsSay) {
+  const Scene scene = with_rigid_links();
+  const Structure structure = build(scene);
+  ASSERT_EQ(structure.num_constraints, 4);
+  ASSERT_EQ(structure.omega.size(), 3 * 6 - 6 - 4);
+  for (const Form form : {Form::kPoints, Form::kTables})
+    expect_order_four(scene, first_modes(structure.omega.size()), form,
+                      form == Form::kPoints ? "rigid links by points" : "rigid links by tables");
+}
+
+// what holds the points: m a - F - elastic forces = rigid bar and triangle + m alpha x r, alpha the second
+// order by which linear links push a deformed shape (THEORY X192)
+double tension_of_bar(const Scene& scene, const AssumedShapes& equations, const Eigen::VectorXd& y) {
+  const Eigen::Matrix3d R = AssumedShapes::attitude(y).toRotationMatrix();
+  const Eigen::VectorXd q = y.head(equations.n());
+  Eigen::Matrix3Xd held = accelerations_B(equations, y) * equations.mass.asDiagonal();
+  held -= R.transpose() * equations.force;
+  const auto direction = [&](int i, int j) {
+    return Eigen::Vector3d((equations.r.col(j) - equations.r.col(i)).normalized());
+  };
+  for (const Link& link : scene.links) {
+    const auto* spring = std::get_if<Spring>(&link.kind);
+    if (spring == nullptr) continue;
+    const int i = link.points[0], j = link.points[1];
+    const Eigen::Vector3d u = direction(i, j);
+    const double tension =
+        spring->stiffness * u.dot((equations.b.middleRows<3>(3 * j) - equations.b.middleRows<3>(3 * i)) * q);
+    held.col(i) -= tension * u;
+    held.col(j) += tension * u;
+  }
+  Eigen::MatrixXd columns = Eigen::MatrixXd::Zero(held.size(), 7);
+  const std::array<std::array<int, 2>, 4> bars{{{0, 3}, {1, 2}, {1, 4}, {2, 4}}};
+  for (std::size_t k = 0; k < bars.size(); ++k) {
+    const Eigen::Vector3d u = direction(bars[k][0], bars[k][1]);
+    columns.block<3, 1>(3 * bars[k][0], static_cast<Eigen::Index>(k)) = u;
+    columns.block<3, 1>(3 * bars[k][1], static_cast<Eigen::Index>(k)) = -u;
+  }
+  for (Eigen::Index i = 0; i < held.cols(); ++i)
+    for (int axis = 0; axis < 3; ++axis)
+      columns.block<3, 1>(3 * i, 4 + axis) =
+          equations.mass[i] *
+          Eigen::Vector3d(Eigen::Vector3d::Unit(axis).cross(Eigen::Vector3d(equations.r.col(i))));
+  const Eigen::Map<const Eigen::VectorXd> all(held.data(), held.size());
+  const Eigen::VectorXd solved = columns.colPivHouseholderQr().solve(all);
+  EXPECT_LT((columns * solved - all).norm(), 1e-10 * all.norm());
+  return solved[0];
+}
+
+TEST(RigidLinks, CarryWhatSpinAndLoadsPutOnThem) {
+  Scene scene = with_rigid_links();
+  const Structure structure = build(scene);
+  AssumedShapes equations = assumed_shapes(structure, first_modes(structure.omega.size()));
+  pull(scene, equations);
+  scene.fidelity = Fidelity::kCoupled;
+  scene.rate = 4000.0;
+  const auto n = equations.n();
+  const Eigen::VectorXd y = equations.run(
+      equations.start(Eigen::VectorXd::Zero(n), Eigen::VectorXd::Zero(n), scene.initial.angular_velocity),
+      0.5, 400);
+  const double expected = tension_of_bar(scene, equations, y);
+  for (const Form form : {Form::kPoints, Form::kTables}) {
+    Simulation simulation(in_form(scene, structure, whole_spec(scene, structure, Fidelity::kCoupled), form));
+    simulation.run(2000);
+    EXPECT_NEAR(simulation.link_forces()[0], expected, 1e-9 * std::abs(expected));
+  }
+  std::printf("tension of the rigid bar %.6f N\n", expected);
+}
+
+}  // namespace
+}  // namespace freeflex::testing

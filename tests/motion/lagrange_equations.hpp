@@ -1,0 +1,107 @@
+// Lagrange's equations of point masses with assumed shapes, in accelerations: what momentum forms are held
+// against. Header only.
+#pragma once
+
+#include <Eigen/Dense>
+#include <Eigen/Geometry>
+#include <array>
+#include <cmath>
+#include <functional>
+
+#include "core/structure/structure.hpp"
+
+namespace freeflex::testing {
+
+using Rates = std::function<Eigen::VectorXd(double, const Eigen::VectorXd&)>;
+
+/// y after one step of the modified midpoint rule extrapolated over 2, 4, .. 12 parts, order 12 (Gragg 1965).
+inline Eigen::VectorXd extrapolated_step(const Rates& f, double t, const Eigen::VectorXd& y, double h) {
+  constexpr std::size_t kColumns = 6;
+  std::array<std::array<Eigen::VectorXd, kColumns>, kColumns> T;
+  const auto parts_of = [](std::size_t j) { return 2.0 * (static_cast<double>(j) + 1.0); };
+  for (std::size_t j = 0; j < kColumns; ++j) {
+    const double part = h / parts_of(j);
+    Eigen::VectorXd before = y, at = y + part * f(t, y);
+    for (int k = 1; k < parts_of(j); ++k) {
+      const Eigen::VectorXd next = before + 2.0 * part * f(t + k * part, at);
+      before = at;
+      at = next;
+    }
+    T[j][0] = 0.5 * (before + at + part * f(t + h, at));
+    for (std::size_t k = 1; k <= j; ++k) {
+      const double ratio = parts_of(j) / parts_of(j - k);
+      T[j][k] = T[j][k - 1] + (T[j][k - 1] - T[j - 1][k - 1]) / (ratio * ratio - 1.0);
+    }
+  }
+  return T[kColumns - 1][kColumns - 1];
+}
+
+/// Point masses that move by V = b q in a frame that turns: unknown accelerations (w', q'') from d'Alembert's
+/// principle point by point, a = w' x x + w x (w x x) + 2 w x V' + b q'', with linear stiffness.
+struct AssumedShapes {
+  Eigen::VectorXd mass;    // [kg] (N)
+  Eigen::Matrix3Xd r;      // [m] from the centre of mass
+  Eigen::MatrixXd b;       // [-] (3N x n)
+  Eigen::VectorXd omega;   // [rad/s]
+  Eigen::Matrix3Xd force;  // [N] world axes, constant
+
+  Eigen::Index n() const { return omega.size(); }
+  /// y = (q, q', w, attitude x y z w)
+  static Eigen::Quaterniond attitude(const Eigen::VectorXd& y) { return Eigen::Quaterniond(y.tail<4>()); }
+  Eigen::Vector3d spin(const Eigen::VectorXd& y) const { return y.segment<3>(2 * n()); }
+
+  /// (w', q'')
+  Eigen::VectorXd accelerations(const Eigen::VectorXd& y) const {
+    const Eigen::VectorXd q = y.head(n()), q_dot = y.segment(n(), n());
+    const Eigen::Vector3d w = spin(y);
+    const Eigen::Matrix3d R = attitude(y).normalized().toRotationMatrix();
+    const double total = mass.sum();
+    Eigen::MatrixXd A = Eigen::MatrixXd::Zero(3 + n(), 3 + n());
+    Eigen::VectorXd load = Eigen::VectorXd::Zero(3 + n());
+    for (Eigen::Index i = 0; i < mass.size(); ++i) {
+      const auto b_i = b.middleRows<3>(3 * i);
+      const Eigen::Vector3d x = r.col(i) + b_i * q, V_dot = b_i * q_dot;
+      Eigen::MatrixXd reach(3, 3 + n());
+      reach << 0.0, x.z(), -x.y(), Eigen::RowVectorXd(b_i.row(0)), -x.z(), 0.0, x.x(),
+          Eigen::RowVectorXd(b_i.row(1)), x.y(), -x.x(), 0.0, Eigen::RowVectorXd(b_i.row(2));
+      A += mass[i] * reach.transpose() * reach;
+      const Eigen::Vector3d known = w.cross(w.cross(x)) + 2.0 * w.cross(V_dot);
+      load += reach.transpose() * (R.transpose() * force.col(i) - mass[i] * known);
+    }
+    load.tail(n()) -= total * omega.cwiseAbs2().cwiseProduct(q);
+    return A.ldlt().solve(load);
+  }
+
+  Eigen::VectorXd rates(const Eigen::VectorXd& y) const {
+    const Eigen::VectorXd z = accelerations(y);
+    Eigen::VectorXd dot(y.size());
+    const Eigen::Vector3d half = 0.5 * spin(y);
+    const Eigen::Quaterniond turn = attitude(y) * Eigen::Quaterniond(0.0, half.x(), half.y(), half.z());
+    dot << y.segment(n(), n()), z.tail(n()), z.head<3>(), turn.coeffs();
+    return dot;
+  }
+
+  Eigen::VectorXd start(const Eigen::VectorXd& q, const Eigen::VectorXd& q_dot,
+                        const Eigen::Vector3d& w) const {
+    Eigen::VectorXd y(2 * n() + 7);
+    y << q, q_dot, w, 0.0, 0.0, 0.0, 1.0;
+    return y;
+  }
+
+  Eigen::VectorXd run(Eigen::VectorXd y, double end, int steps) const {
+    const double h = end / steps;
+    for (int k = 0; k < steps; ++k) {
+      y = extrapolated_step([&](double, const Eigen::VectorXd& at) { return rates(at); }, k * h, y, h);
+      y.tail<4>().normalize();
+    }
+    return y;
+  }
+};
+
+/// Those of a structure's modes.
+inline AssumedShapes assumed_shapes(const Structure& structure, const std::vector<int>& modes) {
+  return {structure.particles.mass, structure.mass_properties.r, structure.shapes(Eigen::all, modes),
+          structure.omega(modes), Eigen::Matrix3Xd::Zero(3, structure.mass_properties.r.cols())};
+}
+
+}  // namespace freeflex::testing
