@@ -411,7 +411,7 @@ class Reader {
   }
 
   std::span<const std::byte> bytes_;
-  bool has_neglect_, has_particles_, has_kinetics_;
+  bool has_neglect_, has_particles_;
   std::string error_;
   bool is_nested_ = false;
 };
