@@ -43,8 +43,20 @@ struct StartFault : std::runtime_error {
   ExitCode code;
 };
 
+/// A line now and then while a large structure is set up.
+SetupProgress say_now_and_then() {
+  constexpr std::chrono::seconds kBetween{5};
+  return {[last = std::chrono::steady_clock::now()](const std::string& what, double, double left) mutable {
+    const auto now = std::chrono::steady_clock::now();
+    if (now - last < kBetween) return true;
+    last = now;
+    say_plainly(left >= 0.0 ? fmt::format("set-up: {}, {:.0f} s left", what, left) : "set-up: " + what);
+    return true;
+  }};
+}
+
 Plan read_plan(const DaemonOptions& options) {
-  io::PlanResult result = io::load_plan(options.input, options.rate);
+  io::PlanResult result = io::load_plan(options.input, options.rate, say_now_and_then());
   // faults are for the person who wrote the file: plain, where compilers write theirs
   std::string text;
   for (const Fault& fault : result.faults)

@@ -87,12 +87,23 @@ class SparseModes {
 
   bool fits(Eigen::Index columns) {
     const double basis = 8e-6 * static_cast<double>(columns) * static_cast<double>(system_.num_all());
-    const double all = basis + inverse_->expected_MB();
+    const double particles = 24e-6 * num_particles() * static_cast<double>(count_);
+    const double all = basis + particles + inverse_->expected_MB();
     if (all <= kMemoryShare * memory_MB()) return true;
     return fail(join_text("the set-up of ", scene_.points.size(), " points with ", count_,
                           " modes takes some ", std::ceil(all), " MB (", std::ceil(inverse_->expected_MB()),
-                          " of them to factor), of ", std::floor(memory_MB()),
+                          " of them to factor, ", std::ceil(particles),
+                          " for mass that is spread over links), of ", std::floor(memory_MB()),
                           " MB that the machine has; ask for fewer with modes: {count: N}"));
+  }
+
+  // what find_particles lays out
+  double num_particles() const {
+    if (are_point_masses(scene_)) return 0.0;
+    double number = 4.0 * static_cast<double>(scene_.points.size());
+    for (int i = 0; i < static_cast<int>(scene_.links.size()); ++i)
+      number += static_cast<double>(spread_masses(scene_, i).size());
+    return number;
   }
 
   bool factor_at(double shift) {

@@ -40,7 +40,7 @@ struct Checked {
 
 /// A scene through all of the set-up, or a plan as every program checks it when it loads it.
 Checked check_file(const std::string& path) {
-  const Progress progress("check");
+  Progress progress("check");
   if (io::is_plan_file(path)) {
     io::PlanResult read = io::load_plan(path);
     return {std::move(read.plan), {}, std::move(read.faults), std::move(read.sources)};
@@ -48,7 +48,7 @@ Checked check_file(const std::string& path) {
   io::SceneResult read = io::read_scene(path);
   Checked checked{std::nullopt, {}, std::move(read.faults), std::move(read.sources)};
   std::optional<Structure> structure;
-  if (read.scene) structure = build_structure(*read.scene, checked.faults);
+  if (read.scene) structure = build_structure(*read.scene, checked.faults, progress.of_setup());
   if (structure) checked.kept = structure->kept;
   if (structure) checked.plan = make_plan(*read.scene, *structure, checked.faults);
   return checked;

@@ -69,8 +69,8 @@ int inspect(const InspectOptions& options) {
   io::SceneResult read = io::read_scene(options.scene);
   std::optional<Structure> structure;
   if (read.scene) {
-    const Progress progress("set-up");
-    structure = build_structure(*read.scene, read.faults);
+    Progress progress("set-up");
+    structure = build_structure(*read.scene, read.faults, progress.of_setup());
   }
   print_faults(read.faults, read.sources);
   if (!structure || has_error(read.faults)) return kExitUsage;

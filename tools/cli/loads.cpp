@@ -198,8 +198,8 @@ std::optional<Plan> load_whole_or_explain(const std::string& path) {
   std::optional<Structure> structure;
   std::optional<Plan> plan;
   {
-    const Progress progress("set-up");
-    if (read.scene) structure = build_structure(*read.scene, read.faults);
+    Progress progress("set-up");
+    if (read.scene) structure = build_structure(*read.scene, read.faults, progress.of_setup());
     // the answer is linear, on the highest rung that is
     const bool is_linear = read.scene && !read.scene->automatic && !traits_of(read.scene->fidelity).couples;
     const Fidelity rung = is_linear ? read.scene->fidelity : Fidelity::kSpinLoaded;

@@ -81,10 +81,10 @@ Plans load(const PlanOptions& options) {
   io::SceneResult read = io::read_scene(options.input);
   std::optional<Structure> structure;
   {
-    const Progress progress("set-up");
+    Progress progress("set-up");
     if (read.scene) {
       keep_more(options.keep, read.scene->leave_out);
-      structure = build_structure(*read.scene, read.faults);
+      structure = build_structure(*read.scene, read.faults, progress.of_setup());
     }
     if (structure) plans.plan = make_plan(*read.scene, *structure, read.faults);
   }

@@ -64,8 +64,8 @@ void print_faults(const Faults& faults, const std::vector<std::string>& sources)
 std::optional<Plan> load_or_explain(const std::string& path, double rate, const std::string& output) {
   if (would_overwrite(path, output)) return std::nullopt;
   io::PlanResult result = [&path, rate] {
-    const Progress progress("set-up");
-    return io::load_plan(path, rate);
+    Progress progress("set-up");
+    return io::load_plan(path, rate, progress.of_setup());
   }();
   for (const std::string& source : result.sources) {
     if (would_overwrite(source, output)) return std::nullopt;
@@ -160,6 +160,13 @@ void Progress::draw_until(const std::stop_token& stop, std::chrono::milliseconds
   do draw();
   while (pause(std::chrono::milliseconds(100)));
   std::fprintf(stderr, "\r\033[K");
+}
+
+SetupProgress Progress::of_setup() {
+  return {[this](const std::string&, double done, double) {
+    update(done);
+    return true;
+  }};
 }
 
 void Progress::draw() const {

@@ -72,6 +72,8 @@ class Progress {
   Progress& operator=(const Progress&) = delete;
   /// From any thread. \param fraction  0 to 1 done
   void update(double fraction) { done_.store(fraction, std::memory_order_relaxed); }
+  /// What tells of a set-up.  \pre the object outlives it
+  SetupProgress of_setup();
 
  private:
   void draw_until(const std::stop_token& stop, std::chrono::milliseconds patience) const;

@@ -7,6 +7,7 @@
 
 #include "core/scene/scene.hpp"
 #include "core/step/plan.hpp"
+#include "core/structure/structure.hpp"
 
 namespace freeflex::io {
 
@@ -38,7 +39,7 @@ struct PlanResult {
 };
 /// A plan from a scene file or a plan file (told apart by the plan's magic bytes).
 /// \param rate  [Hz] ticks per second in place of its own; 0: its own. One that does not suit it is a fault.
-PlanResult load_plan(const std::string& path, double rate = 0.0);
+PlanResult load_plan(const std::string& path, double rate = 0.0, const SetupProgress& progress = {});
 
 /// Writes a plan file, complete or not at all (temporary file, fsync, rename). Empty string, or what went
 /// wrong.

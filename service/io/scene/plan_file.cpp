@@ -33,13 +33,13 @@ PlanResult load_plan_file(const std::string& path) {
   return result;
 }
 
-PlanResult compile_scene_file(const std::string& path) {
+PlanResult compile_scene_file(const std::string& path, const SetupProgress& progress) {
   SceneResult scene = read_scene(path);
   PlanResult result;
   result.faults = std::move(scene.faults);
   result.sources = std::move(scene.sources);
   if (!scene.scene) return result;
-  const std::optional<Structure> structure = build_structure(*scene.scene, result.faults);
+  const std::optional<Structure> structure = build_structure(*scene.scene, result.faults, progress);
   if (structure) result.plan = make_plan(*scene.scene, *structure, result.faults);
   return result;
 }
@@ -124,8 +124,8 @@ bool is_plan_file(const std::string& path) {
   return is_plan;
 }
 
-PlanResult load_plan(const std::string& path, double rate) {
-  PlanResult result = is_plan_file(path) ? load_plan_file(path) : compile_scene_file(path);
+PlanResult load_plan(const std::string& path, double rate, const SetupProgress& progress) {
+  PlanResult result = is_plan_file(path) ? load_plan_file(path) : compile_scene_file(path, progress);
   if (result.plan && rate > 0.0) change_rate(rate, result);
   return result;
 }
