@@ -6,8 +6,8 @@
 #include <utility>
 
 #include "core/plan/histories.hpp"
-#include "core/scene/bodies.hpp"
 #include "core/step/loads.hpp"
+#include "core/structure/particles.hpp"
 
 namespace freeflex {
 namespace {
@@ -42,8 +42,8 @@ Eigen::Matrix3d field_of(const Structure& structure, Eigen::Index mode) {
   return Y;
 }
 
-// sum m b_l b_u^T over the mass, symmetric part
-Eigen::Matrix3d outer_of(const Structure& structure, int l, int u) {
+// sum m b_l b_u^T over the mass, and what bodies add by the second order of their turn (X194), symmetric part
+Eigen::Matrix3d outer_of(const Structure& structure, const std::vector<TurningBody>& bodies, int l, int u) {
   Eigen::Matrix3d sum = Eigen::Matrix3d::Zero();
   const Particles& particles = structure.particles;
   const Eigen::MatrixXd& shapes = particle_shapes(structure);
@@ -51,6 +51,10 @@ Eigen::Matrix3d outer_of(const Structure& structure, int l, int u) {
     const double share = particles.mass[i] / structure.mass_properties.mass;
     const Eigen::Vector3d b = shapes.block<3, 1>(3 * i, l), c = shapes.block<3, 1>(3 * i, u);
     sum += 0.5 * share * (b * c.transpose() + c * b.transpose());
+  }
+  for (const TurningBody& body : bodies) {
+    const Eigen::Matrix3d turned = second_order_of_pair(body, l, u) / structure.mass_properties.mass;
+    sum += 0.5 * (turned + turned.transpose());
   }
   return sum;
 }
@@ -73,8 +77,8 @@ Eigen::Matrix3Xd crosses_of(const Structure& structure, int l) {
 // X141: what the spin does to the stiffness of each pair, per product of w
 class SpinRows {
  public:
-  SpinRows(const Structure& whole, const RungTraits& rung, const Eigen::MatrixXd& rows)
-      : whole_(whole), rung_(rung) {
+  SpinRows(const Scene& scene, const Structure& whole, const RungTraits& rung, const Eigen::MatrixXd& rows)
+      : whole_(whole), rung_(rung), bodies_(turning_bodies(scene, whole)) {
     // internal forces of the static answer to the centrifugal load; on the rung that has it they come with
     // its loads
     prestress_ = Eigen::MatrixXd::Zero(rows.rows(), 6);
@@ -94,13 +98,14 @@ class SpinRows {
 
   Products row(Eigen::Index pair, int l, int u) const {
     Products row = prestress_.row(pair);
-    if (!rung_.couples) row -= whole_.mass_properties.mass * of_spin(outer_of(whole_, l, u));
+    if (!rung_.couples) row -= whole_.mass_properties.mass * of_spin(outer_of(whole_, bodies_, l, u));
     return row;
   }
 
  private:
   const Structure& whole_;
   const RungTraits& rung_;
+  std::vector<TurningBody> bodies_;
   Eigen::MatrixXd prestress_;  // (pairs x 6)
 };
 
@@ -189,8 +194,10 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   const Eigen::MatrixXd& rows = rung.has_true_geometry ? prestress.bent_rows : prestress.rows;
   const Eigen::MatrixXd& rate_rows = rung.has_true_geometry ? prestress.bent_rate_rows : prestress.rate_rows;
   const bool damps = !rate_rows.isZero(0.0);
-  // what spin does to bodies by the second order of their turn is in no table
-  neglect.has_unseen = prestress.has_unseen || !are_point_masses(scene);
+  // what spin and loads do to mass within links, to the inside of mass matrices and to wheels is in no table
+  neglect.has_unseen =
+      prestress.has_unseen || !scene.wheels.empty() ||
+      std::any_of(scene.links.begin(), scene.links.end(), [](const Link& link) { return has_mass(link); });
   if (whole.kept.is_part)
     neglect.lacks_modes = LacksModes::kNotKept;
   else if (spec.modes.size() < static_cast<std::size_t>(whole.omega.size()) &&
@@ -199,7 +206,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   std::vector<int> place(static_cast<std::size_t>(whole.omega.size()), -1);
   for (std::size_t k = 0; k < spec.modes.size(); ++k)
     place[static_cast<std::size_t>(spec.modes[k])] = static_cast<int>(k);
-  const SpinRows spin(whole, rung, rows);
+  const SpinRows spin(scene, whole, rung, rows);
   int crossed = -1;
   Eigen::Matrix3Xd crosses;
   for (std::size_t k = 0; k < prestress.pairs.size(); ++k) {

@@ -136,4 +136,10 @@ Eigen::MatrixXd second_order(const TurningBody& body, int a, int b) {
          body.arms(a, b) * (body.theta.transpose() * body.theta);
 }
 
+Eigen::Matrix3d second_order_of_pair(const TurningBody& body, Eigen::Index k, Eigen::Index l) {
+  const Eigen::Vector3d theta = body.theta.col(k), other = body.theta.col(l);
+  const Eigen::Matrix3d outer = theta * other.transpose();
+  return body.arms * (0.5 * (outer + outer.transpose()) - theta.dot(other) * Eigen::Matrix3d::Identity());
+}
+
 }  // namespace freeflex

@@ -45,5 +45,7 @@ std::vector<TurningBody> turning_bodies(const Scene& scene, const Structure& str
 /// sum m r_a g_kl,b over a body's particles for all pairs of modes (n x n), g_kl = (theta_k x (theta_l x a) +
 /// theta_l x (theta_k x a)) / 2   (THEORY X194).
 Eigen::MatrixXd second_order(const TurningBody& body, int a, int b);
+/// The same for one pair of modes, all axes: row a, column b.
+Eigen::Matrix3d second_order_of_pair(const TurningBody& body, Eigen::Index k, Eigen::Index l);
 
 }  // namespace freeflex
