@@ -45,7 +45,7 @@ struct StartFault : std::runtime_error {
 
 /// A line now and then while a large structure is set up.
 SetupProgress say_now_and_then() {
-  constexpr std::chrono::seconds kBetween{5};
+  static constexpr std::chrono::seconds kBetween{5};
   return {[last = std::chrono::steady_clock::now()](const std::string& what, double, double left) mutable {
     const auto now = std::chrono::steady_clock::now();
     if (now - last < kBetween) return true;

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "core/plan/histories.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/step/loads.hpp"
 #include "core/structure/particles.hpp"
 
