@@ -120,6 +120,7 @@ std::optional<Fidelity> choose_rung(const Scene& scene, const Structure& structu
                         " s or less, or name a rung in place of auto"));
     return std::nullopt;
   }
+  warn_of_best_rung(scene, structure, "fidelity: auto", scene.automatic->origin, faults);
   std::vector<Tried> all;
   for (const RungTraits& each : kRungs) {
     if (!each.is_tried || !carries(each.rung, scene, structure)) continue;

@@ -18,6 +18,16 @@ Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& st
   return carries(Fidelity::kExactBars, scene, structure) ? Fidelity::kExactBars : Fidelity::kCoupled;
 }
 
+void warn_of_best_rung(const Scene& scene, const Structure& structure, const char* judge,
+                       const Origin& origin, Faults& faults) {
+  if (carries(Fidelity::kExactBars, scene, structure)) return;
+  add_warning(faults, origin,
+              join_text(judge, ": the best rung for ",
+                        structure.num_constraints > 0 ? "rigid links" : "bodies and massless points",
+                        " is coupled, and errors are counted against it; the second order of the links' "
+                        "geometry is not in them: see the word on the motion"));
+}
+
 std::span<const double> frequencies_of(const Structure& structure) {
   return {structure.omega.data(), static_cast<std::size_t>(structure.omega.size())};
 }
@@ -59,6 +69,7 @@ void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, 
   const auto add = [&](PlanShadow::Kind kind, Fidelity of) {
     return add_shadow(scene, structure, kind, of, parts, plan, faults);
   };
+  warn_of_best_rung(scene, structure, "error_budget", scene.error_budget.origin, faults);
   const Fidelity best = best_rung_beside(plan.fidelity, scene, structure);
   if (!add(PlanShadow::Kind::kBest, best)) return;
   if (best != plan.fidelity && !add(PlanShadow::Kind::kFine, plan.fidelity)) return;

@@ -21,6 +21,11 @@ bool carries(Fidelity rung, const Scene& scene, const Structure& structure);
 /// in parts of half the size where that is not better.
 Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure);
 
+/// Says so where that is coupled: what true lengths and directions change is in no estimate then.
+/// \param judge  what is compared, as the scene names it
+void warn_of_best_rung(const Scene& scene, const Structure& structure, const char* judge,
+                       const Origin& origin, Faults& faults);
+
 /// Fills plan.budget with the shadows that scene.error_budget asks for. Errors, at its place, when the
 /// coupled rungs cannot carry the scene. \param structure  of the scene, with all modes
 void compile_budget(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);

@@ -7,10 +7,11 @@
 
 namespace freeflex {
 
-/// X195: what a mode pair's tables cost beside one point's rows for a mode, measured
-/// (tests/bench/bench_kinetics): tables are taken where num_tables * num_elastic is below this times the
-/// number of points.
-inline constexpr double kTablesPerPoint = 16.0;
+/// X196: tables are taken where num_tables * num_elastic is below this times the number of points. Measured
+/// with AVX2 (tests/bench/bench_kinetics): 20, 100 and 300 points cost the same either way at some 40, 160
+/// and 480 modes; 300 points take 4, 16, 106 and 1105 us a tick by tables at 8, 48, 144 and 288 modes, 110,
+/// 247, 457 and 1316 us point by point.
+inline constexpr double kTablesPerPoint = 15.0;
 
 /// The form that a plan takes: complete where it can, tables for bodies, else what costs less.
 /// \pre modes and points of the plan stand; its rung couples

@@ -174,12 +174,25 @@ bool may_leave_out(const Scene& scene, Fidelity rung) {
   return traits_of(rung).has_modes && !traits_of(rung).couples && are_point_masses(scene);
 }
 
+bool may_leave_out_modes(const Scene& scene, const Structure& structure, Fidelity rung) {
+  return traits_of(rung).couples && !traits_of(rung).has_true_geometry && scene.leave_out.tolerance > 0.0 &&
+         are_point_masses(scene.points) && structure.mass_properties.rigid_freedoms == 6;
+}
+
+LeanSpec keep_all(const Scene& scene, const Structure& structure, const PlanSpec& spec) {
+  LeanSpec lean{spec, structure, find_motion_scope(scene, structure, spec.rung, true), every_part(),
+                scene.leave_out.horizon};
+  lean.spec.numbers_modes = true;
+  for (PlanPart& part : lean.parts) part.why = "the coupled rung is advanced whole but for small modes";
+  return lean;
+}
+
 std::vector<PlanPart> account_of_whole(const Scene& scene, Fidelity rung, Faults& faults) {
   std::vector<PlanPart> parts = every_part();
   const bool has_bodies = !are_point_masses(scene);
   for (PlanPart& part : parts)
     part.why = has_bodies                ? "a scene with bodies or massless points is advanced whole"
-               : traits_of(rung).couples ? "the coupled rungs need a complete set of modes"
+               : traits_of(rung).couples ? "the coupled rungs are advanced whole"
                                          : "the rigid rung is advanced whole";
   if (scene.leave_out.tolerance > 0.0)
     add_warning(

@@ -25,6 +25,13 @@ struct LeanSpec {
 /// The rungs that lack modes or code only where a scene needs neither; the others are advanced whole.
 bool may_leave_out(const Scene& scene, Fidelity rung);
 
+/// The coupled rung may lack small modes, and nothing else: not those of a line, which come in pairs about
+/// it, nor of bodies.
+bool may_leave_out_modes(const Scene& scene, const Structure& structure, Fidelity rung);
+
+/// A spec with nothing left out, for leave_out_small_modes.  \pre may_leave_out_modes(scene, structure, rung)
+LeanSpec keep_all(const Scene& scene, const Structure& structure, const PlanSpec& spec);
+
 /// The account of a plan that is advanced whole. Warns of a tolerance that has no effect.
 std::vector<PlanPart> account_of_whole(const Scene& scene, Fidelity rung, Faults& faults);
 

@@ -83,6 +83,20 @@ std::optional<Plan> compile_lean(const Scene& scene, const Structure& structure,
   return plan;
 }
 
+// the coupled plan less its small modes
+std::optional<Plan> compile_without_small_modes(const Scene& scene, const Structure& structure,
+                                                const PlanSpec& spec, const Plan& whole, Faults& faults) {
+  LeanSpec lean = keep_all(scene, structure, spec);
+  leave_out_small_modes(scene, whole, lean);
+  std::optional<Plan> plan = compile(scene, lean.structure, lean.spec, faults);
+  if (!plan) return std::nullopt;
+  plan->parts = lean.parts;
+  plan->neglect.left_out = lean.small_size;
+  plan->tolerance = scene.leave_out.tolerance;
+  plan->horizon = lean.horizon;
+  return plan;
+}
+
 // the plan of a spec with everything in it, and what is to be said of it
 std::optional<Plan> compile_whole(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                   Faults& faults) {
@@ -118,6 +132,8 @@ std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Fa
   if (!plan) return std::nullopt;
   if (may_leave_out(scene, *rung))
     plan = compile_lean(scene, structure, spec, *plan, faults);
+  else if (may_leave_out_modes(scene, structure, *rung))
+    plan = compile_without_small_modes(scene, structure, spec, *plan, faults);
   else
     plan->parts = account_of_whole(scene, *rung, faults);
   if (!plan) return std::nullopt;

@@ -71,7 +71,7 @@ bool has_motion(const Plan& plan) {
   const auto is_moved = [](const Array& values) {
     return std::any_of(values.begin(), values.end(), [](double v) { return v != 0.0; });
   };
-  return !plan.histories.empty() || plan.has_spin_load || plan.attractor_mu > 0.0 ||
+  return !plan.histories.empty() || plan.has_spin_load || is_coupled(plan) || plan.attractor_mu > 0.0 ||
          is_moved(plan.initial.q) || is_moved(plan.initial.q_dot);
 }
 
@@ -237,7 +237,8 @@ class Choice {
 
 // why modes of this scene are not judged; empty: they are
 std::string find_obstacle(const Scene& scene, const MotionScope& scope, const Plan& plan) {
-  if (plan.mixing.path != PlanMixing::Path::kNone || !plan.feedbacks.empty())
+  if (plan.mixing.path != PlanMixing::Path::kNone || (is_coupled(plan) && plan.mixing.num_damping > 0) ||
+      !plan.feedbacks.empty())
     return "dashpots or feedback join the modes";
   const auto has = [&](Axes axes) {
     return std::any_of(scene.loads.begin(), scene.loads.end(),
@@ -245,7 +246,8 @@ std::string find_obstacle(const Scene& scene, const MotionScope& scope, const Pl
   };
   if (has(Axes::kLocal)) return "follower forces join the modes";
   const bool is_commanded = !scene.pushable.empty() || !scene.groups.empty();
-  if (is_commanded && scope.turns && (has(Axes::kWorld) || plan.has_spin_load || plan.attractor_mu > 0.0))
+  if (is_commanded && scope.turns &&
+      (has(Axes::kWorld) || plan.has_spin_load || is_coupled(plan) || plan.attractor_mu > 0.0))
     return "commands may turn the body, and with it the loads that are fixed in the world or go by its spin: "
            "their share is not known beforehand";
   return {};

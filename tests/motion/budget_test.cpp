@@ -290,10 +290,10 @@ TEST(Budget, AutoSaysThatAnotherRateWasNotTried) {
 TEST(Budget, AToleranceForModesIsSaidToHaveNoEffectWhereEveryModeIsNeeded) {
   Scene scene = boxed_truss(0.0, 1.0);
   scene.leave_out.tolerance = 0.1;
-  scene.fidelity = Fidelity::kCoupled;
+  scene.fidelity = Fidelity::kExactBars;
   const std::vector<Fault> faults = faults_of(scene);
   ASSERT_EQ(faults.size(), 1U);
-  EXPECT_EQ(faults[0].message.find("leave_out: tolerance has no effect on fidelity coupled"), 0U)
+  EXPECT_EQ(faults[0].message.find("leave_out: tolerance has no effect on fidelity exact-bars"), 0U)
       << faults[0].message;
 }
 

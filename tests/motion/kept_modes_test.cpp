@@ -6,6 +6,7 @@
 
 #include "core/plan/compile.hpp"
 #include "core/plan/kinetics.hpp"
+#include "core/step/budget.hpp"
 #include "tests/motion/lagrange_equations.hpp"
 #include "tests/motion/rung_cases.hpp"
 #include "tests/setup/make_scene.hpp"
@@ -241,6 +242,75 @@ TEST(RigidLinks, CarryWhatSpinAndLoadsPutOnThem) {
     EXPECT_NEAR(simulation.link_forces()[0], expected, 1e-9 * std::abs(expected));
   }
   std::printf("tension of the rigid bar %.6f N\n", expected);
+}
+
+TEST(KeptModes, OfATolerancesChoiceLeaveNoMoreThanItAllows) {
+  Scene scene = boxed_truss(0.5, 100.0);
+  scene.pushable.clear();
+  scene.fidelity = Fidelity::kCoupled;
+  scene.rate = 1000.0;
+  scene.leave_out.horizon = 2.0;
+  Simulation whole(plan_of(scene));
+  for (const double tolerance : {0.3, 0.03}) {
+    scene.leave_out.tolerance = tolerance;
+    Faults faults;
+    const auto plan = make_plan(scene, build(scene), faults);
+    ASSERT_TRUE(plan.has_value());
+    EXPECT_LT(plan->num_elastic, whole.plan.num_elastic);
+    EXPECT_NE(plan->coupled.kinetics.form, Form::kComplete);
+    Simulation lean(*plan);
+    whole = Simulation(plan_of(scene));
+    double largest = 0.0, off = 0.0;
+    for (int k = 0; k < 200; ++k) {
+      whole.run(10);
+      lean.run(10);
+      const Eigen::Matrix3Xd V = whole.displacements_B();
+      largest = std::max(largest, V.colwise().norm().maxCoeff());
+      off = std::max(off, (lean.displacements_B() - V).colwise().norm().maxCoeff());
+    }
+    const PlanPart& part = plan->parts[static_cast<std::size_t>(Part::kSmallModes)];
+    std::printf("tolerance %g: %d of %d modes, displacements off by %.1e of the largest, told %.1e\n",
+                tolerance, plan->num_elastic, whole.plan.num_elastic, off / largest, part.share);
+    EXPECT_LE(off, tolerance * largest);
+    EXPECT_LE(off, part.error);
+  }
+}
+
+// with rigid links or bodies the best rung is coupled: what is off is the step alone
+TEST(BestRung, IsCoupledWhereTrueBarsCannotStand) {
+  Scene scene = with_rigid_links();
+  scene.rate = 1000.0;
+  scene.error_budget.horizon = 0.5;
+  for (const Fidelity rung : {Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
+    scene.fidelity = rung;
+    Faults faults;
+    const auto plan = make_plan(scene, build(scene), faults);
+    ASSERT_TRUE(plan.has_value());
+    ASSERT_FALSE(faults.empty());
+    EXPECT_NE(faults.back().message.find("the best rung for rigid links is coupled"), std::string::npos);
+    EXPECT_EQ(plan->budget.shadows.front().plan.fidelity, Fidelity::kCoupled);
+    EXPECT_EQ(plan->budget.shadows.size(), rung == Fidelity::kCoupled ? 1U : 2U);
+    State state = make_state(*plan);
+    Workspace workspace = make_workspace(*plan);
+    Budget budget = make_budget(*plan);
+    StepReport report;
+    for (int tick = 0; tick < 400; ++tick) step(*plan, state, {}, workspace, budget, report);
+    const double elastic = read_budget(*plan, state, budget).total.elastic;
+    if (rung == Fidelity::kCoupled)
+      EXPECT_LT(elastic, 1e-8);
+    else
+      EXPECT_GT(elastic, 1e-3);
+  }
+  scene.error_budget = {};
+  scene.automatic = AutomaticRung{{}, {}, 1e-4, 0.5, {}};
+  Faults faults;
+  const auto plan = make_plan(scene, build(scene), faults);
+  ASSERT_TRUE(plan.has_value());
+  EXPECT_EQ(plan->fidelity, Fidelity::kCoupled);
+  scene.automatic.reset();
+  scene.fidelity = Fidelity::kExactBars;
+  EXPECT_FALSE(make_plan(scene, build(scene), faults));
+  EXPECT_NE(faults.back().message.find("rigid to first order only"), std::string::npos);
 }
 
 }  // namespace

@@ -102,5 +102,57 @@ TEST(RungPlan, AnotherRateDividesAnew) {
   exercise_with_budget(plan);
 }
 
+/// Two bodies on a beam, one of them in a group, on the coupled rung.
+Plan body_plan() {
+  Scene scene;
+  scene.name = "bodies";
+  for (const double x : {0.0, 1.0}) {
+    add_point(scene, 2.0, {x, 0.0, 0.0});
+    scene.points.back().inertia = Eigen::Vector3d(0.1, 0.2, 0.25).asDiagonal();
+  }
+  add_link(scene, 0, 1, Beam{1e4, 100.0, 200.0, 300.0, {0.0, 1.0, 0.0}});
+  Group group;
+  group.name = "first";
+  group.points = {0};
+  scene.groups.push_back(group);
+  publish_everything(scene);
+  scene.fidelity = Fidelity::kCoupled;
+  scene.initial.angular_velocity = {0.1, 0.2, 0.3};
+  return lean_plan_of(scene);
+}
+
+TEST(RungPlan, OfBodiesComesBackFromBytesToTheBit) {
+  const Plan plan = body_plan();
+  ASSERT_EQ(plan.coupled.kinetics.form, PlanKinetics::Form::kTables);
+  const std::vector<std::byte> bytes = plan_to_bytes(plan);
+  std::string error;
+  const auto back = plan_from_bytes(bytes, error);
+  ASSERT_TRUE(back.has_value()) << error;
+  EXPECT_EQ(plan_to_bytes(*back), bytes);
+  EXPECT_EQ(back->coupled.kinetics.tables, plan.coupled.kinetics.tables);
+  exercise_with_budget(*back);
+}
+
+TEST(RungPlan, OfBodiesThatDoesNotFitIsRefused) {
+  using Form = PlanKinetics::Form;
+  const auto error_of = [](const auto& spoil) { return error_of_spoilt(body_plan(), spoil); };
+  expect_named(error_of([](Plan& p) { p.coupled.kinetics.form = static_cast<Form>(3); }), "no known form");
+  expect_named(error_of([](Plan& p) { p.coupled.kinetics.form = Form::kPoints; }), "without sums for them");
+  expect_named(error_of([](Plan& p) { p.coupled.kinetics.num_tables = 10; }), "none of those known");
+  expect_named(error_of([](Plan& p) { p.coupled.kinetics.tables.pop_back(); }), "sums over pairs of modes");
+  expect_named(error_of([](Plan& p) { p.coupled.kinetics.moments.front() = 1.0 / 0.0; }),
+               "sums over pairs of modes");
+  expect_named(error_of([](Plan& p) { p.fidelity = Fidelity::kExactBars; }), "true bars");
+  const Plan full = full_plan();
+  expect_named(error_of_spoilt(full, [](Plan& p) { p.coupled.kinetics.num_tables = 9; }),
+               "none of those known");
+}
+
+TEST(RungPlan, OfBodiesSealedDamageIsRefusedOrHarmless) {
+  const DamageCount count = damage(body_plan(), 12, 2000, exercise_with_budget);
+  EXPECT_GT(count.num_refused, 500);
+  EXPECT_GT(count.num_taken, 100);
+}
+
 }  // namespace
 }  // namespace freeflex::testing
