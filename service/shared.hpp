@@ -59,9 +59,9 @@ class Ring {
   alignas(64) std::array<Entry, Capacity> entries_{};
 };
 
-/// [B] of the longest command as it is sent: sender and 21 fields beside the lists, then 28 B a force and 52
-/// B a wrench. An entry has room for as many.
-inline constexpr std::size_t kMaxCommandBytes = 8116;
+/// [B] of the longest command as it is sent: sender and 22 fields beside the lists, then 28 B a force or
+/// torque, 52 B a wrench and 12 B a wheel. An entry has room for as many.
+inline constexpr std::size_t kMaxCommandBytes = 8760;
 /// [B] of the longest under a key: that in an envelope_t with the longest key id.
 inline constexpr int kMaxRawBytes = static_cast<int>(kMaxCommandBytes) + 104;
 /// What of an InboundEntry counts: a command, or where keys are required the bytes of a message on FORCE or

@@ -12,7 +12,7 @@ namespace freeflex {
 
 inline constexpr int kMaxCommandPoints = 256;
 inline constexpr int kMaxCommandWrenches = 16;
-inline constexpr int kMaxCommandTorques = 256;
+inline constexpr int kMaxCommandTorques = 16;
 inline constexpr int kMaxSlots = 64;       // active slots over all senders
 inline constexpr int kMaxSlotNumber = 63;  // slot numbers 0..63 of one sender
 inline constexpr int kSenderSize = 32;     // bytes, NUL-terminated

@@ -147,7 +147,7 @@ TEST_F(Ingress, PacketsThatKillLiblcmAreHarmlessAndAnswered) {
   EXPECT_EQ(ingress_.num_restarts(), 0);
   ASSERT_TRUE(rejects(Reason::kMalformed));
   EXPECT_EQ(std::string(rejection_.admission.text.data()),
-            "a message in fragments has more than 65499 bytes, a command at most 8116");
+            "a message in fragments has more than 65499 bytes, a command at most 8760");
 }
 
 TEST_F(Ingress, AnotherTakesOverWithItsSequencesWhenOneIsKilled) {

@@ -98,6 +98,8 @@ TEST(Envelope, OfTheLargestCommandFitsItsPlaceInTheRing) {
   freeflex_msgs::force_t force = make_force();
   force.forces.resize(256), force.num_forces = 256;
   force.wrenches.resize(16), force.num_wrenches = 16;
+  force.torques.resize(16), force.num_torques = 16;
+  force.wheels.resize(16), force.num_wheels = 16;
   SealingKey key = counting_key();
   key.id.assign(31, 'k');
   EXPECT_EQ(seal(force, kForceChannel, key, 5).size(), static_cast<std::size_t>(service::kMaxRawBytes));
