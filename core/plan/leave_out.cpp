@@ -176,7 +176,7 @@ bool may_leave_out(const Scene& scene, Fidelity rung) {
 
 bool may_leave_out_modes(const Scene& scene, const Structure& structure, Fidelity rung) {
   return traits_of(rung).couples && !traits_of(rung).has_true_geometry && scene.leave_out.tolerance > 0.0 &&
-         are_point_masses(scene.points) && structure.mass_properties.rigid_freedoms == 6;
+         are_point_masses(scene) && structure.mass_properties.rigid_freedoms == 6;
 }
 
 LeanSpec keep_all(const Scene& scene, const Structure& structure, const PlanSpec& spec) {
