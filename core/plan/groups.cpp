@@ -9,10 +9,26 @@
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/structure/decompositions.hpp"
+#include "core/structure/link_factor.hpp"
 #include "core/structure/particles.hpp"
 
 namespace freeflex {
 namespace {
+
+// X197: how a body's particles, the last of the plan, turn
+PlanTurn turn_of(const Scene& scene, const Structure& structure, int point, int count, const Plan& plan) {
+  PlanTurn turn;
+  turn.first = static_cast<std::int32_t>(plan.particles.all.size()) - count;
+  turn.count = count;
+  const Eigen::Vector3d offset = scene.points[static_cast<std::size_t>(point)].offset;
+  turn.offset = to_array(offset);
+  turn.centre = to_array(Eigen::Vector3d(structure.mass_properties.centres.col(point)));
+  const Freedoms freedoms(scene);
+  for (int axis = 0; axis < 3; ++axis)
+    append_row(plan, structure.turns.row(freedoms.rotation(point) - freedoms.num_displacements() + axis),
+               turn.rows);
+  return turn;
+}
 
 // what carries the mass of a group's points: indices for mass_point
 std::vector<std::int32_t> parts_of(const Scene& scene, const Group& group, const Structure& structure,
@@ -38,6 +54,9 @@ std::vector<std::int32_t> parts_of(const Scene& scene, const Group& group, const
         own.push_back(static_cast<std::int32_t>(plan.points.size() + plan.particles.all.size()));
         plan.particles.all.push_back(part);
       }
+      if (!own.empty() && is_coupled(plan))
+        plan.coupled.kinetics.turns.push_back(
+            turn_of(scene, structure, point, static_cast<int>(own.size()), plan));
     }
     parts.insert(parts.end(), own.begin(), own.end());
   }
