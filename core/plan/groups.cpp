@@ -11,10 +11,35 @@
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/structure/decompositions.hpp"
+#include "core/structure/link_factor.hpp"
 #include "core/structure/particles.hpp"
 
 namespace freeflex {
 namespace {
+
+// X197: how a body's particles, the last of the plan, turn
+PlanTurn turn_of(const Scene& scene, const Structure& structure, int point, int count, const Plan& plan) {
+  PlanTurn turn;
+  turn.first = static_cast<std::int32_t>(plan.particles.all.size()) - count;
+  turn.count = count;
+  const Eigen::Vector3d offset = scene.points[static_cast<std::size_t>(point)].offset;
+  turn.offset = to_array(offset);
+  turn.centre = to_array(Eigen::Vector3d(structure.mass_properties.centres.col(point)));
+  const Freedoms freedoms(scene);
+  const int first = freedoms.rotation(point) - freedoms.num_displacements();
+  for (int axis = 0; axis < 3; ++axis) append_row(plan, row_of(structure.turns, first + axis), turn.rows);
+  return turn;
+}
+
+// that of a part of a link, the last of the plan, which is taken as a point
+PlanTurn turn_of_part(const Plan& plan) {
+  PlanTurn turn;
+  turn.first = static_cast<std::int32_t>(plan.particles.all.size()) - 1;
+  turn.count = 1;
+  turn.centre = plan.particles.all.back().r;
+  turn.rows.assign(3 * static_cast<std::size_t>(plan.num_padded), 0.0);
+  return turn;
+}
 
 // What carries the mass of groups: indices for mass_point. Particles stand in the plan where a group has
 // them.
@@ -32,25 +57,32 @@ class Parts {
     for (const int point : group.points) {
       const PointMass& each = scene_.points[static_cast<std::size_t>(point)];
       if (!has_attitude(each) && each.mass > 0.0) parts.push_back(point);
-      if (has_attitude(each)) add(of_points_[point], parts);
+      if (has_attitude(each) && add(of_points_[point], parts) && is_coupled(plan_))
+        plan_.coupled.kinetics.turns.push_back(
+            turn_of(scene_, structure_, point, static_cast<int>(of_points_[point].size()), plan_));
     }
     const std::set<int> points(group.points.begin(), group.points.end());
     for (const auto& [link, own] : of_links_) {
       const std::vector<int>& ends = scene_.links[static_cast<std::size_t>(link)].points;
-      if (std::all_of(ends.begin(), ends.end(), [&](int end) { return points.count(end) > 0; }))
-        add(own, parts);
+      if (!std::all_of(ends.begin(), ends.end(), [&](int end) { return points.count(end) > 0; })) continue;
+      for (const std::size_t p : own)
+        if (add({p}, parts) && is_coupled(plan_)) plan_.coupled.kinetics.turns.push_back(turn_of_part(plan_));
     }
     return parts;
   }
 
  private:
-  void add(const std::vector<std::size_t>& particles, std::vector<std::int32_t>& parts) {
+  // true when they are new in the plan
+  bool add(const std::vector<std::size_t>& particles, std::vector<std::int32_t>& parts) {
+    bool are_new = false;
     for (const std::size_t p : particles) {
       const auto [found, is_new] =
           in_plan_.emplace(p, static_cast<std::int32_t>(plan_.points.size() + plan_.particles.all.size()));
       if (is_new) append(static_cast<Eigen::Index>(p));
+      are_new = are_new || is_new;
       parts.push_back(found->second);
     }
+    return are_new;
   }
   void append(Eigen::Index particle) {
     PlanPoint part;

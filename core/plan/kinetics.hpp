@@ -13,6 +13,10 @@ namespace freeflex {
 /// 247, 457 and 1316 us point by point.
 inline constexpr double kTablesPerPoint = 15.0;
 
+/// Bodies are carried by tables whatever their size: twelve numbers a pair of modes, 216 MB here, some 100 ms
+/// a tick.
+inline constexpr std::int32_t kMostBodyModes = 1500;
+
 /// The form that a plan takes: complete where it can, tables for bodies, else what costs less.
 /// \pre modes and points of the plan stand; its rung couples
 PlanKinetics::Form kinetic_form(const Scene& scene, const Plan& plan);

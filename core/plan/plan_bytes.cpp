@@ -118,9 +118,14 @@ void fields(Archive& archive, T& b) {
   all_of<PlanBar>(archive, b.link, b.first, b.second, b.stiffness, b.damping, b.length, b.direction);
 }
 
+template <typename Archive, Is<PlanTurn> T>
+void fields(Archive& archive, T& t) {
+  all_of<PlanTurn>(archive, t.first, t.count, t.centre, t.offset, t.rows);
+}
+
 template <typename Archive, Is<PlanKinetics> T>
 void fields(Archive& archive, T& k) {
-  all_of<PlanKinetics>(archive, k.form, k.moments, k.num_tables, k.tables);
+  all_of<PlanKinetics>(archive, k.form, k.moments, k.num_tables, k.tables, k.turns);
 }
 
 template <typename Archive, Is<PlanCoupled> T>

@@ -6,6 +6,7 @@
 #include "core/plan/kinetics.hpp"
 #include "core/plan/mixing.hpp"
 #include "core/plan/propagator.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
 #include "core/structure/decompositions.hpp"
@@ -96,6 +97,14 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
               join_text("fidelity ", name_of(spec.rung),
                         ": the shape is on a line, and the modes that are kept do not let it turn about that "
                         "line; keep both modes of each pair across it, or take spin-loaded or below"));
+    return;
+  }
+  if (!are_point_masses(scene) && plan.num_elastic > kMostBodyModes) {
+    add_error(faults, {},
+              join_text("fidelity ", name_of(spec.rung),
+                        " carries bodies and massless points by tables over pairs of modes, for at most ",
+                        kMostBodyModes, " modes; the scene has ", plan.num_elastic,
+                        ": join fewer points, or take spin-loaded or below"));
     return;
   }
   for (const Feedback& feedback : scene.feedbacks)

@@ -70,6 +70,15 @@ std::string find_in_kinetics(const Plan& plan) {
       kinetics.tables.size() != moving * static_cast<std::size_t>(kinetics.num_tables) * n ||
       !are_finite(kinetics.moments) || !are_finite(kinetics.tables))
     return "the sums over pairs of modes do not have their size or are not finite";
+  std::size_t next = 0;
+  for (const PlanTurn& turn : kinetics.turns) {
+    if (turn.first != static_cast<std::int32_t>(next) || turn.count < 1 || turn.rows.size() != 3 * n ||
+        !are_finite(turn.rows) || !are_finite(turn.centre) || !are_finite(turn.offset))
+      return "a body that turns is out of order, or its rows do not have their size or are not finite";
+    next += static_cast<std::size_t>(turn.count);
+    if (next > plan.particles.all.size()) break;
+  }
+  if (next != plan.particles.all.size()) return "the bodies that turn do not have the particles of the plan";
   return {};
 }
 

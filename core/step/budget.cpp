@@ -138,7 +138,8 @@ void follow_step(const Plan& plan, const State& state, bool slots_changed, Budge
                 plan.period, budget);
 }
 
-/// True when the points carry all of the mass, sum m b.b = M   (3.3): displacements give the coordinates (X54).
+/// True when the points carry all of the mass, sum m b.b = M   (3.3): displacements give the coordinates
+/// (X54).
 bool do_points_tell_modes(const Plan& plan) {
   constexpr double kRounding = 1e-6;
   for (std::size_t l = 0; l < index(plan.num_elastic); ++l) {

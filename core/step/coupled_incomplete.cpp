@@ -67,23 +67,54 @@ Symmetric sum_tables(const Plan& plan, const Place& place, CoupledWorkspace& w) 
   return P;
 }
 
-/// Resultant, moments and, by tables, generalized forces of the loads.
-void sum_loads(const Plan& plan, const Place& place, CoupledWorkspace& w, Gain& gain) noexcept {
+/// Resultant, moments and, by tables, generalized forces of the loads on points.
+Vec3 sum_point_loads(const Plan& plan, const Place& place, CoupledWorkspace& w, Gain& gain) noexcept {
   const std::size_t n = index(plan.num_padded);
   if (has_tables(plan)) std::fill(w.load.begin(), w.load.end(), 0.0);
-  Vec3 force_B{};
-  for (std::size_t i = 0; i < w.force.size(); ++i) {
+  Vec3 resultant{};
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
     const Vec3& force = w.force[i];
     if (is_zero(force)) continue;
-    const PlanPoint& point = mass_point(plan, static_cast<std::int32_t>(i));
+    const PlanPoint& point = plan.points[i];
     const double* rows = point_rows(plan, point.row);
     const Vec3 V = has_tables(plan) ? contract_rows(rows, place.q, n) : w.V[i];
     if (has_tables(plan)) combine_rows(rows, force, true, n, w.load.data());
-    force_B = add(force_B, force);
+    resultant = add(resultant, force);
     gain.rest_moment_B = add(gain.rest_moment_B, cross(point.r, force));
     gain.moment_B = add(gain.moment_B, cross(add(point.r, V), force));
   }
-  gain.force_W = multiply(place.R_WB, force_B);
+  return resultant;
+}
+
+/// Those on a body, force F at its centre and torque T, both gathered from its particles   (X197):
+///   Q_l += b_l . F + theta_l . (T + (T x theta + (theta x d) x F + d x (F x theta)) / 2)
+void add_turning_loads(const Plan& plan, const PlanTurn& turn, const Place& place, CoupledWorkspace& w,
+                       Gain& gain, Vec3& resultant) noexcept {
+  const std::size_t n = index(plan.num_padded);
+  Vec3 F{}, T{}, V{};
+  for (std::int32_t k = turn.first; k < turn.first + turn.count; ++k) {
+    const Vec3& force = w.force[plan.points.size() + index(k)];
+    const PlanPoint& part = plan.particles.all[index(k)];
+    const double* rows = point_rows(plan, part.row);
+    F = add(F, force);
+    T = add(T, cross(sub(part.r, turn.centre), force));
+    V = add_scaled(V, 1.0 / turn.count, contract_rows(rows, place.q, n));
+    combine_rows(rows, force, true, n, w.load.data());
+  }
+  if (is_zero(F) && is_zero(T)) return;
+  const Vec3 theta = contract_rows(turn.rows.data(), place.q, n), &d = turn.offset;
+  const Vec3 twice = add(cross(T, theta), add(cross(cross(theta, d), F), cross(d, cross(F, theta))));
+  combine_rows(turn.rows.data(), scale(0.5, twice), true, n, w.load.data());
+  resultant = add(resultant, F);
+  gain.rest_moment_B = add(gain.rest_moment_B, add(cross(turn.centre, F), T));
+  gain.moment_B = add(gain.moment_B, add(cross(add(turn.centre, V), F), T));
+}
+
+void sum_loads(const Plan& plan, const Place& place, CoupledWorkspace& w, Gain& gain) noexcept {
+  Vec3 resultant = sum_point_loads(plan, place, w, gain);
+  for (const PlanTurn& turn : plan.coupled.kinetics.turns)
+    add_turning_loads(plan, turn, place, w, gain, resultant);
+  gain.force_W = multiply(place.R_WB, resultant);
 }
 
 /// Torques on bodies, those that follow turned with them: Q_l += theta_l . T, with T to first order of the
@@ -92,7 +123,9 @@ void add_torques(const External& external, const Place& place, CoupledWorkspace&
   const Plan& plan = external.plan;
   const std::size_t n = index(plan.num_padded);
   const auto add_one = [&](std::int32_t turning, const Vec3& torque) {
-    combine_rows(turn_rows(plan, turning), torque, true, n, w.load.data());
+    const double* rows = turn_rows(plan, turning);
+    const Vec3 half = scale(0.5, cross(torque, contract_rows(rows, place.q, n)));  // as in X197
+    combine_rows(rows, add(torque, half), true, n, w.load.data());
     gain.moment_B = add(gain.moment_B, torque);
     gain.rest_moment_B = add(gain.rest_moment_B, torque);
   };

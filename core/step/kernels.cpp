@@ -372,16 +372,10 @@ void contract_points(const Plan& plan, const double* a, const double* b, std::sp
       &plan, a, b, V.data(), W.data(), V.size());
 }
 
-void project_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
-                    double* y) noexcept {
+void project_columns(const Plan& plan, std::size_t n, std::span<const Vec3> f, std::span<const Vec3> g,
+                     double* x, double* y) noexcept {
   run_widest<project_points_to<Pair>, project_points_to<Quad>, project_points_to<Oct>>(
-      &plan, index(plan.num_moving), f.data()->data(), g.data()->data(), 3 * f.size(), x, y);
-}
-
-void project_all_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
-                        double* y) noexcept {
-  run_widest<project_points_to<Pair>, project_points_to<Quad>, project_points_to<Oct>>(
-      &plan, index(plan.num_padded), f.data()->data(), g.data()->data(), 3 * f.size(), x, y);
+      &plan, n, f.data()->data(), g.data()->data(), 3 * f.size(), x, y);
 }
 
 void sum_rows(const double* rows, std::size_t stride, const double* weights, std::size_t count, std::size_t n,

@@ -47,12 +47,19 @@ void add_outer(const double* rows, const Vec3& F, std::size_t n, double* table) 
 /// which the num_moving leading columns count.
 void contract_points(const Plan& plan, const double* a, const double* b, std::span<Vec3> V,
                      std::span<Vec3> W) noexcept;
-/// x = rows^T f, y = rows^T g over all points, summed from the first point to the last; x, y (num_moving)
-void project_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
-                    double* y) noexcept;
-/// The same with the constraint shapes; x, y (num_padded)
-void project_all_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
-                        double* y) noexcept;
+/// x = rows^T f, y = rows^T g over all points, summed from the first point to the last; the n leading columns
+void project_columns(const Plan& plan, std::size_t n, std::span<const Vec3> f, std::span<const Vec3> g,
+                     double* x, double* y) noexcept;
+/// The same for the modes; x, y (num_moving)
+inline void project_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
+                           double* y) noexcept {
+  project_columns(plan, index(plan.num_moving), f, g, x, y);
+}
+/// The same for modes and constraint shapes; x, y (num_padded)
+inline void project_all_points(const Plan& plan, std::span<const Vec3> f, std::span<const Vec3> g, double* x,
+                               double* y) noexcept {
+  project_columns(plan, index(plan.num_padded), f, g, x, y);
+}
 /// y = sum_k weights_k row_k over n values; rows begin `stride` apart, count is a multiple of kLanes
 void sum_rows(const double* rows, std::size_t stride, const double* weights, std::size_t count, std::size_t n,
               double* y) noexcept;

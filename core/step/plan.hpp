@@ -210,7 +210,14 @@ struct PlanBar {
   Vec3 direction{};                      // [-] rest direction, first to second point
 };
 
-/// How the coupled rungs have the kinetic energy   (THEORY X190 to X196).
+/// A body that wrenches load, by forces on its particles, as it turns   (THEORY X197).
+struct PlanTurn {
+  std::int32_t first = 0, count = 0;  // its particles, in PlanParticles::all
+  Vec3 centre{}, offset{};            // [m] rest position of its centre; that from its point
+  Array rows;                         // [1/m] (3 x num_padded) theta = rows q
+};
+
+/// How the coupled rungs have the kinetic energy, and how loads act as bodies turn   (THEORY X190 to X197).
 struct PlanKinetics {
   enum class Form : std::int32_t {
     kComplete = 0,  // X92: point masses with every mode
@@ -222,6 +229,7 @@ struct PlanKinetics {
   std::int32_t num_tables = 0;  // 9: X_kl, Z_kl; 12 where bodies turn: and G_kl
   // [kg] (num_moving x num_tables x num_padded), mode k, then X_kl,a for x, y, z, Z_kl,ab as above, G_kl,a
   Array tables;
+  std::vector<PlanTurn> turns;  // of every particle, in their order
 };
 inline constexpr std::int32_t kPointTables = 9, kBodyTables = 12;  // PlanKinetics::num_tables
 

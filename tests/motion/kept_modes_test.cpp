@@ -94,10 +94,24 @@ void pull(Scene& scene, AssumedShapes& equations) {
   equations.force.col(3) = -force;
 }
 
+// c (u . (b_j - b_i))^2 of each dashpot
+void damp(const Scene& scene, AssumedShapes& equations) {
+  equations.damping = Eigen::MatrixXd::Zero(equations.n(), equations.n());
+  for (const Link& link : scene.links) {
+    const auto* dashpot = std::get_if<Dashpot>(&link.kind);
+    if (dashpot == nullptr) continue;
+    const Eigen::Index i = 3 * link.points[0], j = 3 * link.points[1];
+    const Eigen::RowVector3d u = (equations.r.col(j / 3) - equations.r.col(i / 3)).normalized().transpose();
+    const Eigen::RowVectorXd rate = u * (equations.b.middleRows<3>(j) - equations.b.middleRows<3>(i));
+    equations.damping += dashpot->damping * rate.transpose() * rate;
+  }
+}
+
 void expect_order_four(Scene scene, const std::vector<int>& modes, Form form, const char* what) {
   const Structure structure = build(scene);
   AssumedShapes equations = assumed_shapes(structure, modes);
   pull(scene, equations);
+  damp(scene, equations);
   PlanSpec spec = spec_of(scene, structure, modes);
   constexpr double kEnd = 0.5;
   const Eigen::VectorXd y = equations.run(
@@ -129,6 +143,14 @@ TEST(KeptModes, MoveAsLagrangesEquationsSay) {
     expect_order_four(scene, {0, 2, 5}, form, form == Form::kPoints ? "points" : "tables");
     expect_order_four(scene, {1, 3, 4, 6, 7, 8}, form, form == Form::kPoints ? "points" : "tables");
   }
+}
+
+TEST(KeptModes, WithDashpotsMoveAsLagrangesEquationsSay) {
+  Scene scene = five_points();
+  add_link(scene, 0, 2, Dashpot{8.0});
+  add_link(scene, 1, 4, Dashpot{15.0});
+  expect_order_four(scene, {0, 2, 5, 7}, Form::kPoints, "dashpots by points");
+  expect_order_four(scene, {0, 2, 5, 7}, Form::kTables, "dashpots by tables");
 }
 
 TEST(KeptModes, AllOfThemMoveAsTheCompleteSet) {

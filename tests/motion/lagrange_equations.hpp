@@ -39,11 +39,12 @@ inline Eigen::VectorXd extrapolated_step(const Rates& f, double t, const Eigen::
 /// Point masses that move by V = b q in a frame that turns: unknown accelerations (w', q'') from d'Alembert's
 /// principle point by point, a = w' x x + w x (w x x) + 2 w x V' + b q'', with linear stiffness.
 struct AssumedShapes {
-  Eigen::VectorXd mass;    // [kg] (N)
-  Eigen::Matrix3Xd r;      // [m] from the centre of mass
-  Eigen::MatrixXd b;       // [-] (3N x n)
-  Eigen::VectorXd omega;   // [rad/s]
-  Eigen::Matrix3Xd force;  // [N] world axes, constant
+  Eigen::VectorXd mass;     // [kg] (N)
+  Eigen::Matrix3Xd r;       // [m] from the centre of mass
+  Eigen::MatrixXd b;        // [-] (3N x n)
+  Eigen::VectorXd omega;    // [rad/s]
+  Eigen::Matrix3Xd force;   // [N] world axes, constant
+  Eigen::MatrixXd damping;  // [N s/m] (n x n) of dashpots; empty: none
 
   Eigen::Index n() const { return omega.size(); }
   /// y = (q, q', w, attitude x y z w)
@@ -69,6 +70,7 @@ struct AssumedShapes {
       load += reach.transpose() * (R.transpose() * force.col(i) - mass[i] * known);
     }
     load.tail(n()) -= total * omega.cwiseAbs2().cwiseProduct(q);
+    if (damping.size() > 0) load.tail(n()) -= damping * q_dot;
     return A.ldlt().solve(load);
   }
 
@@ -100,8 +102,12 @@ struct AssumedShapes {
 
 /// Those of a structure's modes.
 inline AssumedShapes assumed_shapes(const Structure& structure, const std::vector<int>& modes) {
-  return {structure.particles.mass, structure.mass_properties.r, structure.shapes(Eigen::all, modes),
-          structure.omega(modes), Eigen::Matrix3Xd::Zero(3, structure.mass_properties.r.cols())};
+  return {structure.particles.mass,
+          structure.mass_properties.r,
+          structure.shapes(Eigen::all, modes),
+          structure.omega(modes),
+          Eigen::Matrix3Xd::Zero(3, structure.mass_properties.r.cols()),
+          {}};
 }
 
 }  // namespace freeflex::testing

@@ -293,9 +293,17 @@ TEST(LeaveOut, LoadsThatTurnWithCommandsKeepTheSmallModes) {
   EXPECT_NE(part.why.find("commands may turn the body"), std::string::npos) << part.why;
 }
 
-TEST(LeaveOut, CoupledRungsKeepEveryMode) {
+TEST(LeaveOut, TheCoupledRungLeavesSmallModesAndNothingElse) {
   Scene scene = loaded_scene(2);
   scene.fidelity = Fidelity::kCoupled;
+  const Plan plan = lean_plan_of(scene);
+  EXPECT_LT(plan.num_elastic, testing::plan_of(scene).num_elastic);
+  for (const PlanPart& part : plan.parts) EXPECT_EQ(part.is_left_out, part.part == Part::kSmallModes);
+}
+
+TEST(LeaveOut, RungsWithTrueBarsKeepEveryMode) {
+  Scene scene = loaded_scene(2);
+  scene.fidelity = Fidelity::kExactBars;
   const Plan plan = lean_plan_of(scene);
   EXPECT_EQ(plan.num_elastic, testing::plan_of(scene).num_elastic);
   for (const PlanPart& part : plan.parts) EXPECT_FALSE(part.is_left_out);
