@@ -50,7 +50,7 @@ struct TurnedParticles {
   Freedoms freedoms;
 
   TurnedParticles(const Scene& scene, const Structure& of)
-      : structure(of), carried(carried_masses(scene.points)), freedoms(scene) {}
+      : structure(of), carried(carried_masses(scene, Freedoms(scene))), freedoms(scene) {}
 
   Eigen::Vector3d place(std::size_t p, const Eigen::VectorXd& q) const {
     const int point = carried[p].point;
