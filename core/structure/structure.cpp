@@ -43,12 +43,17 @@ bool are_sound(const Scene& scene) {
                                    point.position.allFinite() && point.offset.allFinite() &&
                                    inertia_problem(point.inertia).empty();
                           });
-  return has_points && std::all_of(scene.links.begin(), scene.links.end(), [&](const Link& link) {
-           const LinkTraits kind = traits_of(link);
-           return !has_mass(link) || (link.points.size() >= kind.least && link.points.size() <= kind.most &&
-                                      std::all_of(link.points.begin(), link.points.end(), is_known) &&
-                                      is_sized(link) && std::isfinite(mass_of(scene, link)));
-         });
+  if (!has_points || !std::all_of(scene.links.begin(), scene.links.end(), [&](const Link& link) {
+        const LinkTraits kind = traits_of(link);
+        return !has_mass(link) || (link.points.size() >= kind.least && link.points.size() <= kind.most &&
+                                   std::all_of(link.points.begin(), link.points.end(), is_known) &&
+                                   is_sized(link) && std::isfinite(mass_of(scene, link)));
+      }))
+    return false;
+  double mass = 0.0;
+  for (const PointMass& point : scene.points) mass += point.mass;
+  for (const Link& link : scene.links) mass += mass_of(scene, link);
+  return mass > 0.0;
 }
 
 bool has_rigid_links(const Scene& scene) {
