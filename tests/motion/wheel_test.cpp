@@ -6,6 +6,7 @@
 
 #include "core/step/readout.hpp"
 #include "core/validity/judgement.hpp"
+#include "tests/motion/watched.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"
 
@@ -71,10 +72,10 @@ TEST(Wheel, AMotorTurnsTheBodyTheOtherWay) {
   EXPECT_LT(vector(point.v_W).norm(), 1e-15);
 }
 
-constexpr double kL = 1.7;
+constexpr double kSpan = 1.7;
 Scene two_on_a_beam(const Vector3d& axis, double momentum) {
   Scene scene;
-  for (const double x : {0.0, kL}) {
+  for (const double x : {0.0, kSpan}) {
     add_point(scene, 3.0, {x, 0.0, 0.0});
     scene.points.back().inertia = Vector3d(0.4, 0.5, 0.7).asDiagonal();
   }
