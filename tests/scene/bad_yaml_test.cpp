@@ -177,7 +177,7 @@ INSTANTIATE_TEST_SUITE_P(
                    "- links\n"}},
                  {"scene.yaml:1:1: error: scene is a list, must be a mapping of name, rate, fidelity, "
                   "tolerance, error_budget, points, links, groups, damping, gravity, attractor, initial, "
-                  "loads, feedback, "
+                  "wheels, loads, feedback, "
                   "leave_out, modes, publish, commands"}},
         BadScene{"PointsAreText",
                  {{"scene.yaml", "points: points.csv\n"}},
@@ -219,7 +219,7 @@ INSTANTIATE_TEST_SUITE_P(
                  {"scene.yaml:5:1: error: scene: unknown key 'dampnig' (did you mean 'damping'?); allowed: "
                   "name, rate, fidelity, tolerance, error_budget, points, links, groups, damping, gravity, "
                   "attractor, "
-                  "initial, loads, feedback, leave_out, modes, publish, commands",
+                  "initial, wheels, loads, feedback, leave_out, modes, publish, commands",
                   "scene.yaml:7:5: error: link 'l': stiffness is missing, must be a number > 0 [N/m]",
                   "scene.yaml:7:35: error: link 'l': unknown key 'stifness' (did you mean 'stiffness'?); "
                   "allowed: name, spring, stiffness, viscous, loss_factor"}},

@@ -101,11 +101,12 @@ TEST_F(PlanFile, EveryFlippedByteIsRefused) {
 }
 
 TEST_F(PlanFile, NeitherSceneNorPlanIsReadAsAScene) {
-  EXPECT_EQ(refusal("FFPLA"),
-            "bad.plan:1:1: error: scene is the text 'FFPLA', must be a mapping of name, rate, fidelity, "
-            "tolerance, error_budget, points, links, groups, damping, gravity, attractor, initial, loads, "
-            "feedback, "
-            "leave_out, modes, publish, commands\n    FFPLA\n    ^");
+  EXPECT_EQ(
+      refusal("FFPLA"),
+      "bad.plan:1:1: error: scene is the text 'FFPLA', must be a mapping of name, rate, fidelity, "
+      "tolerance, error_budget, points, links, groups, damping, gravity, attractor, initial, wheels, loads, "
+      "feedback, "
+      "leave_out, modes, publish, commands\n    FFPLA\n    ^");
 }
 
 TEST_F(PlanFile, PlacesThatCannotBeWrittenAreNamed) {
