@@ -1,5 +1,6 @@
 // Mass of links: consistent, lumped and mixed, against closed forms and published frequencies.
 #include <Eigen/Geometry>
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -180,8 +181,9 @@ TEST(SpreadMass, OfALinkThatIsNotPositiveIsAnError) {
   Scene scene = consistent_beam(2, slender(-1.0));
   Faults faults;
   EXPECT_FALSE(build_structure(scene, faults));
-  ASSERT_FALSE(faults.empty());
-  EXPECT_NE(faults[0].message.find("mass_per_length"), std::string::npos) << faults[0].message;
+  EXPECT_TRUE(std::any_of(faults.begin(), faults.end(), [](const Fault& fault) {
+    return fault.message.find("mass_per_length is -1 kg/m, must be finite and >= 0") != std::string::npos;
+  }));
 }
 
 }  // namespace
