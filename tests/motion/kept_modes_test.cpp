@@ -310,6 +310,7 @@ TEST(BestRung, IsCoupledWhereTrueBarsCannotStand) {
     ASSERT_TRUE(plan.has_value());
     ASSERT_FALSE(faults.empty());
     EXPECT_NE(faults.back().message.find("the best rung for rigid links is coupled"), std::string::npos);
+    EXPECT_TRUE(plan->neglect.has_unseen);
     EXPECT_EQ(plan->budget.shadows.front().plan.fidelity, Fidelity::kCoupled);
     EXPECT_EQ(plan->budget.shadows.size(), rung == Fidelity::kCoupled ? 1U : 2U);
     State state = make_state(*plan);

@@ -6,6 +6,7 @@
 #include "core/plan/compile.hpp"
 #include "core/plan/kinetics.hpp"
 #include "tests/motion/rung_cases.hpp"
+#include "tests/motion/word_truth.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/wide_rotation.hpp"
 
@@ -144,6 +145,23 @@ TEST(CoupledBody, AloneTurnsFreelyToRounding) {
   for (std::size_t k = 1; k < 3; ++k) EXPECT_NEAR(std::log2(errors[k - 1] / errors[k]), 4.0, 0.2);
   // order 4 leaves 2e-15 of it at 1 ms; 2,000 ticks round in compensated sums
   EXPECT_LT(errors[3], 1e-14);
+}
+
+// random structures with rigid links, beside a reference at true geometry: what is off by more than 5 % of
+// the scale is never good
+TEST(Word, OnRigidLinksOfTheCoupledRungIsTrue) {
+  int num_judged = 0, num_good = 0;
+  for (std::uint64_t seed = 1; num_judged < 5; ++seed) {
+    const RandomScene random(seed);
+    if (!random.has_rigid_links()) continue;
+    const auto truth = true_displacements(random.truth(), random.end());
+    const WordShares shares = compare_word(random.judged(), Fidelity::kCoupled, random.end(), truth);
+    ++num_judged;
+    num_good += shares.word == Verdict::Word::kGood;
+    EXPECT_TRUE(shares.word != Verdict::Word::kGood || shares.error < 0.05) << seed;
+    EXPECT_TRUE(shares.word != Verdict::Word::kOutside || shares.error > 0.01) << seed;
+  }
+  std::printf("rigid links on coupled: %d of %d words good\n", num_good, num_judged);
 }
 
 }  // namespace

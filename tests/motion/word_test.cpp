@@ -38,7 +38,7 @@ constexpr double kLowest = 8.785, kThrust = 22.0;
 Scene free_beam(Fidelity rung) {
   Scene scene;
   for (int k = 0; k <= 10; ++k)
-    scene.points.push_back({"p" + std::to_string(k), 1.0, {1.0 * k, 0.0, 0.0}, {}});
+    scene.points.push_back({"p" + std::to_string(k), 1.0, {1.0 * k, 0.0, 0.0}, Eigen::Vector3d::Zero()});
   for (int k = 0; k < 10; ++k) {
     Link link;
     link.name = "b" + std::to_string(k);

@@ -241,7 +241,7 @@ inline void judge_scene(std::uint64_t seed, WordCounts& counts) {
   // where even true geometry finds no way on, nothing is good
   const auto truth = true_displacements(scene, random.end());
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
-    if (rung == Fidelity::kCoupled && random.has_rigid_links()) continue;  // it refuses them
+    if (rung == Fidelity::kCoupled && random.has_rigid_links()) continue;  // in rigid_rung_test
     std::printf("%llu %s\n", static_cast<unsigned long long>(seed), random.name().c_str());
     const WordShares shares = compare_word(random.judged(), rung, random.end(), truth);
     const bool is_good = shares.word == Verdict::Word::kGood,

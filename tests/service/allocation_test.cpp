@@ -77,6 +77,36 @@ TEST(Loop, AllocatesNothingOnTheFullRungWithItsBudget) {
   EXPECT_EQ(rig.simulation.state().tick, 400);
 }
 
+TEST(Loop, AllocatesNothingOnTheCoupledRungWithRigidLinksOrBodies) {
+  for (const bool has_bodies : {false, true}) {
+    Scene scene = octahedron();
+    Link link;
+    link.name = "more";
+    link.points = {0, 1};
+    link.kind = has_bodies ? LinkKind(Beam{1e4, 100.0, 100.0, 100.0, {0.1, 0.2, 1.0}}) : LinkKind(Rigid{});
+    if (has_bodies) scene.points[0].inertia = Eigen::Vector3d(0.1, 0.15, 0.2).asDiagonal();
+    scene.links.push_back(link);
+    Group group;
+    group.name = "first";
+    group.points = {0, 2};
+    scene.groups.push_back(group);
+    publish_everything(scene);
+    scene.fidelity = Fidelity::kCoupled;
+    scene.error_budget.horizon = 0.1;
+    const Plan plan = lean_plan_of(scene);
+    ASSERT_NE(plan.coupled.kinetics.form, PlanKinetics::Form::kComplete);
+    Rig rig(plan, {.until_tick = 400});
+    rig.push(make_push(1, 0, 100));
+    rig.control(freeflex_msgs::control_t::RESET);
+    is_counting = true;
+    ::operator delete(::operator new(1));  // the counter counts
+    rig.simulation.run();
+    is_counting = false;
+    EXPECT_EQ(std::exchange(num_allocations, 0), 1);
+    EXPECT_EQ(rig.simulation.state().tick, 400);
+  }
+}
+
 TEST(Loop, AllocatesNothingWhenItReplans) {
   // a ring in a plane, with springs across it that bend nothing: out of the plane it has modes of its own
   Scene scene = octahedron();

@@ -132,7 +132,7 @@ Worst run_to(double period, std::uint64_t seed, int num_random, Load load, std::
 Worst run_structure_to(double rate, double stiffer, Load load, std::int64_t last) {
   Scene scene = square_truss(3);
   scene.rate = rate;
-  scene.points.push_back({"loose", 0.5, {2.0, 0.5, 0.5}, {}});
+  scene.points.push_back({"loose", 0.5, {2.0, 0.5, 0.5}, Eigen::Vector3d::Zero()});
   scene.links.push_back({"tether", {11, 12}, Spring{1e3}, {}});
   for (Link& link : scene.links) std::get<Spring>(link.kind).stiffness *= stiffer;
   scene.initial.angular_velocity = {0.3, -0.2, 0.4};
