@@ -46,13 +46,14 @@ struct StartFault : std::runtime_error {
 /// A line now and then while a large structure is set up.
 SetupProgress say_now_and_then() {
   static constexpr std::chrono::seconds kBetween{5};
-  return {[last = std::chrono::steady_clock::now()](const std::string& what, double, double left) mutable {
+  auto say = [last = std::chrono::steady_clock::now()](const std::string& what, double) mutable {
     const auto now = std::chrono::steady_clock::now();
     if (now - last < kBetween) return true;
     last = now;
-    say_plainly(left >= 0.0 ? fmt::format("set-up: {}, {:.0f} s left", what, left) : "set-up: " + what);
+    say_plainly("set-up: " + what);
     return true;
-  }};
+  };
+  return {say, io::machine_memory_MB()};
 }
 
 Plan read_plan(const DaemonOptions& options) {

@@ -1,9 +1,6 @@
 #include "core/structure/sparse_modes.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <memory>
 #include <numbers>
@@ -29,15 +26,6 @@ constexpr double kTogether = 1e-6;    // [-] frequencies this close are one pair
 constexpr double kConverged = 1e-10;  // [-] of a Ritz value; frequencies have its square
 constexpr int kBeyond = 6;  // modes found beyond those kept, so that a gap to count at is among them
 constexpr int kMostRestarts = 4;
-
-double seconds() {
-  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
-}
-
-// [MB] that the machine has
-double memory_MB() {
-  return static_cast<double>(sysconf(_SC_PHYS_PAGES)) * static_cast<double>(sysconf(_SC_PAGE_SIZE)) / 1e6;
-}
 
 class SparseModes {
  public:
@@ -80,8 +68,8 @@ class SparseModes {
     add_error(faults_, scene_.points.front().origin, message);
     return false;
   }
-  bool say(const std::string& what, double done, double left) {
-    if (!progress_.say || progress_.say(what, done, left)) return true;
+  bool say(const std::string& what, double done) {
+    if (!progress_.say || progress_.say(what, done)) return true;
     return fail("the set-up was ended");
   }
 
@@ -89,11 +77,11 @@ class SparseModes {
     const double basis = 8e-6 * static_cast<double>(columns) * static_cast<double>(system_.num_all());
     const double particles = 24e-6 * num_particles() * static_cast<double>(count_);
     const double all = basis + particles + inverse_->expected_MB();
-    if (all <= kMemoryShare * memory_MB()) return true;
+    if (progress_.memory_MB == 0.0 || all <= kMemoryShare * progress_.memory_MB) return true;
     return fail(join_text("the set-up of ", scene_.points.size(), " points with ", count_,
                           " modes takes some ", std::ceil(all), " MB (", std::ceil(inverse_->expected_MB()),
                           " of them to factor, ", std::ceil(particles),
-                          " for mass that is spread over links), of ", std::floor(memory_MB()),
+                          " for mass that is spread over links), of ", std::floor(progress_.memory_MB),
                           " MB that the machine has; ask for fewer with modes: {count: N}"));
   }
 
@@ -110,7 +98,7 @@ class SparseModes {
     inverse_.reset();
     inverse_ = std::make_unique<ShiftedInverse>(system_, shift, order_);
     if (order_.empty()) order_ = inverse_->order();
-    if (!say("factoring the structure", 0.0, -1.0)) return false;
+    if (!say("factoring the structure", 0.0)) return false;
     if (!fits(0)) return false;
     if (!inverse_->factor()) return fail("the structure cannot be factored: " + inverse_->problem());
     return true;
@@ -158,7 +146,7 @@ class SparseModes {
 
   // eigenvalues of K - omega^2 M below zero, rigid motions among them   (X174)
   std::optional<int> count_below(double omega) {
-    if (!say("counting the modes", 0.0, -1.0)) return std::nullopt;
+    if (!say("counting the modes", 0.0)) return std::nullopt;
     Mumps counter(augmented(system_, -omega * omega), order_);
     if (!counter.factor()) {
       fail("the modes cannot be counted: " + counter.problem());
@@ -186,7 +174,6 @@ class SparseModes {
 
   bool run_lanczos() {
     BlockLanczos lanczos(op_, system_.num_all(), kBlock, 1 + static_cast<unsigned>(op_.known.cols()));
-    const double begin = seconds();
     // at least a block again where some were missing
     const Eigen::Index target =
         std::max<Eigen::Index>(kBlock, count_ + kBeyond - (op_.known.cols() - system_.rigid.cols()));
@@ -197,10 +184,7 @@ class SparseModes {
       ritz = lanczos.values(kConverged);
       if (ritz.num_converged >= target) break;
       const double share = static_cast<double>(std::max(ritz.num_converged, 1)) / static_cast<double>(target);
-      const double spent = seconds() - begin;
-      if (!say(join_text("finding modes: ", ritz.num_converged, " of ", target), share,
-               spent * (1.0 / share - 1.0)))
-        return false;
+      if (!say(join_text("finding modes: ", ritz.num_converged, " of ", target), share)) return false;
       look = lanczos.num_columns() + std::max<Eigen::Index>(kBlock, lanczos.num_columns() / 8);
       if (!fits(look)) return false;
     }

@@ -100,11 +100,12 @@ inline const Eigen::MatrixXd& particle_shapes(const Structure& structure) {
 /// error.
 MassProperties check_physics(const Scene& scene, Faults& faults);
 
-/// How a set-up says how far it has come, and may be ended.
+/// How a set-up says how far it has come, and may be ended; and what it may take.
 struct SetupProgress {
-  /// \param what  what is being done  \param done  share of it, 0 to 1  \param left  [s]; < 0: not known
+  /// \param what  what is being done  \param done  share of it, 0 to 1
   /// \return false to end the set-up with an error
-  std::function<bool(const std::string& what, double done, double left)> say;
+  std::function<bool(const std::string& what, double done)> say = {};
+  double memory_MB = 0.0;  // that the machine has; 0: not known, and not counted
 };
 
 /// Checks the physics of a scene and computes its structure   (THEORY X41-X67). Faults are appended; nullopt

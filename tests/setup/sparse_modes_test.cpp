@@ -229,7 +229,7 @@ TEST(SparseModes, BelowAFrequencyAreThoseOfTheDensePath) {
 
 TEST(SparseModes, EndWhenToldTo) {
   SetupProgress progress;
-  progress.say = [](const std::string&, double, double) { return false; };
+  progress.say = [](const std::string&, double) { return false; };
   Scene scene = square_truss(100);
   scene.modes.count = 50;
   Faults faults;

@@ -163,10 +163,11 @@ void Progress::draw_until(const std::stop_token& stop, std::chrono::milliseconds
 }
 
 SetupProgress Progress::of_setup() {
-  return {[this](const std::string&, double done, double) {
-    update(done);
-    return true;
-  }};
+  return {[this](const std::string&, double done) {
+            update(done);
+            return true;
+          },
+          io::machine_memory_MB()};
 }
 
 void Progress::draw() const {

@@ -41,6 +41,9 @@ struct PlanResult {
 /// \param rate  [Hz] ticks per second in place of its own; 0: its own. One that does not suit it is a fault.
 PlanResult load_plan(const std::string& path, double rate = 0.0, const SetupProgress& progress = {});
 
+/// What the machine has [MB], for SetupProgress.
+double machine_memory_MB();
+
 /// Writes a plan file, complete or not at all (temporary file, fsync, rename). Empty string, or what went
 /// wrong.
 std::string save_plan(const Plan& plan, const std::string& path);

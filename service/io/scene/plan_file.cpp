@@ -130,6 +130,10 @@ PlanResult load_plan(const std::string& path, double rate, const SetupProgress& 
   return result;
 }
 
+double machine_memory_MB() {
+  return static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE)) / 1e6;
+}
+
 std::string save_plan(const Plan& plan, const std::string& path) {
   const auto fail = [&](const std::string& why) { return "cannot write '" + path + "': " + why; };
   struct stat status {};
