@@ -14,12 +14,52 @@ namespace {
 
 // [-] of a column's length before what is known was taken out: what is left is rounding
 constexpr double kNothingNew = 1e-11;
+// [-] a pass that leaves less of a column leaves its rounding in what is left (Daniel, Gragg, Kaufman,
+// Stewart, Math. Comp. 30, 1976)
+constexpr double kEnoughLeft = 0.5;
+constexpr Eigen::Index kChunk = 96;  // columns
 
 }  // namespace
 
+void GrowingColumns::append(const Eigen::MatrixXd& columns) {
+  for (Eigen::Index done = 0; done < columns.cols();) {
+    const Eigen::Index at = count_ % kChunk, part = std::min(columns.cols() - done, kChunk - at);
+    if (at == 0) chunks_.emplace_back(columns.rows(), kChunk);
+    chunks_.back().middleCols(at, part) = columns.middleCols(done, part);
+    done += part;
+    count_ += part;
+  }
+}
+
+Eigen::MatrixXd GrowingColumns::range(Eigen::Index begin, Eigen::Index count) const {
+  Eigen::MatrixXd columns(count > 0 ? chunks_.front().rows() : 0, count);
+  for (Eigen::Index k = 0; k < count; ++k)
+    columns.col(k) = chunks_[static_cast<std::size_t>((begin + k) / kChunk)].col((begin + k) % kChunk);
+  return columns;
+}
+
+void GrowingColumns::project_out(Eigen::Index begin, const Eigen::MatrixXd& weighed, Eigen::MatrixXd& y,
+                                 Eigen::MatrixXd& shares) const {
+  for (Eigen::Index at = begin / kChunk * kChunk; at < count_; at += kChunk) {
+    const Eigen::MatrixXd& chunk = chunks_[static_cast<std::size_t>(at / kChunk)];
+    const Eigen::Index size = std::min(kChunk, count_ - at);
+    const Eigen::MatrixXd h = products(chunk, size, weighed);
+    subtract(chunk, size, h, y);
+    shares.middleRows(at, size) += h;
+  }
+}
+
+Eigen::MatrixXd GrowingColumns::times(const Eigen::MatrixXd& S) const {
+  Eigen::MatrixXd result = Eigen::MatrixXd::Zero(count_ > 0 ? chunks_.front().rows() : 0, S.cols());
+  for (Eigen::Index at = 0; at < S.rows(); at += kChunk) {
+    const Eigen::Index size = std::min(kChunk, S.rows() - at);
+    subtract(chunks_[static_cast<std::size_t>(at / kChunk)], size, -S.middleRows(at, size), result);
+  }
+  return result;
+}
+
 BlockLanczos::BlockLanczos(const MassSymmetric& op, Eigen::Index size, int block, unsigned seed)
-    : op_(op), block_(block), seed_(seed) {
-  basis_.resize(size, 0);
+    : op_(op), size_(size), block_(block), seed_(seed) {
   start_anew();
 }
 
@@ -27,7 +67,7 @@ BlockLanczos::BlockLanczos(const MassSymmetric& op, Eigen::Index size, int block
 bool BlockLanczos::start_anew() {
   std::mt19937_64 engine(seed_++);
   std::normal_distribution<double> normal;
-  Eigen::MatrixXd columns(basis_.rows(), block_);
+  Eigen::MatrixXd columns(size_, block_);
   for (double& value : columns.reshaped()) value = normal(engine);
   columns = op_.apply(op_.weigh(columns));
   if (columns.cols() == 0) {
@@ -35,32 +75,51 @@ bool BlockLanczos::start_anew() {
     return false;
   }
   Eigen::MatrixXd shares;
-  orthonormalise(columns, shares);
-  append(columns);
+  orthonormalise(columns, shares, 0);
+  basis_.append(columns);
   return columns.cols() > 0;
 }
 
-Eigen::MatrixXd BlockLanczos::orthonormalise(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares) {
-  const auto gram = [&] {
-    const Eigen::MatrixXd weighed = op_.weigh(columns);
-    return Eigen::MatrixXd(columns.transpose() * weighed);
-  };
-  const Eigen::VectorXd before = gram().diagonal().cwiseMax(0.0).cwiseSqrt();
-  shares = Eigen::MatrixXd::Zero(count_, columns.cols());
-  for (int pass = 0; pass < 2; ++pass) {
-    const Eigen::MatrixXd weighed = op_.weigh(columns);
-    subtract(op_.known, op_.known.cols(), products(op_.known, op_.known.cols(), weighed), columns);
-    const Eigen::MatrixXd h = products(basis_, count_, weighed);
-    subtract(basis_, count_, h, columns);
-    shares += h;
+Eigen::VectorXd BlockLanczos::sizes(const Eigen::MatrixXd& columns) const {
+  const Eigen::MatrixXd weighed = op_.weigh(columns);
+  return columns.cwiseProduct(weighed).colwise().sum().cwiseMax(0.0).cwiseSqrt();
+}
+
+void BlockLanczos::project_out(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares, Eigen::Index first) const {
+  const Eigen::MatrixXd weighed = op_.weigh(columns);
+  subtract(op_.known, op_.known.cols(), products(op_.known, op_.known.cols(), weighed), columns);
+  basis_.project_out(first, weighed, columns, shares);
+}
+
+// X172: once where most of the columns is, then everywhere until a pass leaves enough of each
+Eigen::MatrixXd BlockLanczos::orthonormalise(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares,
+                                             Eigen::Index first) {
+  constexpr int kMostPasses = 3;
+  const Eigen::VectorXd before = sizes(columns);
+  shares = Eigen::MatrixXd::Zero(basis_.size(), columns.cols());
+  project_out(columns, shares, first);
+  Eigen::VectorXd left = sizes(columns);
+  for (int pass = 0; pass < kMostPasses; ++pass) {
+    project_out(columns, shares, 0);
+    const Eigen::VectorXd now = sizes(columns);
+    const bool is_enough =
+        (now.array() >= kEnoughLeft * left.array() || now.array() <= kNothingNew * before.array()).all();
+    left = now;
+    if (is_enough) break;
   }
-  // directions of the block by eigenvectors of its Gram matrix, columns scaled by what they were, twice
+  return orthonormalise_block(columns, before);
+}
+
+// directions of the block by eigenvectors of its Gram matrix, columns scaled by what they were, twice
+Eigen::MatrixXd BlockLanczos::orthonormalise_block(Eigen::MatrixXd& columns, const Eigen::VectorXd& before) {
+  constexpr double kGrown = 500.0;  // [-] by so much rounding against what is known may grow
   const Eigen::VectorXd scale = before.unaryExpr([](double size) { return size > 0.0 ? 1.0 / size : 0.0; });
-  Eigen::MatrixXd block = columns * scale.asDiagonal();
+  columns = (columns * scale.asDiagonal()).eval();
   Eigen::MatrixXd R = before.asDiagonal();
-  columns = block;
   for (int pass = 0; pass < 2 && columns.cols() > 0; ++pass) {
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram());
+    const Eigen::MatrixXd weighed = op_.weigh(columns);
+    const Eigen::MatrixXd gram = columns.transpose() * weighed;
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(gram);
     std::vector<Eigen::Index> kept;
     const double least = pass == 0 ? kNothingNew * kNothingNew : 0.25;
     for (Eigen::Index k = 0; k < columns.cols(); ++k)
@@ -70,44 +129,38 @@ Eigen::MatrixXd BlockLanczos::orthonormalise(Eigen::MatrixXd& columns, Eigen::Ma
     columns = (columns * turn * roots.cwiseInverse().asDiagonal()).eval();
     R = (roots.asDiagonal() * turn.transpose() * R).eval();
     // small directions carry the rounding of the large ones against what is known
-    const Eigen::MatrixXd weighed = op_.weigh(columns);
-    subtract(op_.known, op_.known.cols(), products(op_.known, op_.known.cols(), weighed), columns);
-    subtract(basis_, count_, products(basis_, count_, weighed), columns);
+    if (pass == 0 && !kept.empty() && roots[roots.size() - 1] > kGrown * roots[0]) {
+      Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(basis_.size(), columns.cols());
+      project_out(columns, shares, 0);
+    }
   }
   return R;
 }
 
-void BlockLanczos::append(const Eigen::MatrixXd& columns) {
-  if (count_ + columns.cols() > basis_.cols()) {
-    const Eigen::Index room = std::max<Eigen::Index>(8 * block_, count_ + count_ / 4 + columns.cols());
-    basis_.conservativeResize(basis_.rows(), room);
-  }
-  basis_.middleCols(count_, columns.cols()) = columns;
-  count_ += columns.cols();
-}
-
 bool BlockLanczos::step() {
   if (has_failed_ || is_complete_) return false;
-  if (last_ == count_ && !start_anew()) {
+  if (last_ == basis_.size() && !start_anew()) {
     is_complete_ = !has_failed_;
     return false;
   }
-  const Eigen::Index size = count_ - last_;
-  Eigen::MatrixXd columns = op_.apply(op_.weigh(basis_.middleCols(last_, size)));
+  const Eigen::Index size = basis_.size() - last_;
+  Eigen::MatrixXd columns = op_.apply(op_.weigh(basis_.range(last_, size)));
   if (columns.cols() == 0) {
     has_failed_ = true;
     return false;
   }
   Eigen::MatrixXd shares;
-  next_ = orthonormalise(columns, shares);
-  if (projected_.rows() < count_)
-    projected_.conservativeResizeLike(Eigen::MatrixXd::Zero(2 * count_, 2 * count_));
-  projected_.block(0, last_, count_, size) = shares;
+  next_ = orthonormalise(columns, shares, last_begin_);
+  const auto make_room = [&] {
+    if (projected_.rows() < basis_.size())
+      projected_.conservativeResizeLike(Eigen::MatrixXd::Zero(2 * basis_.size(), 2 * basis_.size()));
+  };
+  make_room();
+  projected_.block(0, last_, basis_.size(), size) = shares;
   last_begin_ = last_;
-  last_ = count_;
-  append(columns);
-  if (projected_.rows() < count_)
-    projected_.conservativeResizeLike(Eigen::MatrixXd::Zero(2 * count_, 2 * count_));
+  last_ = basis_.size();
+  basis_.append(columns);
+  make_room();
   projected_.block(last_, last_begin_, next_.rows(), size) = next_;
   return true;
 }
@@ -131,8 +184,7 @@ RitzPairs BlockLanczos::pairs(double tolerance, Eigen::Index count) const {
     ++found.num_converged;
   count = std::min(count, known);
   if (count <= 0) return found;
-  found.vectors = Eigen::MatrixXd::Zero(basis_.rows(), count);
-  subtract(basis_, known, -S.leftCols(count), found.vectors);
+  found.vectors = basis_.times(S.leftCols(count));
   return found;
 }
 

@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <vector>
 
 namespace freeflex {
 
@@ -22,16 +23,33 @@ struct RitzPairs {
   bool is_complete = false;  // the whole space is in them
 };
 
-/// Block Lanczos with full reorthogonalisation in M, twice (G. H. Golub, R. Underwood, in Mathematical
-/// Software III, 1977; J. R. Grimes, R. J. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15, 1994, 228-272):
-/// the projected operator is kept whole, so that blocks may lose columns.   (THEORY X172)
+/// Columns that grow in number and are never moved: what is there already is not copied.
+class GrowingColumns {
+ public:
+  Eigen::Index size() const { return count_; }
+  void append(const Eigen::MatrixXd& columns);
+  Eigen::MatrixXd range(Eigen::Index begin, Eigen::Index count) const;
+  /// Of the columns from begin on, V: y -= V V^T weighed, and V^T weighed added to shares (size() x columns).
+  void project_out(Eigen::Index begin, const Eigen::MatrixXd& weighed, Eigen::MatrixXd& y,
+                   Eigen::MatrixXd& shares) const;
+  /// The first S.rows() columns times S.
+  Eigen::MatrixXd times(const Eigen::MatrixXd& S) const;
+
+ private:
+  std::vector<Eigen::MatrixXd> chunks_;
+  Eigen::Index count_ = 0;
+};
+
+/// Block Lanczos with full reorthogonalisation in M (G. H. Golub, R. Underwood, in Mathematical Software III,
+/// 1977; J. R. Grimes, R. J. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15, 1994, 228-272): the projected
+/// operator is kept whole, so that blocks may lose columns.   (THEORY X172)
 class BlockLanczos {
  public:
   BlockLanczos(const MassSymmetric& op, Eigen::Index size, int block, unsigned seed);
   /// One block more; false when the operator failed or nothing is left to find.
   bool step();
   /// Number of columns so far.
-  Eigen::Index num_columns() const { return count_; }
+  Eigen::Index num_columns() const { return basis_.size(); }
   bool is_complete() const { return is_complete_; }
   bool has_failed() const { return has_failed_; }
   /// Values and their errors alone, of those so far. \param tolerance  [-] of theta that counts as converged
@@ -40,16 +58,20 @@ class BlockLanczos {
   RitzPairs pairs(double tolerance, Eigen::Index count) const;
 
  private:
-  // makes columns M-orthonormal to all and to each other, drops those that are not new
+  // makes columns M-orthonormal to all and to each other, drops those that are not new; first: where the
+  // basis has most of them
   // \return what each of the columns was of those kept (kept x columns)
-  Eigen::MatrixXd orthonormalise(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares);
-  void append(const Eigen::MatrixXd& columns);
+  Eigen::MatrixXd orthonormalise(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares, Eigen::Index first);
+  Eigen::VectorXd sizes(const Eigen::MatrixXd& columns) const;
+  // what is known and the basis from `first` on is taken out once
+  void project_out(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares, Eigen::Index first) const;
+  Eigen::MatrixXd orthonormalise_block(Eigen::MatrixXd& columns, const Eigen::VectorXd& before);
   bool start_anew();
 
   const MassSymmetric& op_;
-  Eigen::Index count_ = 0;       // columns of basis_
+  Eigen::Index size_;
+  GrowingColumns basis_;         // V (n x count)
   Eigen::Index last_ = 0;        // first column of the block that was not yet multiplied
-  Eigen::MatrixXd basis_;        // V (n x room)
   Eigen::MatrixXd projected_;    // V^T M T V, columns below last_ known (room x room)
   Eigen::MatrixXd next_;         // what the last block gave beyond V: T V_last = V H + V_next R
   Eigen::Index last_begin_ = 0;  // of the block multiplied last

@@ -60,7 +60,8 @@ class SparseModes {
   const Eigen::MatrixXd& shapes() const { return found_; }
   double counted_below() const { return counted_below_; }
   Eigen::MatrixXd strains(const Eigen::MatrixXd& x) const { return exact_product(system_.rows, x); }
-  ShiftedInverse& inverse() { return *inverse_; }
+  // factored again where counting needed the room; nullptr: a fault was added
+  ShiftedInverse* inverse() { return inverse_ || factor_at(shift_) ? inverse_.get() : nullptr; }
   double next_omega() const { return next_; }
 
  private:
@@ -73,13 +74,15 @@ class SparseModes {
     return fail("the set-up was ended");
   }
 
+  // beside the factor: a basis and the vectors made of it; or vectors, shapes and what is passed on of them
   bool fits(Eigen::Index columns) {
-    const double basis = 8e-6 * static_cast<double>(columns) * static_cast<double>(system_.num_all());
+    const double column = 8e-6 * static_cast<double>(system_.num_all());
+    const double most = static_cast<double>(std::max(columns + count_, 3 * Eigen::Index{count_}));
     const double particles = 24e-6 * num_particles() * static_cast<double>(count_);
-    const double all = basis + particles + inverse_->expected_MB();
+    const double all = most * column + particles + factor_MB_;
     if (progress_.memory_MB == 0.0 || all <= kMemoryShare * progress_.memory_MB) return true;
     return fail(join_text("the set-up of ", scene_.points.size(), " points with ", count_,
-                          " modes takes some ", std::ceil(all), " MB (", std::ceil(inverse_->expected_MB()),
+                          " modes takes some ", std::ceil(all), " MB (", std::ceil(factor_MB_),
                           " of them to factor, ", std::ceil(particles),
                           " for mass that is spread over links), of ", std::floor(progress_.memory_MB),
                           " MB that the machine has; ask for fewer with modes: {count: N}"));
@@ -94,14 +97,23 @@ class SparseModes {
     return number;
   }
 
+  // X171: assembled while that is as good as positive definite and once refined, then augmented
   bool factor_at(double shift) {
+    constexpr double kGoodEnough = 1e-9;  // [-] so that gaps of kTogether are wide for a count, too
     inverse_.reset();
-    inverse_ = std::make_unique<ShiftedInverse>(system_, shift, order_);
+    inverse_ = std::make_unique<ShiftedInverse>(system_, shift, form_, order_);
     if (order_.empty()) order_ = inverse_->order();
+    shift_ = shift;
+    factor_MB_ = inverse_->expected_MB();
     if (!say("factoring the structure", 0.0)) return false;
     if (!fits(0)) return false;
-    if (!inverse_->factor()) return fail("the structure cannot be factored: " + inverse_->problem());
-    return true;
+    const bool is_factored = inverse_->factor();
+    if (form_ == SystemForm::kAssembled && (!is_factored || inverse_->first_change() > kGoodEnough)) {
+      form_ = SystemForm::kAugmented;
+      order_.clear();
+      return factor_at(shift);
+    }
+    return is_factored || fail("the structure cannot be factored: " + inverse_->problem());
   }
 
   // X173: frequencies of a few vectors that the shifted inverse smooths, until the shift is among the lowest
@@ -147,12 +159,13 @@ class SparseModes {
   // eigenvalues of K - omega^2 M below zero, rigid motions among them   (X174)
   std::optional<int> count_below(double omega) {
     if (!say("counting the modes", 0.0)) return std::nullopt;
-    Mumps counter(augmented(system_, -omega * omega), order_);
+    inverse_.reset();  // the room of one factor
+    Mumps counter(entries_of(system_, -omega * omega, form_), order_);
     if (!counter.factor()) {
       fail("the modes cannot be counted: " + counter.problem());
       return std::nullopt;
     }
-    return counter.num_negative() - static_cast<int>(system_.rows.rows() + system_.constraints.rows());
+    return counter.num_negative() - num_negative_rows(system_, form_);
   }
 
   bool choose_count(const ModesWanted& wanted) {
@@ -173,6 +186,13 @@ class SparseModes {
   }
 
   bool run_lanczos() {
+    Eigen::MatrixXd vectors;
+    if (inverse() == nullptr || !find_vectors(vectors)) return false;
+    take(std::move(vectors));
+    return true;
+  }
+
+  bool find_vectors(Eigen::MatrixXd& vectors) {
     BlockLanczos lanczos(op_, system_.num_all(), kBlock, 1 + static_cast<unsigned>(op_.known.cols()));
     // at least a block again where some were missing
     const Eigen::Index target =
@@ -193,16 +213,18 @@ class SparseModes {
     is_complete_ = lanczos.is_complete();
     ritz = lanczos.pairs(
         kConverged, std::min<Eigen::Index>(target, is_complete_ ? ritz.theta.size() : ritz.num_converged));
-    take(ritz.vectors);
+    vectors = std::move(ritz.vectors);
     return true;
   }
 
   // adds vectors to those found, by rising frequency of the factor   (X175)
-  void take(const Eigen::MatrixXd& vectors) {
-    if (vectors.cols() == 0) return;
-    const Eigen::Index before = op_.known.cols() - system_.rigid.cols();
-    Eigen::MatrixXd all(vectors.rows(), before + vectors.cols());
-    all << op_.known.rightCols(before), vectors;
+  void take(Eigen::MatrixXd all) {
+    if (all.cols() == 0) return;
+    if (const Eigen::Index before = op_.known.cols() - system_.rigid.cols(); before > 0) {
+      const Eigen::Index size = all.cols();
+      all.conservativeResize(all.rows(), size + before);
+      all.rightCols(before) = op_.known.rightCols(before);
+    }
     Eigen::VectorXd omega(all.cols());
     for (Eigen::Index k = 0; k < all.cols(); ++k) {
       const Eigen::MatrixXd x = all.col(k);
@@ -260,7 +282,9 @@ class SparseModes {
   Faults& faults_;
   MassSymmetric op_;
   std::unique_ptr<ShiftedInverse> inverse_;
-  std::vector<int> order_;  // of the factor, found once
+  SystemForm form_ = SystemForm::kAssembled;
+  std::vector<int> order_;  // of the factor in this form, found once
+  double shift_ = 0.0, factor_MB_ = 0.0;
   int refinements_ = 3;
   int count_ = 0;
   double band_ = 0.0;
@@ -285,8 +309,10 @@ double accuracy_of(const SparseSystem& system, SparseModes& modes, Eigen::Index 
   }
   const double square = strain.squaredNorm();
   rounding = 2.0 * kEpsilon * std::sqrt(rounding) / square;
-  const double shift = modes.inverse().shift(), theta = 1.0 / (square + shift);
-  Eigen::VectorXd left = modes.inverse().apply(system.mass * x).col(0) - theta * x.col(0);
+  ShiftedInverse* const inverse = modes.inverse();
+  if (inverse == nullptr) return 0.0;
+  const double shift = inverse->shift(), theta = 1.0 / (square + shift);
+  Eigen::VectorXd left = inverse->apply(system.mass * x).col(0) - theta * x.col(0);
   const double error = std::sqrt(std::max(0.0, left.dot(system.mass * left))) / theta;
   // to the next that is not its equal
   Eigen::Index next = first + 1;

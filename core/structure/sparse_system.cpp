@@ -21,6 +21,7 @@ constexpr int kNamesInError = 8;
 constexpr double kStaysBelow = 1e-6;  // [-] of a motion's largest displacement
 // [-] of the norm: pivots below may be those of motions that nothing holds
 constexpr double kNoPivot = 1e-10;
+constexpr double kSmallest = 1e-300;
 
 SparseRows to_sparse(const DeformationRows& rows, const SparseSystem& system, int num_all, bool unit) {
   std::vector<Eigen::Triplet<double>> entries;
@@ -187,43 +188,58 @@ SparseSystem sparse_system(const Scene& scene, const Freedoms& freedoms, const L
   return system;
 }
 
-SymmetricEntries augmented(const SparseSystem& system, double shift) {
+SymmetricEntries entries_of(const SparseSystem& system, double shift, SystemForm form) {
   SymmetricEntries entries;
-  const int num_rows = static_cast<int>(system.rows.rows()), num_all = system.num_all();
-  const int num_constraints = static_cast<int>(system.constraints.rows());
-  entries.size = num_rows + num_all + num_constraints;
-  for (int row = 0; row < num_rows; ++row) {
+  const int num_strains = form == SystemForm::kAugmented ? static_cast<int>(system.rows.rows()) : 0;
+  const int num_all = system.num_all(), num_constraints = static_cast<int>(system.constraints.rows());
+  entries.size = num_strains + num_all + num_constraints;
+  const auto add_lower = [&](const SparseRows& matrix, double scale) {
+    for (int row = 0; row < num_all; ++row)
+      for (SparseRows::InnerIterator it(matrix, row); it && it.col() <= row; ++it)
+        entries.add(num_strains + row, num_strains + static_cast<int>(it.col()), scale * it.value());
+  };
+  for (int row = 0; row < num_strains; ++row) {
     entries.add(row, row, -1.0);
     for (SparseRows::InnerIterator it(system.rows, row); it; ++it)
-      entries.add(row, num_rows + static_cast<int>(it.col()), it.value());
+      entries.add(row, num_strains + static_cast<int>(it.col()), it.value());
   }
-  for (int row = 0; row < num_all; ++row) {
-    // a freedom that is taken as zero stands alone, and counts as positive
-    if (system.pinned[static_cast<std::size_t>(row)]) entries.add(num_rows + row, num_rows + row, 1.0);
-    for (SparseRows::InnerIterator it(system.mass, row); it; ++it)
-      if (it.col() <= row)
-        entries.add(num_rows + row, num_rows + static_cast<int>(it.col()), shift * it.value());
-  }
+  if (form == SystemForm::kAssembled)
+    add_lower(SparseRows(SparseRows(system.rows.transpose()) * system.rows), 1.0);
+  add_lower(system.mass, shift);
+  // a freedom that is taken as zero stands alone, and counts as positive
+  for (int row = 0; row < num_all; ++row)
+    if (system.pinned[static_cast<std::size_t>(row)]) entries.add(num_strains + row, num_strains + row, 1.0);
   for (int row = 0; row < num_constraints; ++row)
     for (SparseRows::InnerIterator it(system.constraints, row); it; ++it)
-      entries.add(num_rows + num_all + row, num_rows + static_cast<int>(it.col()), it.value());
+      entries.add(num_strains + num_all + row, num_strains + static_cast<int>(it.col()), it.value());
   return entries;
 }
 
-ShiftedInverse::ShiftedInverse(const SparseSystem& system, double shift, const std::vector<int>& order)
+int num_negative_rows(const SparseSystem& system, SystemForm form) {
+  return static_cast<int>((form == SystemForm::kAugmented ? system.rows.rows() : 0) +
+                          system.constraints.rows());
+}
+
+ShiftedInverse::ShiftedInverse(const SparseSystem& system, double shift, SystemForm form,
+                               const std::vector<int>& order)
     : system_(system),
       shift_(shift),
-      factor_(augmented(system, shift), order),
+      form_(form),
+      first_(form == SystemForm::kAugmented ? system.rows.rows() : 0),
+      factor_(entries_of(system, shift, form), order),
       rows_by_freedom_(system.rows.transpose()),
       constraints_by_freedom_(system.constraints.transpose()) {}
 
-bool ShiftedInverse::factor() { return factor_.factor(); }
+bool ShiftedInverse::factor() {
+  return factor_.factor() &&
+         (form_ == SystemForm::kAugmented || factor_.num_negative() == num_negative_rows(system_, form_));
+}
 
 namespace {
 
 // sum of a row times a column, added to a start
-long double dot(const SparseRows& rows, Eigen::Index row, const double* column, long double start,
-                double sign) {
+template <typename T>
+long double dot(const SparseRows& rows, Eigen::Index row, const T* column, long double start, double sign) {
   for (SparseRows::InnerIterator it(rows, row); it; ++it)
     start += static_cast<long double>(sign * it.value()) * column[it.col()];
   return start;
@@ -235,44 +251,72 @@ Eigen::MatrixXd ShiftedInverse::residual(const Eigen::MatrixXd& sides,
                                          const Eigen::MatrixXd& solution) const {
   const Eigen::Index m = system_.rows.rows(), n = system_.num_all(), c = system_.constraints.rows();
   Eigen::MatrixXd left(sides.rows(), sides.cols());
+  // strains: an unknown of its own, or what the freedoms make
+  std::vector<long double> strains(static_cast<std::size_t>(m));
   for (Eigen::Index k = 0; k < sides.cols(); ++k) {
     const double* const e = solution.col(k).data();
-    const double* const x = e + m;
+    const double* const x = e + first_;
     const double* const lambda = x + n;
     const double* const b = sides.col(k).data();
     double* const out = left.col(k).data();
-    for (Eigen::Index i = 0; i < m; ++i)
-      out[i] = static_cast<double>(dot(system_.rows, i, x, static_cast<long double>(b[i]) + e[i], -1.0));
+    for (Eigen::Index i = 0; i < m; ++i) {
+      long double& strain = strains[static_cast<std::size_t>(i)];
+      strain = form_ == SystemForm::kAugmented ? static_cast<long double>(e[i])
+                                               : dot(system_.rows, i, x, 0.0L, 1.0);
+      if (form_ == SystemForm::kAugmented)
+        out[i] = static_cast<double>(dot(system_.rows, i, x, b[i] + strain, -1.0));
+    }
     for (Eigen::Index i = 0; i < n; ++i) {
-      long double sum = dot(rows_by_freedom_, i, e, b[m + i], -1.0);
+      long double sum = dot(rows_by_freedom_, i, strains.data(), b[first_ + i], -1.0);
       for (SparseRows::InnerIterator it(system_.mass, i); it; ++it)
         sum -= static_cast<long double>(shift_ * it.value()) * x[it.col()];
       if (c > 0) sum = dot(constraints_by_freedom_, i, lambda, sum, -1.0);
       if (system_.pinned[static_cast<std::size_t>(i)]) sum -= x[i];
-      out[m + i] = static_cast<double>(sum);
+      out[first_ + i] = static_cast<double>(sum);
     }
     for (Eigen::Index i = 0; i < c; ++i)
-      out[m + n + i] = static_cast<double>(dot(system_.constraints, i, x, b[m + n + i], -1.0));
+      out[first_ + n + i] = static_cast<double>(dot(system_.constraints, i, x, b[first_ + n + i], -1.0));
   }
   return left;
+}
+
+double ShiftedInverse::relative(const Eigen::MatrixXd& change, const Eigen::MatrixXd& solution) const {
+  const Eigen::Index n = system_.num_all();
+  return (change.middleRows(first_, n).colwise().norm().array() /
+          solution.middleRows(first_, n).colwise().norm().array().max(kSmallest))
+      .maxCoeff();
 }
 
 Eigen::MatrixXd ShiftedInverse::apply(const Eigen::MatrixXd& mass_times_x, int most_refinements) {
   // [-] of a solution: what one more step changes is its square
   constexpr double kSolved = 1e-9;
-  const Eigen::Index m = system_.rows.rows(), n = system_.num_all();
-  Eigen::MatrixXd sides = Eigen::MatrixXd::Zero(m + n + system_.constraints.rows(), mass_times_x.cols());
-  sides.middleRows(m, n) = mass_times_x;
+  const Eigen::Index n = system_.num_all();
+  Eigen::MatrixXd sides = Eigen::MatrixXd::Zero(first_ + n + system_.constraints.rows(), mass_times_x.cols());
+  sides.middleRows(first_, n) = mass_times_x;
   Eigen::MatrixXd solution = sides;
   if (!factor_.solve(solution)) return {};
   for (int step = 0; step < most_refinements; ++step) {
     Eigen::MatrixXd change = residual(sides, solution);
     if (!factor_.solve(change)) return {};
     solution += change;
-    const Eigen::VectorXd size = solution.middleRows(m, n).colwise().norm();
-    if ((change.middleRows(m, n).colwise().norm().transpose().array() <= kSolved * size.array()).all()) break;
+    if (relative(change, solution) <= kSolved) break;
   }
-  return solution.middleRows(m, n);
+  return solution.middleRows(first_, n);
+}
+
+double ShiftedInverse::first_change() {
+  constexpr int kNumTried = 4;
+  std::mt19937_64 engine(5);
+  std::normal_distribution<double> normal;
+  Eigen::MatrixXd sides =
+      Eigen::MatrixXd::Zero(first_ + system_.num_all() + system_.constraints.rows(), kNumTried);
+  Eigen::MatrixXd x(system_.num_all(), kNumTried);
+  for (double& value : x.reshaped()) value = normal(engine);
+  sides.middleRows(first_, system_.num_all()) = system_.mass * x;
+  Eigen::MatrixXd solution = sides;
+  if (!factor_.solve(solution)) return 1.0;
+  Eigen::MatrixXd change = residual(sides, solution);
+  return factor_.solve(change) ? relative(change, solution) : 1.0;
 }
 
 Eigen::MatrixXd exact_product(const SparseRows& rows, const Eigen::MatrixXd& columns) {

@@ -28,29 +28,45 @@ struct SparseSystem {
 SparseSystem sparse_system(const Scene& scene, const Freedoms& freedoms, const LinkFactor& factor,
                            const MassProperties& body, Faults& faults);
 
-/// [-1 A 0; A^T shift M C^T; 0 C 0] over strains, freedoms, multipliers; shift [rad^2/s^2] of either sign
-/// (THEORY X170).
-SymmetricEntries augmented(const SparseSystem& system, double shift);
+/// How K + shift M is laid out for a factorization   (THEORY X170).
+enum class SystemForm {
+  kAssembled,  // [K + shift M, C^T; C 0] over freedoms, multipliers: small, and K is rounded
+  kAugmented,  // [-1 A 0; A^T shift M C^T; 0 C 0] over strains, freedoms, multipliers: no K is formed
+};
 
-/// The solution of the augmented system of a positive shift for right sides M x   (THEORY X171).
+/// \param shift  [rad^2/s^2] of either sign
+SymmetricEntries entries_of(const SparseSystem& system, double shift, SystemForm form);
+
+/// Negative eigenvalues of it that are not those of any positive shift.
+int num_negative_rows(const SparseSystem& system, SystemForm form);
+
+/// y = (K + shift M)^-1 M x within what rigid links allow, for a positive shift   (THEORY X171).
 class ShiftedInverse {
  public:
-  ShiftedInverse(const SparseSystem& system, double shift, const std::vector<int>& order = {});
+  ShiftedInverse(const SparseSystem& system, double shift, SystemForm form,
+                 const std::vector<int>& order = {});
   std::vector<int> order() const { return factor_.order(); }
   /// [MB] that factoring takes.
   double expected_MB() const { return factor_.expected_MB(); }
+  /// false: MUMPS failed, or assembled it is not positive definite.
   bool factor();
-  /// y = (K + shift M)^-1 M x within what rigid links allow, a column each, refined until the correction is
-  /// below kSolved [-], at most so many times.
+  /// A column each, refined by residuals of the rows A until the correction is below kSolved [-], at most so
+  /// many times.
   Eigen::MatrixXd apply(const Eigen::MatrixXd& mass_times_x, int most_refinements = 3);
+  /// [-] of the solution: what one refinement changes of random columns.
+  double first_change();
   double shift() const { return shift_; }
   const std::string& problem() const { return factor_.problem(); }
 
  private:
   // right side less the matrix times a solution, sums in long double
   Eigen::MatrixXd residual(const Eigen::MatrixXd& sides, const Eigen::MatrixXd& solution) const;
+  // [-] largest of columns' changes over sizes, of the freedoms
+  double relative(const Eigen::MatrixXd& change, const Eigen::MatrixXd& solution) const;
   const SparseSystem& system_;
   double shift_;
+  SystemForm form_;
+  Eigen::Index first_;  // row of the first freedom: strains are before
   Mumps factor_;
   SparseRows rows_by_freedom_, constraints_by_freedom_;  // A^T, C^T
 };

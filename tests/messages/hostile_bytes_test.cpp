@@ -56,7 +56,8 @@ TEST(HostileBytes, RejectsTrailingBytes) {
     ForceCommand command;
     const io::Admission admission = decode_exact(bytes, command);
     EXPECT_EQ(admission.reason, Reason::kMalformed);
-    EXPECT_NE(std::string(admission.text.data()).find("but 3 forces and 2 wrenches and 0 torques and 0 wheels make"),
+    EXPECT_NE(std::string(admission.text.data())
+                  .find("but 3 forces and 2 wrenches and 0 torques and 0 wheels make"),
               std::string::npos);
     EXPECT_STREQ(admission.sender.data(), "pusher-1.a_B") << "so it can be answered";
     Bytes control = io::encode(make_control());
