@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <numeric>
 #include <random>
 #include <vector>
 
@@ -85,10 +86,11 @@ Eigen::VectorXd BlockLanczos::sizes(const Eigen::MatrixXd& columns) const {
   return columns.cwiseProduct(weighed).colwise().sum().cwiseMax(0.0).cwiseSqrt();
 }
 
-void BlockLanczos::project_out(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares, Eigen::Index first) const {
+void BlockLanczos::project_out(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares) const {
   const Eigen::MatrixXd weighed = op_.weigh(columns);
-  subtract(op_.known, op_.known.cols(), products(op_.known, op_.known.cols(), weighed), columns);
-  basis_.project_out(first, weighed, columns, shares);
+  Eigen::MatrixXd known = Eigen::MatrixXd::Zero(op_.known.size(), columns.cols());
+  op_.known.project_out(0, weighed, columns, known);
+  basis_.project_out(0, weighed, columns, shares);
 }
 
 // X172: once where most of the columns is, then everywhere until a pass leaves enough of each
@@ -97,10 +99,10 @@ Eigen::MatrixXd BlockLanczos::orthonormalise(Eigen::MatrixXd& columns, Eigen::Ma
   constexpr int kMostPasses = 3;
   const Eigen::VectorXd before = sizes(columns);
   shares = Eigen::MatrixXd::Zero(basis_.size(), columns.cols());
-  project_out(columns, shares, first);
+  basis_.project_out(first, op_.weigh(columns), columns, shares);
   Eigen::VectorXd left = sizes(columns);
   for (int pass = 0; pass < kMostPasses; ++pass) {
-    project_out(columns, shares, 0);
+    project_out(columns, shares);
     const Eigen::VectorXd now = sizes(columns);
     const bool is_enough =
         (now.array() >= kEnoughLeft * left.array() || now.array() <= kNothingNew * before.array()).all();
@@ -131,7 +133,7 @@ Eigen::MatrixXd BlockLanczos::orthonormalise_block(Eigen::MatrixXd& columns, con
     // small directions carry the rounding of the large ones against what is known
     if (pass == 0 && !kept.empty() && roots[roots.size() - 1] > kGrown * roots[0]) {
       Eigen::MatrixXd shares = Eigen::MatrixXd::Zero(basis_.size(), columns.cols());
-      project_out(columns, shares, 0);
+      project_out(columns, shares);
     }
   }
   return R;
@@ -172,15 +174,22 @@ RitzPairs BlockLanczos::pairs(double tolerance, Eigen::Index count) const {
   // symmetric but for rounding; shares above the diagonal were found twice
   T = (0.5 * (T + T.transpose())).eval();
   const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> eigen(T);
-  found.theta = eigen.eigenvalues().reverse();
-  const Eigen::MatrixXd S = eigen.eigenvectors().rowwise().reverse();
+  std::vector<Eigen::Index> order(static_cast<std::size_t>(known));
+  std::iota(order.begin(), order.end(), Eigen::Index{0});
+  std::sort(order.begin(), order.end(), [&](Eigen::Index a, Eigen::Index b) {
+    return std::abs(eigen.eigenvalues()[a]) > std::abs(eigen.eigenvalues()[b]);
+  });
+  found.theta = eigen.eigenvalues()(order);
+  const Eigen::MatrixXd S = eigen.eigenvectors()(Eigen::all, order);
   found.error = next_.rows() == 0
                     ? Eigen::VectorXd::Zero(known)
                     : Eigen::VectorXd((next_ * S.middleRows(last_begin_, next_.cols())).colwise().norm());
   found.is_complete = is_complete_;
-  const double rounding = 16.0 * std::numeric_limits<double>::epsilon() * (known > 0 ? found.theta[0] : 0.0);
+  const double rounding =
+      16.0 * std::numeric_limits<double>::epsilon() * (known > 0 ? std::abs(found.theta[0]) : 0.0);
   while (found.num_converged < known &&
-         found.error[found.num_converged] <= std::max(tolerance * found.theta[found.num_converged], rounding))
+         found.error[found.num_converged] <=
+             std::max(tolerance * std::abs(found.theta[found.num_converged]), rounding))
     ++found.num_converged;
   count = std::min(count, known);
   if (count <= 0) return found;

@@ -7,14 +7,7 @@
 
 namespace freeflex {
 
-/// An operator that is symmetric in a mass metric: apply(M x), and the metric itself.
-struct MassSymmetric {
-  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> apply;  // of M x; no columns: it failed
-  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> weigh;  // x -> M x
-  Eigen::MatrixXd known;  // M-orthonormal columns that are projected out (n x count)
-};
-
-/// Ritz values and vectors; theta falls, vectors are M-orthonormal.
+/// Ritz values and vectors; the size of theta falls, vectors are M-orthonormal.
 struct RitzPairs {
   Eigen::VectorXd theta;     // (count)
   Eigen::VectorXd error;     // (count) |T x - theta x| in the mass metric
@@ -40,6 +33,13 @@ class GrowingColumns {
   Eigen::Index count_ = 0;
 };
 
+/// An operator that is symmetric in a mass metric: apply(M x), and the metric itself.
+struct MassSymmetric {
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> apply;  // of M x; no columns: it failed
+  std::function<Eigen::MatrixXd(const Eigen::MatrixXd&)> weigh;  // x -> M x
+  GrowingColumns known;  // M-orthonormal columns that are projected out (n x count)
+};
+
 /// Block Lanczos with full reorthogonalisation in M (G. H. Golub, R. Underwood, in Mathematical Software III,
 /// 1977; J. R. Grimes, R. J. Lewis, H. D. Simon, SIAM J. Matrix Anal. Appl. 15, 1994, 228-272): the projected
 /// operator is kept whole, so that blocks may lose columns.   (THEORY X172)
@@ -63,8 +63,8 @@ class BlockLanczos {
   // \return what each of the columns was of those kept (kept x columns)
   Eigen::MatrixXd orthonormalise(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares, Eigen::Index first);
   Eigen::VectorXd sizes(const Eigen::MatrixXd& columns) const;
-  // what is known and the basis from `first` on is taken out once
-  void project_out(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares, Eigen::Index first) const;
+  // what is known and the basis are taken out once
+  void project_out(Eigen::MatrixXd& columns, Eigen::MatrixXd& shares) const;
   Eigen::MatrixXd orthonormalise_block(Eigen::MatrixXd& columns, const Eigen::VectorXd& before);
   bool start_anew();
 

@@ -5,6 +5,7 @@
 #include <algorithm>
 
 #include "core/scene/faults.hpp"
+#include "core/structure/solver_library.hpp"
 
 namespace freeflex {
 namespace {
@@ -12,9 +13,7 @@ namespace {
 // jobs and the communicator of the sequential library (users' guide, section 5)
 constexpr int kStart = -1, kEnd = -2, kAnalyse = 1, kFactor = 2, kSolve = 3;
 constexpr int kUseWorld = -987654;
-// OpenBLAS, where that is the BLAS: its threads wait for each other by spinning, and on a machine with other
-// work ten times as long
-extern "C" void openblas_set_num_threads(int count) __attribute__((weak));
+void solve_by(DMUMPS_STRUC_C* id) { reinterpret_cast<decltype(&dmumps_c)>(solver_library().mumps)(id); }
 
 // error: the workspace was too small
 constexpr int kShort = -9, kShortIntegers = -8, kNoMemory = -13;
@@ -31,7 +30,7 @@ struct Mumps::Instance {
 
 bool Mumps::call(int job) {
   instance_->id.job = job;
-  dmumps_c(&instance_->id);
+  solve_by(&instance_->id);
   if (instance_->info(1) >= 0) return true;
   problem_ = instance_->info(1) == kNoMemory
                  ? std::string("there is not enough memory")
@@ -41,7 +40,7 @@ bool Mumps::call(int job) {
 
 Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
     : instance_(std::make_unique<Instance>()), entries_(std::move(entries)), given_order_(order) {
-  if (openblas_set_num_threads != nullptr) openblas_set_num_threads(1);
+  if (problem_ = solver_library().problem; !problem_.empty()) return;
   DMUMPS_STRUC_C& id = instance_->id;
   id.par = 1;
   id.sym = 2;  // symmetric, indefinite
@@ -67,8 +66,9 @@ std::vector<int> Mumps::order() const {
 }
 
 Mumps::~Mumps() {
+  if (!solver_library().problem.empty()) return;
   instance_->id.job = kEnd;
-  dmumps_c(&instance_->id);
+  solve_by(&instance_->id);
 }
 
 double Mumps::expected_MB() const { return static_cast<double>(instance_->info(16)); }

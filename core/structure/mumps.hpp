@@ -22,7 +22,7 @@ struct SymmetricEntries {
 };
 
 /// L D L^T with pivoting (P. R. Amestoy, I. S. Duff, J. Koster, J.-Y. L'Excellent, SIAM J. Matrix Anal. Appl.
-/// 23, 2001, 15-41; MUMPS 5.5 users' guide). One thread of MUMPS; BLAS may have more. One instance a matrix.
+/// 23, 2001, 15-41; MUMPS 5.5 users' guide). One thread, one instance a matrix.
 class Mumps {
  public:
   /// Takes the matrix over and orders it.

@@ -13,7 +13,7 @@ struct ModesWanted {
 };
 
 /// Fills omega, shapes, turns, particles, mechanisms, kept and what is stated of them, by shift-and-invert
-/// Lanczos on the augmented system   (THEORY X170 to X176). Errors: massless points that nothing holds, more
+/// Lanczos in slices   (THEORY X170 to X179). Errors: massless points that nothing holds, more
 /// modes or mechanisms than can be taken, memory, a count that inertia does not confirm; `progress` that
 /// ends it.
 /// \pre structure.mass_properties; factor by factor_links_sparse

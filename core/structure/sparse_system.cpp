@@ -13,6 +13,7 @@
 #include "core/structure/decompositions.hpp"
 #include "core/structure/mass_properties.hpp"
 #include "core/structure/particles.hpp"
+#include "core/structure/solver_library.hpp"
 
 namespace freeflex {
 namespace {
@@ -230,10 +231,7 @@ ShiftedInverse::ShiftedInverse(const SparseSystem& system, double shift, SystemF
       rows_by_freedom_(system.rows.transpose()),
       constraints_by_freedom_(system.constraints.transpose()) {}
 
-bool ShiftedInverse::factor() {
-  return factor_.factor() &&
-         (form_ == SystemForm::kAugmented || factor_.num_negative() == num_negative_rows(system_, form_));
-}
+bool ShiftedInverse::factor() { return factor_.factor(); }
 
 namespace {
 
@@ -327,16 +325,12 @@ Eigen::MatrixXd exact_product(const SparseRows& rows, const Eigen::MatrixXd& col
   return product;
 }
 
-extern "C" void dgemm_(const char*, const char*, const int*, const int*, const int*, const double*,
-                       const double*, const int*, const double*, const int*, const double*, double*,
-                       const int*);
-
 Eigen::MatrixXd products(const Eigen::MatrixXd& x, Eigen::Index count, const Eigen::MatrixXd& y) {
   Eigen::MatrixXd result(count, y.cols());
   const int m = static_cast<int>(count), n = static_cast<int>(y.cols()), k = static_cast<int>(y.rows());
   if (m == 0 || n == 0) return result;
   const double one = 1.0, zero = 0.0;
-  dgemm_("T", "N", &m, &n, &k, &one, x.data(), &k, y.data(), &k, &zero, result.data(), &m);
+  solver_library().dgemm("T", "N", &m, &n, &k, &one, x.data(), &k, y.data(), &k, &zero, result.data(), &m);
   return result;
 }
 
@@ -344,7 +338,7 @@ void subtract(const Eigen::MatrixXd& x, Eigen::Index count, const Eigen::MatrixX
   const int m = static_cast<int>(y.rows()), n = static_cast<int>(y.cols()), k = static_cast<int>(count);
   if (n == 0 || k == 0) return;
   const double minus = -1.0, one = 1.0;
-  dgemm_("N", "N", &m, &n, &k, &minus, x.data(), &m, h.data(), &k, &one, y.data(), &m);
+  solver_library().dgemm("N", "N", &m, &n, &k, &minus, x.data(), &m, h.data(), &k, &one, y.data(), &m);
 }
 
 }  // namespace freeflex

@@ -40,7 +40,7 @@ SymmetricEntries entries_of(const SparseSystem& system, double shift, SystemForm
 /// Negative eigenvalues of it that are not those of any positive shift.
 int num_negative_rows(const SparseSystem& system, SystemForm form);
 
-/// y = (K + shift M)^-1 M x within what rigid links allow, for a positive shift   (THEORY X171).
+/// y = (K + shift M)^-1 M x within what rigid links allow   (THEORY X171).
 class ShiftedInverse {
  public:
   ShiftedInverse(const SparseSystem& system, double shift, SystemForm form,
@@ -48,8 +48,9 @@ class ShiftedInverse {
   std::vector<int> order() const { return factor_.order(); }
   /// [MB] that factoring takes.
   double expected_MB() const { return factor_.expected_MB(); }
-  /// false: MUMPS failed, or assembled it is not positive definite.
   bool factor();
+  /// Modes below the root of -shift, rigid motions among them   (THEORY X174).
+  int num_below() const { return factor_.num_negative() - num_negative_rows(system_, form_); }
   /// A column each, refined by residuals of the rows A until the correction is below kSolved [-], at most so
   /// many times.
   Eigen::MatrixXd apply(const Eigen::MatrixXd& mass_times_x, int most_refinements = 3);

@@ -1,12 +1,15 @@
-# Sequential MUMPS, double precision, and the BLAS that it calls: MUMPS::dmumps_seq
+# Sequential MUMPS, double precision, which is loaded when it is asked for: MUMPS_INCLUDE_DIR and the name MUMPS_FILE
 find_path(MUMPS_INCLUDE_DIR dmumps_c.h)
 find_library(MUMPS_LIBRARY dmumps_seq)
-find_library(MUMPS_BLAS_LIBRARY blas)
 include(FindPackageHandleStandardArgs)
-find_package_handle_standard_args(MUMPS REQUIRED_VARS MUMPS_LIBRARY MUMPS_BLAS_LIBRARY MUMPS_INCLUDE_DIR)
-if(MUMPS_FOUND AND NOT TARGET MUMPS::dmumps_seq)
-  add_library(MUMPS::dmumps_seq UNKNOWN IMPORTED)
-  set_target_properties(MUMPS::dmumps_seq PROPERTIES IMPORTED_LOCATION "${MUMPS_LIBRARY}"
-    INTERFACE_INCLUDE_DIRECTORIES "${MUMPS_INCLUDE_DIR}" INTERFACE_LINK_LIBRARIES "${MUMPS_BLAS_LIBRARY}")
+find_package_handle_standard_args(MUMPS REQUIRED_VARS MUMPS_LIBRARY MUMPS_INCLUDE_DIR)
+if(MUMPS_FOUND AND NOT MUMPS_FILE)
+  # the name that says which version the header is of: libdmumps_seq-5.5.so, where the link is libdmumps_seq.so
+  execute_process(COMMAND ${CMAKE_OBJDUMP} -p ${MUMPS_LIBRARY} OUTPUT_VARIABLE MUMPS_SECTIONS)
+  string(REGEX MATCH "SONAME +([^ \n]+)" MUMPS_MATCH "${MUMPS_SECTIONS}")
+  if(NOT MUMPS_MATCH)
+    message(FATAL_ERROR "${MUMPS_LIBRARY} has no SONAME: MUMPS as a shared library is needed")
+  endif()
+  set(MUMPS_FILE ${CMAKE_MATCH_1} CACHE STRING "file that is loaded")
 endif()
-mark_as_advanced(MUMPS_INCLUDE_DIR MUMPS_LIBRARY MUMPS_BLAS_LIBRARY)
+mark_as_advanced(MUMPS_INCLUDE_DIR MUMPS_LIBRARY MUMPS_FILE)

@@ -20,7 +20,6 @@ configure_package_config_file(tools/cmake/freeflexConfig.cmake.in ${CMAKE_BINARY
   INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/freeflexConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/freeflexConfig.cmake ${CMAKE_BINARY_DIR}/freeflexConfigVersion.cmake
-  tools/cmake/FindMUMPS.cmake
   DESTINATION ${package_dir})
 
 install(TARGETS freeflex_cli freeflex_study RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
