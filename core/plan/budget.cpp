@@ -10,7 +10,8 @@
 namespace freeflex {
 
 bool carries(Fidelity rung, const Scene& scene, const Structure& structure) {
-  return !traits_of(rung).has_true_geometry || (structure.num_constraints == 0 && are_point_masses(scene));
+  return !traits_of(rung).has_true_geometry ||
+         (structure.num_constraints == 0 && are_point_masses(scene) && !structure.kept.is_part);
 }
 
 Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure) {
@@ -23,7 +24,9 @@ void warn_of_best_rung(const Scene& scene, const Structure& structure, const cha
   if (carries(Fidelity::kExactBars, scene, structure)) return;
   add_warning(faults, origin,
               join_text(judge, ": the best rung for ",
-                        structure.num_constraints > 0 ? "rigid links" : "bodies and massless points",
+                        structure.num_constraints > 0 ? "rigid links"
+                        : !are_point_masses(scene)    ? "bodies and massless points"
+                                                      : "the lowest modes alone",
                         " is coupled, and errors are counted against it; the second order of the links' "
                         "geometry is not in them: see the word on the motion"));
 }

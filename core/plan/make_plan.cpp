@@ -36,18 +36,12 @@ void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, F
 
 // what needs every mode of a structure that has the lowest alone
 void check_kept(const Scene& scene, const Structure& structure, Faults& faults) {
-  if (!structure.kept.is_part) return;
-  const auto refuse = [&](const Origin& origin, const std::string& what, const char* way_out) {
-    add_error(faults, origin,
-              join_text(what, " needs every elastic mode, of which the lowest ", structure.omega.size(),
-                        " are kept (modes:, or more than ", kMaxDensePoints, " points); ", way_out));
-  };
-  if (scene.automatic)
-    refuse(scene.automatic->origin, "fidelity: auto", "name separated or spin-loaded");
-  else if (traits_of(scene.fidelity).couples)
-    refuse(scene.modes.origin, std::string("fidelity: ") + name_of(scene.fidelity),
-           "take separated or spin-loaded");
-  if (scene.error_budget.horizon > 0.0) refuse(scene.error_budget.origin, "error_budget", "leave it out");
+  if (!structure.kept.is_part || scene.automatic || !traits_of(scene.fidelity).has_true_geometry) return;
+  add_error(
+      faults, scene.modes.origin,
+      join_text("fidelity: ", name_of(scene.fidelity), " needs every elastic mode, of which the lowest ",
+                structure.omega.size(), " are kept (modes:, or more than ", kMaxDensePoints,
+                " points); take separated, spin-loaded or coupled"));
 }
 
 // where the modes of a plan stand among those of a wider one

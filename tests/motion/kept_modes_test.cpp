@@ -153,6 +153,38 @@ TEST(KeptModes, WithDashpotsMoveAsLagrangesEquationsSay) {
   expect_order_four(scene, {0, 2, 5, 7}, Form::kTables, "dashpots by tables");
 }
 
+TEST(KeptModes, OfASceneMoveAsThoseOfItsWholeStructure) {
+  Scene scene = five_points();
+  scene.fidelity = Fidelity::kCoupled;
+  scene.initial.velocity = {0.1, 0.2, -0.3};
+  Load load;
+  load.axes = Axes::kWorld;
+  load.forces.push_back({3, {4.0, -9.0, 5.0}});
+  load.history = PulseHistory{0.0, 0.2};
+  scene.loads.push_back(load);
+  const Structure whole = build(scene);
+  PlanSpec spec = whole_spec(scene, whole, Fidelity::kCoupled);
+  spec.modes = {0, 1, 2, 3};
+  Simulation few(in_form(scene, whole, spec, Form::kPoints));
+  few.run(400);
+  scene.modes.count = 4;
+  // beside itself at a half of its step: no rung above has these modes
+  scene.error_budget.horizon = 0.1;
+  Faults faults;
+  const std::optional<Plan> plan = make_plan(scene, build(scene), faults);
+  ASSERT_TRUE(plan) << faults.front().message;
+  ASSERT_EQ(plan->num_elastic, 4);
+  for (const PlanShadow& shadow : plan->budget.shadows)
+    EXPECT_EQ(shadow.plan.fidelity, Fidelity::kCoupled);
+  EXPECT_TRUE(std::any_of(faults.begin(), faults.end(), [](const Fault& fault) {
+    return fault.message.find("the best rung for the lowest modes alone is coupled") != std::string::npos;
+  }));
+  Simulation kept(*plan);
+  kept.run(400);
+  EXPECT_LT((kept.positions_W() - few.positions_W()).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_GT(few.displacements_B().cwiseAbs().maxCoeff(), 1e-3) << "it must bend";
+}
+
 TEST(KeptModes, AllOfThemMoveAsTheCompleteSet) {
   Scene scene = boxed_truss(5.0, 100.0);
   scene.rate = 1000.0;
