@@ -155,14 +155,16 @@ TEST(NameTable, SaysWhatCommandsMayName) {
   plan.groups[0].line = {0.0, 1.0, 0.0};
   plan.groups[1].points = {0, 3};
   io::NameTable names;
-  names.is_pushable[7] = 1;  // left over from before
+  names.pushable[7] = 7, names.num_pushable = 8;  // left over from before
   io::fill_name_table(plan, names);
   EXPECT_EQ(names.num_points, 4);
   EXPECT_EQ(names.num_groups, 2);
   EXPECT_EQ(names.force_limit, 3.0);
   EXPECT_EQ(names.torque_limit, 4.0);
-  EXPECT_EQ(names.is_pushable[0] + names.is_pushable[1], 2);
-  EXPECT_EQ(names.is_pushable[2] + names.is_pushable[3] + names.is_pushable[7], 0);
+  EXPECT_EQ(names.num_pushable, 2);
+  EXPECT_EQ(names.pushable[0], 0);
+  EXPECT_EQ(names.pushable[1], 1);
+  EXPECT_EQ(names.pushable[7], 0);
   EXPECT_EQ(names.groups[0].is_pushable, 1);
   EXPECT_EQ(names.groups[0].torque_rank, 2);
   EXPECT_EQ(names.groups[0].line, (Vec3{0.0, 1.0, 0.0}));
