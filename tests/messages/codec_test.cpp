@@ -171,5 +171,33 @@ TEST(NameTable, SaysWhatCommandsMayName) {
   EXPECT_EQ(names.groups[1].is_pushable, 0) << "point 3 has no rows";
 }
 
+TEST(NameTable, FindsAPointWhateverItsNumber) {
+  constexpr std::int32_t kLast = 99'999;
+  Plan plan;
+  plan.points.resize(kLast + 1);
+  for (const auto& [point, row] : {std::pair{40, 0}, std::pair{kLast, 1}}) {
+    plan.points[static_cast<std::size_t>(point)].pushable = true;
+    plan.points[static_cast<std::size_t>(point)].row = row;
+  }
+  const auto names = std::make_unique<io::NameTable>();
+  io::fill_name_table(plan, *names);
+  const auto reason_of = [&](std::int32_t point) {
+    ForceCommand command{};
+    command.sender[0] = 'a';
+    command.start_tick = -1;
+    command.duration_ticks = 1;
+    command.num_points = 1;
+    command.points[0] = {point, 0, {1.0, 0.0, 0.0}};
+    return io::check_command(command, *names, {});
+  };
+  EXPECT_EQ(reason_of(kLast), io::Reason::kAccepted);
+  EXPECT_EQ(reason_of(40), io::Reason::kAccepted);
+  EXPECT_EQ(reason_of(41), io::Reason::kNotPushable);
+  EXPECT_EQ(reason_of(kLast + 1), io::Reason::kUnknownPoint);
+  EXPECT_EQ(reason_of(-1), io::Reason::kUnknownPoint);
+  names->num_pushable = 1 << 30;  // as somebody else's memory may say
+  EXPECT_EQ(reason_of(41), io::Reason::kNotPushable);
+}
+
 }  // namespace
 }  // namespace freeflex::testing
