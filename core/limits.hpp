@@ -41,8 +41,7 @@ static_assert(kMaxPlanElastic == 3704);
 inline constexpr int kMaxNamedPoints = 262144;
 static_assert(kMaxNamedPoints > kMaxPoints);
 
-/// Slots of the table that commands index, a power of two: a point that takes commands is among the first so
-/// many.
+/// Points that commands may push: places of the table in which they are looked up.
 inline constexpr int kMaxTablePoints = 8192;
 
 /// [-] of the machine's memory that a set-up may take.

@@ -3,6 +3,7 @@
 #include <spdlog/spdlog.h>
 #include <sys/prctl.h>
 
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -18,6 +19,7 @@
 #include "service/io/scene/input.hpp"
 #include "service/io/wire/lcm_url.hpp"
 #include "service/io/wire/operator_address.hpp"
+#include "service/io/wire/outbound.hpp"
 #include "service/limited_log.hpp"
 #include "service/log.hpp"
 #include "service/operator_socket.hpp"
@@ -65,12 +67,13 @@ Plan read_plan(const DaemonOptions& options) {
   if (!text.empty()) say_plainly(text);
   if (!result.plan) throw StartFault(kUsage, "");
   Plan plan = std::move(*result.plan);
-  for (std::size_t i = kMaxTablePoints; i < plan.points.size(); ++i)
-    if (plan.points[i].pushable)
-      throw StartFault(kUsage,
-                       fmt::format("point '{}' takes commands and is number {}: the daemon takes them on "
-                                   "the first {}; write it earlier in the scene, or put it into a group",
-                                   plan.points[i].name, i + 1, kMaxTablePoints));
+  const auto num_pushable = std::count_if(plan.points.begin(), plan.points.end(),
+                                          [](const PlanPoint& point) { return point.pushable; });
+  if (num_pushable > kMaxTablePoints)
+    throw StartFault(kUsage,
+                     fmt::format("{} points take commands, the daemon has room for {}: name fewer with "
+                                 "commands: points, or push them as groups",
+                                 num_pushable, kMaxTablePoints));
   if (plan.points.size() > std::size_t{kMaxNamedPoints} || plan.groups.size() > std::size_t{kMaxGroups}) {
     throw StartFault(
         kUsage, fmt::format("{} points and {} groups: the daemon takes up to {} and {}", plan.points.size(),
@@ -336,6 +339,11 @@ void Daemon::supervise() {
 void Daemon::log_start() const {
   spdlog::info("{}: {} points, {:.6g} kg, {} rigid freedoms, {} elastic modes", plan_.name,
                plan_.points.size(), plan_.mass, plan_.rigid_freedoms, plan_.num_elastic);
+  if (const io::SceneListing listing = io::scene_listing(plan_); index(listing.points) < plan_.points.size())
+    spdlog::info(
+        "{} points and {} links are listed on the bus, those that something names: {} and {} more are not",
+        listing.points, listing.links, plan_.points.size() - index(listing.points),
+        plan_.links.size() - index(listing.links));
   std::string left_out;
   for (const PlanPart& part : plan_.parts)
     if (part.is_left_out) left_out += (left_out.empty() ? "" : ", ") + std::string(name_of(part.part));

@@ -105,9 +105,11 @@ Publisher::Publisher(const Plan& plan, const Identity& identity, Bus& bus, Outpu
       status_every_ns_(static_cast<std::int64_t>(kSecond / std::max(plan.status_rate, kMinStatusRate))),
       starting_(make_snapshot(plan)),
       status_(&starting_) {
-  for (std::size_t i = 0; i <= plan.wide.size(); ++i)
-    output_.num_scene_pages[i] =
-        static_cast<std::int32_t>(scene_pages(i == 0 ? plan : plan.wide.front()).size());
+  for (std::size_t i = 0; i <= plan.wide.size(); ++i) {
+    scene_pages_[i] =
+        io::make_scene_messages(i == 0 ? plan : plan.wide.front(), identity_.plan_file, stamp(*status_));
+    output_.num_scene_pages[i] = static_cast<std::int32_t>(scene_pages_[i].size());
+  }
 }
 
 void Publisher::run() {
@@ -211,14 +213,17 @@ bool Publisher::send_pages() {
         send(channels::kShapes, page);
       continue;
     }
-    for (const auto& page : scene_pages(plan))
-      if (request.number == 0 || request.number == page.page + 1) send(channels::kScene, page);
+    send_scene(request.is_wide, request.number);
   }
   return num_sent == kBurst;
 }
 
-std::vector<freeflex_msgs::scene_t> Publisher::scene_pages(const Plan& plan) const {
-  return io::make_scene_messages(plan, identity_.plan_file, stamp(*status_));
+void Publisher::send_scene(bool is_wide, std::int64_t number) {
+  for (freeflex_msgs::scene_t& page : scene_pages_[is_wide ? 1 : 0]) {
+    if (number != 0 && number != page.page + 1) continue;
+    page.utime = wall_us();
+    send(channels::kScene, page);
+  }
 }
 
 /// Asks the loop for a snapshot when status is due and sends it when it comes; an old one if it does not.
@@ -246,7 +251,7 @@ void Publisher::send_each_second(std::int64_t now_ns) {
   if (now_ns < second_due_ns_ || status_->mode == Mode::kStarting) return;
   second_due_ns_ = now_ns + kSecond;
   reporter_.turn();
-  for (const auto& page : scene_pages(active_plan(plan_, status_->motion))) send(channels::kScene, page);
+  send_scene(status_->motion.is_wide, 0);
   if (bus_.num_failed() > noted_failures_) {
     log_.say(LineKind::kNotSent, now_ns,
              fmt::format("{} messages could not be sent: is the network up?",

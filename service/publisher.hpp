@@ -49,7 +49,7 @@ class Publisher {
   void note_standstill(std::int64_t now_ns);
   void note_mode(std::int64_t now_ns);
   void note_replan(std::int64_t now_ns);
-  std::vector<freeflex_msgs::scene_t> scene_pages(const Plan& plan) const;
+  void send_scene(bool is_wide, std::int64_t number);  // a page from 1; 0: all
   io::Stamp stamp(const Snapshot& snapshot) const;
   template <class Message>
   void send(const char* suffix, const Message& message);
@@ -62,9 +62,10 @@ class Publisher {
   StatusReporter reporter_;
   LimitedLog log_;
   const std::int64_t status_every_ns_;
-  Snapshot starting_;             // what status says before the loop runs
-  const Snapshot* status_;        // latest taken
-  std::int64_t num_applied_ = 0;  // sent
+  Snapshot starting_;                                               // what status says before the loop runs
+  const Snapshot* status_;                                          // latest taken
+  std::array<std::vector<freeflex_msgs::scene_t>, 2> scene_pages_;  // of the plan and of the wide one
+  std::int64_t num_applied_ = 0;                                    // sent
   std::int64_t status_due_ns_ = 0;
   std::int64_t second_due_ns_ = 0;
   bool has_asked_ = false;  // for the status that is due

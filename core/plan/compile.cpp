@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <memory>
 #include <optional>
 #include <set>
 
@@ -27,13 +28,34 @@
 namespace freeflex {
 namespace {
 
-// unit elastic displacements and constraint shapes side by side
-Eigen::MatrixXd all_shapes(const Structure& structure) {
-  Eigen::MatrixXd shapes(structure.shapes.rows(),
-                         structure.shapes.cols() + structure.constraint_shapes.cols());
-  shapes << structure.shapes, structure.constraint_shapes;
-  return shapes;
+// what a spec keeps of a structure; the structure itself where that is all
+std::shared_ptr<const Structure> structure_of(const Structure& whole, const PlanSpec& spec) {
+  const bool has_links = !whole.link_forces.empty() || whole.constraint_shapes.cols() > 0;
+  if (spec.static_modes.empty() && (spec.publishes_links || !has_links))
+    return share_reduced(whole, spec.modes);
+  auto few = std::make_shared<Structure>(reduce(whole, spec.modes));
+  keep_static_link_forces(whole, spec.static_modes, spec.static_loads, *few);
+  if (!spec.publishes_links) {
+    few->link_forces.clear();
+    few->constraint_shapes.resize(few->shapes.rows(), 0);
+  }
+  return few;
 }
+
+// unit elastic displacements and constraint shapes side by side
+class AllShapes {
+ public:
+  explicit AllShapes(const Structure& structure) : structure_(structure) {
+    if (structure.constraint_shapes.cols() == 0) return;
+    both_.resize(structure.shapes.rows(), structure.shapes.cols() + structure.constraint_shapes.cols());
+    both_ << structure.shapes, structure.constraint_shapes;
+  }
+  const Eigen::MatrixXd& operator*() const { return both_.cols() > 0 ? both_ : structure_.shapes; }
+
+ private:
+  const Structure& structure_;
+  Eigen::MatrixXd both_;  // empty without constraint shapes
+};
 
 void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.name = scene.name;
@@ -80,9 +102,9 @@ void compile_modes(const Structure& structure, const Eigen::VectorXd& decay, Pla
   const Eigen::Matrix3Xd& r = structure.particles.r;
   const Eigen::MatrixXd& b_of = particle_shapes(structure);
   Eigen::MatrixXd residual = Eigen::MatrixXd::Zero(6, structure.omega.size());
-  for (Eigen::Index i = 0; i < r.cols(); ++i) {
-    const double mass = structure.particles.mass[i];
-    for (Eigen::Index mode = 0; mode < structure.omega.size(); ++mode) {
+  for (Eigen::Index mode = 0; mode < structure.omega.size(); ++mode) {
+    for (Eigen::Index i = 0; i < r.cols(); ++i) {
+      const double mass = structure.particles.mass[i];
       const Eigen::Vector3d b = b_of.block<3, 1>(3 * i, mode);
       residual.block<3, 1>(0, mode) += mass * b;
       residual.block<3, 1>(3, mode) += mass * r.col(i).cross(b);
@@ -103,10 +125,10 @@ void compile_field(const Structure& structure, const Eigen::MatrixXd& shapes, Pl
     Eigen::RowVectorXd row = Eigen::RowVectorXd::Zero(shapes.cols());
     if (structure.matrix_sums.field.rows() > 0)
       row = structure.matrix_sums.field.row(static_cast<Eigen::Index>(k));
-    for (Eigen::Index i = 0; i < r.cols(); ++i) {
-      const double mass = structure.particles.mass[i];
-      row += 0.5 * mass * (r(a, i) * row_of(shapes, 3 * i + b) + r(b, i) * row_of(shapes, 3 * i + a));
-    }
+    for (Eigen::Index mode = 0; mode < row.size(); ++mode)
+      for (Eigen::Index i = 0; i < r.cols(); ++i)
+        row[mode] += 0.5 * structure.particles.mass[i] *
+                     (r(a, i) * shapes(3 * i + b, mode) + r(b, i) * shapes(3 * i + a, mode));
     append_row(plan, row, plan.field_rows);
   }
 }
@@ -276,12 +298,8 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
                             Faults& faults) {
   refuse_bodies(scene, spec.rung, faults);
   if (has_error(faults)) return std::nullopt;
-  Structure structure = reduce(whole, spec.modes);
-  keep_static_link_forces(whole, spec.static_modes, spec.static_loads, structure);
-  if (!spec.publishes_links) {
-    structure.link_forces.clear();
-    structure.constraint_shapes.resize(structure.shapes.rows(), 0);
-  }
+  const std::shared_ptr<const Structure> kept = structure_of(whole, spec);
+  const Structure& structure = *kept;
   Plan plan;
   plan.fidelity = spec.rung;
   plan.damps = spec.damps;
@@ -292,7 +310,8 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   compile_modes(structure, decays(scene.damping, whole)(spec.modes), plan);
   if (spec.numbers_modes)
     for (const int mode : spec.modes) plan.mode_numbers.push_back(mode + 1);
-  const Eigen::MatrixXd shapes = all_shapes(structure);
+  const AllShapes both(structure);
+  const Eigen::MatrixXd& shapes = *both;
   compile_points(scene, structure, shapes, spec.has_every_row, plan);
   if (!are_point_masses(scene)) compile_turning(scene, structure, plan);
   compile_wheels(scene, plan);

@@ -62,7 +62,7 @@ std::vector<PlanFollower> followers(const Load& load, const Structure& structure
     follower.force_B = to_array(each.force);
     follower.turn_rows.assign(3 * static_cast<std::size_t>(plan.num_padded), 0.0);
     for (int axis = 0; axis < 3; ++axis) {
-      const Eigen::RowVectorXd row = structure.local_rotations.row(3 * Eigen::Index{each.point} + axis);
+      const Eigen::RowVectorXd row = structure.local_rotations.at(each.point).row(axis);
       std::copy(row.begin(), row.end(), follower.turn_rows.begin() + std::ptrdiff_t{axis} * plan.num_padded);
     }
     all.push_back(std::move(follower));
@@ -95,7 +95,7 @@ std::string idle_torque(const PlanGroup& group, const Vec3& torque_B) {
                    "; put points beside them into the group or leave that torque out");
 }
 
-LoadSums sums_of(const Load& load, const Plan& plan) {
+SumsOnPoints sums_of(const Load& load, const Plan& plan) {
   std::vector<PointForce> forces;
   for (const PointLoad& each : load.forces) forces.push_back({each.point, 0, to_array(each.force)});
   std::vector<Wrench> wrenches;
@@ -105,7 +105,7 @@ LoadSums sums_of(const Load& load, const Plan& plan) {
   for (const TorqueLoad& each : load.torques) torques.push_back({each.point, 0, to_array(each.torque)});
   std::vector<WheelTorque> wheels;
   for (const WheelLoad& each : load.wheels) wheels.push_back({each.wheel, 0, each.torque});
-  LoadSums sums = make_load_sums(plan);
+  SumsOnPoints sums = make_load_sums(plan);
   add_loads(plan, {load.axes == Axes::kWorld ? 0 : 1, forces, wrenches, torques, wheels}, sums);
   return sums;
 }

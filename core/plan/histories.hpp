@@ -7,7 +7,7 @@
 namespace freeflex {
 
 /// One load at amplitude 1; local axes are body axes here.  \pre as for compile_histories
-LoadSums sums_of(const Load& load, const Plan& plan);
+SumsOnPoints sums_of(const Load& load, const Plan& plan);
 
 /// Appends the scene's loads to plan.histories   (THEORY X13). Errors: a torque that a group cannot take.
 /// \pre points, groups and rows of the plan stand

@@ -43,11 +43,13 @@ bool is_out_of_plane(const Structure& structure, int mode, const Eigen::Vector3d
 class Unneeded {
  public:
   Unneeded(const Scene& scene, const Structure& structure, const PlanSpec& spec, const Plan& whole)
-      : scene_(scene), whole_(whole), lean_{spec, structure, {}, every_part(), scene.leave_out.horizon} {}
+      : scene_(scene),
+        whole_(whole),
+        lean_{spec, share(structure), {}, every_part(), scene.leave_out.horizon} {}
 
   LeanSpec find() {
     const bool with_commands = scene_.leave_out.on_need == OnNeed::kKeep;
-    lean_.motion = find_motion_scope(scene_, lean_.structure, lean_.spec.rung, with_commands);
+    lean_.motion = find_motion_scope(scene_, *lean_.structure, lean_.spec.rung, with_commands);
     lean_.spec.modes.clear();
     lean_.spec.numbers_modes = true;
     keep_as_told();
@@ -84,7 +86,7 @@ class Unneeded {
   // damping, gravity, rotation, rows of points
   void judge_code() {
     const bool damps =
-        lean_.structure.damping_rows.rows() > 0 ||
+        lean_.structure->damping_rows.rows() > 0 ||
         std::any_of(whole_.decay.begin(), whole_.decay.end(), [](double decay) { return decay > 0.0; });
     if (damps)
       part(Part::kDamping).why = "modes are damped";
@@ -132,15 +134,16 @@ class Unneeded {
       part(Part::kUnreachedModes).why = "commands may push every point any way";
       return;
     }
-    align_modes(scene_, reach_rows(scene_, lean_.structure, lean_.motion, lean_.spec.initial),
-                lean_.structure, lean_.spec.initial);
-    const std::vector<int> reached =
-        reached_modes(reach_rows(scene_, lean_.structure, lean_.motion, lean_.spec.initial), lean_.structure);
+    lean_.structure =
+        align_modes(scene_, reach_rows(scene_, *lean_.structure, lean_.motion, lean_.spec.initial),
+                    lean_.structure, lean_.spec.initial);
+    const std::vector<int> reached = reached_modes(
+        reach_rows(scene_, *lean_.structure, lean_.motion, lean_.spec.initial), *lean_.structure);
     int num_out = 0, num_unreached = 0;
     for (int mode = 0; mode < whole_.num_elastic; ++mode) {
       const bool is_reached = std::binary_search(reached.begin(), reached.end(), mode);
       const bool is_out =
-          !is_reached && was_planar_ && is_out_of_plane(lean_.structure, mode, lean_.motion.normal);
+          !is_reached && was_planar_ && is_out_of_plane(*lean_.structure, mode, lean_.motion.normal);
       const Part which = is_out ? Part::kOutOfPlane : Part::kUnreachedModes;
       if (is_reached || keeps(which))
         lean_.spec.modes.push_back(mode);
@@ -180,7 +183,7 @@ bool may_leave_out_modes(const Scene& scene, const Structure& structure, Fidelit
 }
 
 LeanSpec keep_all(const Scene& scene, const Structure& structure, const PlanSpec& spec) {
-  LeanSpec lean{spec, structure, find_motion_scope(scene, structure, spec.rung, true), every_part(),
+  LeanSpec lean{spec, share(structure), find_motion_scope(scene, structure, spec.rung, true), every_part(),
                 scene.leave_out.horizon};
   lean.spec.numbers_modes = true;
   for (PlanPart& part : lean.parts) part.why = "the coupled rung is advanced whole but for small modes";
@@ -211,8 +214,11 @@ LeanSpec leave_out_unneeded(const Scene& scene, const Structure& structure, cons
 
 bool leave_out_small_modes(const Scene& scene, const Plan& plan, LeanSpec& lean) {
   const bool is_told_to_stay = keeps(scene, Part::kSmallModes);
-  SmallModes small = find_small_modes(scene, reduce(lean.structure, lean.spec.modes), lean.motion, plan,
-                                      is_told_to_stay ? 0.0 : scene.leave_out.tolerance);
+  const double tolerance = is_told_to_stay ? 0.0 : scene.leave_out.tolerance;
+  // without a tolerance nothing is judged, and no shapes are needed
+  const std::shared_ptr<const Structure> few =
+      tolerance > 0.0 ? share_reduced(*lean.structure, lean.spec.modes) : lean.structure;
+  SmallModes small = find_small_modes(scene, *few, lean.motion, plan, tolerance);
   if (is_told_to_stay) small.part.why = "told to stay";
   lean.horizon = small.horizon;
   lean.small_size = small.size;
@@ -223,7 +229,7 @@ bool leave_out_small_modes(const Scene& scene, const Plan& plan, LeanSpec& lean)
   PlanSpec& spec = lean.spec;
   std::set_difference(spec.modes.begin(), spec.modes.end(), kept.begin(), kept.end(),
                       std::back_inserter(spec.static_modes));
-  spec.static_loads = load_directions(scene, lean.structure, lean.motion);
+  spec.static_loads = load_directions(scene, *lean.structure, lean.motion);
   spec.modes = std::move(kept);
   return true;
 }
@@ -231,11 +237,11 @@ bool leave_out_small_modes(const Scene& scene, const Plan& plan, LeanSpec& lean)
 std::optional<PlanSpec> wide_spec(const Scene& scene, const LeanSpec& lean) {
   const bool is_bound = lean.motion.binds_rotation || lean.motion.binds_plane;
   if (scene.leave_out.on_need != OnNeed::kReplan || !is_bound) return std::nullopt;
-  const MotionScope open = find_motion_scope(scene, lean.structure, lean.spec.rung, true);
-  std::vector<int> reached(static_cast<std::size_t>(lean.structure.omega.size()));
+  const MotionScope open = find_motion_scope(scene, *lean.structure, lean.spec.rung, true);
+  std::vector<int> reached(static_cast<std::size_t>(lean.structure->omega.size()));
   std::iota(reached.begin(), reached.end(), 0);
   if (!reaches_all(scene, open))
-    reached = reached_modes(reach_rows(scene, lean.structure, open, lean.spec.initial), lean.structure);
+    reached = reached_modes(reach_rows(scene, *lean.structure, open, lean.spec.initial), *lean.structure);
   PlanSpec wide = lean.spec;
   wide.modes.clear();
   std::set_union(reached.begin(), reached.end(), lean.spec.modes.begin(), lean.spec.modes.end(),

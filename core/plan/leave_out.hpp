@@ -1,6 +1,7 @@
 // What a plan may do without: which modes and which code, and the account of it   (THEORY section 14).
 #pragma once
 
+#include <memory>
 #include <optional>
 #include <vector>
 
@@ -15,8 +16,9 @@ namespace freeflex {
 /// goes as its on_need says.
 struct LeanSpec {
   PlanSpec spec;
-  Structure structure;  // that of the scene, modes of equal frequency turned so that few are reached   (X120)
-  MotionScope motion;   // what the scene, with or without commands, can do
+  // that of the scene, or its own with modes of equal frequency turned so that few are reached   (X120)
+  std::shared_ptr<const Structure> structure;
+  MotionScope motion;           // what the scene, with or without commands, can do
   std::vector<PlanPart> parts;  // by Part
   double horizon = 0.0;         // [s] over which small modes were judged
   double small_size = 0.0;      // [m] rms over all points of small modes that go

@@ -58,10 +58,10 @@ std::vector<std::int32_t> places(const std::vector<int>& few, const std::vector<
 std::optional<Plan> compile_lean(const Scene& scene, const Structure& structure, const PlanSpec& spec,
                                  const Plan& whole, Faults& faults) {
   LeanSpec lean = leave_out_unneeded(scene, structure, spec, whole);
-  std::optional<Plan> plan = compile(scene, lean.structure, lean.spec, faults);
+  std::optional<Plan> plan = compile(scene, *lean.structure, lean.spec, faults);
   if (!plan) return std::nullopt;
   if (leave_out_small_modes(scene, *plan, lean)) {
-    plan = compile(scene, lean.structure, lean.spec, faults);
+    plan = compile(scene, *lean.structure, lean.spec, faults);
     if (!plan) return std::nullopt;
   }
   plan->parts = lean.parts;
@@ -69,7 +69,7 @@ std::optional<Plan> compile_lean(const Scene& scene, const Structure& structure,
   plan->tolerance = scene.leave_out.tolerance;
   plan->horizon = lean.horizon;
   if (const std::optional<PlanSpec> open = wide_spec(scene, lean)) {
-    std::optional<Plan> wide = compile(scene, lean.structure, *open, faults);
+    std::optional<Plan> wide = compile(scene, *lean.structure, *open, faults);
     if (!wide) return std::nullopt;
     plan->wide.push_back(std::move(*wide));
     plan->wide_modes = places(lean.spec.modes, open->modes);
@@ -82,7 +82,7 @@ std::optional<Plan> compile_without_small_modes(const Scene& scene, const Struct
                                                 const PlanSpec& spec, const Plan& whole, Faults& faults) {
   LeanSpec lean = keep_all(scene, structure, spec);
   leave_out_small_modes(scene, whole, lean);
-  std::optional<Plan> plan = compile(scene, lean.structure, lean.spec, faults);
+  std::optional<Plan> plan = compile(scene, *lean.structure, lean.spec, faults);
   if (!plan) return std::nullopt;
   plan->parts = lean.parts;
   plan->neglect.left_out = lean.small_size;

@@ -7,6 +7,7 @@
 #include "core/plan/mixing.hpp"
 #include "core/step/array.hpp"
 #include "core/structure/decompositions.hpp"
+#include "core/structure/reduce.hpp"
 
 namespace freeflex {
 namespace {
@@ -49,30 +50,34 @@ class Directions {
   Directions(const Scene& scene, const Structure& structure) : scene_(scene), structure_(structure) {}
 
   void add_point(int point, const Eigen::Vector3d& axis) {
-    Eigen::VectorXd forces = zero();
-    forces.segment<3>(3 * Eigen::Index{point}) = axis;
+    Eigen::SparseVector<double> forces(size());
+    for (int k = 0; k < 3; ++k)
+      if (axis[k] != 0.0) forces.insert(3 * Eigen::Index{point} + k) = axis[k];
     columns_.push_back(std::move(forces));
   }
   void add_group(const Group& group, const Eigen::Vector3d& force, const Eigen::Vector3d& torque) {
-    Eigen::VectorXd forces = zero();
+    Eigen::VectorXd forces = Eigen::VectorXd::Zero(size());
     add_wrench_forces(scene_, structure_, group, force, torque, forces);
-    columns_.push_back(std::move(forces));
+    add(forces);
   }
-  void add(Eigen::VectorXd forces) { columns_.push_back(std::move(forces)); }
+  void add(const Eigen::VectorXd& forces) { columns_.push_back(forces.sparseView()); }
 
-  Eigen::MatrixXd take() const {
-    Eigen::MatrixXd all(zero().size(), static_cast<Eigen::Index>(columns_.size()));
-    for (std::size_t k = 0; k < columns_.size(); ++k) all.col(static_cast<Eigen::Index>(k)) = columns_[k];
+  Eigen::SparseMatrix<double> take() const {
+    Eigen::SparseMatrix<double> all(size(), static_cast<Eigen::Index>(columns_.size()));
+    for (std::size_t k = 0; k < columns_.size(); ++k) {
+      all.startVec(static_cast<Eigen::Index>(k));
+      for (Eigen::SparseVector<double>::InnerIterator it(columns_[k]); it; ++it)
+        all.insertBack(it.index(), static_cast<Eigen::Index>(k)) = it.value();
+    }
+    all.finalize();
     return all;
   }
 
  private:
-  Eigen::VectorXd zero() const {
-    return Eigen::VectorXd::Zero(3 * static_cast<Eigen::Index>(scene_.points.size()));
-  }
+  Eigen::Index size() const { return 3 * static_cast<Eigen::Index>(scene_.points.size()); }
   const Scene& scene_;
   const Structure& structure_;
-  std::vector<Eigen::VectorXd> columns_;
+  std::vector<Eigen::SparseVector<double>> columns_;
 };
 
 void add_commands(const Scene& scene, const MotionScope& scope, Directions& directions) {
@@ -111,11 +116,12 @@ void add_fields(const Scene& scene, const Structure& structure, const MotionScop
     Eigen::VectorXd forces(r.size());
     for (Eigen::Index i = 0; i < r.cols(); ++i)
       forces.segment<3>(3 * i) = scene.points[static_cast<std::size_t>(i)].mass * field * r.col(i);
-    directions.add(std::move(forces));
+    directions.add(forces);
   }
 }
 
-void turn_columns(const Eigen::MatrixXd& turn, Eigen::Index first, Eigen::MatrixXd& rows) {
+template <typename Rows>
+void turn_columns(const Eigen::MatrixXd& turn, Eigen::Index first, Rows& rows) {
   if (rows.rows() == 0) return;
   rows.middleCols(first, turn.rows()) = (rows.middleCols(first, turn.rows()) * turn).eval();
 }
@@ -135,13 +141,15 @@ bool may_turn(const Scene& scene, const Structure& structure, const FrequencyClu
 
 }  // namespace
 
-Eigen::MatrixXd command_directions(const Scene& scene, const Structure& structure, const MotionScope& scope) {
+Eigen::SparseMatrix<double> command_directions(const Scene& scene, const Structure& structure,
+                                               const MotionScope& scope) {
   Directions directions(scene, structure);
   add_commands(scene, scope, directions);
   return directions.take();
 }
 
-Eigen::MatrixXd load_directions(const Scene& scene, const Structure& structure, const MotionScope& scope) {
+Eigen::SparseMatrix<double> load_directions(const Scene& scene, const Structure& structure,
+                                            const MotionScope& scope) {
   Directions directions(scene, structure);
   add_commands(scene, scope, directions);
   for (const Load& load : scene.loads) {
@@ -161,16 +169,16 @@ Eigen::MatrixXd load_directions(const Scene& scene, const Structure& structure, 
 
 Eigen::MatrixXd reach_rows(const Scene& scene, const Structure& structure, const MotionScope& scope,
                            const InitialModes& initial) {
-  const Eigen::MatrixXd forces = load_directions(scene, structure, scope);
+  const Eigen::SparseMatrix<double> forces = load_directions(scene, structure, scope);
   Eigen::MatrixXd rows(forces.cols() + 2, structure.omega.size());
   // a complete set, rigid motions among them, takes sum_i M f_ki^2 / m_i of a load, squared   (3.3)
   Eigen::VectorXd inverse_mass(forces.rows());
   for (Eigen::Index i = 0; i < inverse_mass.size(); ++i)
     inverse_mass[i] = 1.0 / scene.points[static_cast<std::size_t>(i / 3)].mass;
-  rows.topRows(forces.cols()) = forces.transpose() * structure.shapes;
+  rows.topRows(forces.cols()) = on_modes(forces, structure.shapes);
   for (Eigen::Index k = 0; k < forces.cols(); ++k) {
-    const double whole =
-        std::sqrt(structure.mass_properties.mass * forces.col(k).cwiseAbs2().dot(inverse_mass));
+    const Eigen::VectorXd column = forces.col(k);
+    const double whole = std::sqrt(structure.mass_properties.mass * column.cwiseAbs2().dot(inverse_mass));
     if (whole > 0.0) rows.row(k) /= whole;
   }
   const auto share = [](const Eigen::VectorXd& values) -> Eigen::RowVectorXd {
@@ -182,11 +190,12 @@ Eigen::MatrixXd reach_rows(const Scene& scene, const Structure& structure, const
   return rows;
 }
 
-void align_modes(const Scene& scene, const Eigen::MatrixXd& reach, Structure& structure,
-                 InitialModes& initial) {
-  const double gap = std::max(kEqual, std::min(kMostEqual, structure.frequency_accuracy));
-  for (const FrequencyCluster& cluster : frequency_clusters(structure.omega, gap)) {
-    if (!may_turn(scene, structure, cluster)) continue;
+std::shared_ptr<const Structure> align_modes(const Scene& scene, const Eigen::MatrixXd& reach,
+                                             std::shared_ptr<const Structure> shared, InitialModes& initial) {
+  std::shared_ptr<Structure> own;  // as soon as anything turns
+  const double gap = std::max(kEqual, std::min(kMostEqual, shared->frequency_accuracy));
+  for (const FrequencyCluster& cluster : frequency_clusters(shared->omega, gap)) {
+    if (!may_turn(scene, *shared, cluster)) continue;
     const Eigen::Index first = cluster.first, count = cluster.count;
     const Eigen::JacobiSVD<Eigen::MatrixXd, Eigen::ColPivHouseholderQRPreconditioner> svd(
         reach.middleCols(first, count), Eigen::ComputeThinU | Eigen::ComputeThinV);
@@ -200,9 +209,11 @@ void align_modes(const Scene& scene, const Eigen::MatrixXd& reach, Structure& st
       turn.conservativeResize(count, count);
       turn.rightCols(count - known) = basis.rightCols(count - known);
     }
+    if (!own) shared = own = std::make_shared<Structure>(*shared);
+    Structure& structure = *own;
     turn_columns(turn, first, structure.shapes);
     turn_columns(turn, first, structure.damping_rows);
-    turn_columns(turn, first, structure.local_rotations);
+    for (auto& [point, rotation] : structure.local_rotations) turn_columns(turn, first, rotation);
     for (LinkForceRows& force : structure.link_forces) {
       turn_columns(turn, first, force.rows);
       turn_columns(turn, first, force.rate_rows);
@@ -216,6 +227,7 @@ void align_modes(const Scene& scene, const Eigen::MatrixXd& reach, Structure& st
     for (Eigen::VectorXd* values : {&initial.q, &initial.q_dot})
       values->segment(first, count) = (turn.transpose() * values->segment(first, count)).eval();
   }
+  return shared;
 }
 
 std::vector<int> reached_modes(const Eigen::MatrixXd& reach, const Structure& structure) {

@@ -2,6 +2,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/SparseCore>
+#include <memory>
 #include <vector>
 
 #include "core/plan/motion_scope.hpp"
@@ -22,16 +24,18 @@ Eigen::MatrixXd reach_rows(const Scene& scene, const Structure& structure, const
 
 /// Forces [N] (3N x forces) of one newton and one newton metre that commands can exert: on each pushable
 /// point along each axis, then on each group forces and torques.
-Eigen::MatrixXd command_directions(const Scene& scene, const Structure& structure, const MotionScope& scope);
+Eigen::SparseMatrix<double> command_directions(const Scene& scene, const Structure& structure,
+                                               const MotionScope& scope);
 
 /// Forces [N] (3N x loads) that commands, built-in loads at amplitude 1, feedback and fields can exert.
-Eigen::MatrixXd load_directions(const Scene& scene, const Structure& structure, const MotionScope& scope);
+Eigen::SparseMatrix<double> load_directions(const Scene& scene, const Structure& structure,
+                                            const MotionScope& scope);
 
 /// Turns modes of equal frequency among themselves so that as few as possible are reached   (X120). Equal:
 /// within the accuracy of frequencies (1e-12 to 1e-9), with equal damping, not mechanisms, and not named by
-/// the scene.
-void align_modes(const Scene& scene, const Eigen::MatrixXd& reach, Structure& structure,
-                 InitialModes& initial);
+/// the scene. The structure itself where none turns.
+std::shared_ptr<const Structure> align_modes(const Scene& scene, const Eigen::MatrixXd& reach,
+                                             std::shared_ptr<const Structure> shared, InitialModes& initial);
 
 /// Modes that something reaches, directly or through dashpots, ascending.
 std::vector<int> reached_modes(const Eigen::MatrixXd& reach, const Structure& structure);

@@ -7,6 +7,7 @@
 #include "core/plan/reach.hpp"
 #include "core/scene/faults.hpp"
 #include "core/step/step.hpp"
+#include "core/structure/reduce.hpp"
 
 namespace freeflex {
 namespace {
@@ -108,13 +109,13 @@ struct Pushes {
 
 Pushes find_pushes(const Scene& scene, const Structure& structure, const MotionScope& scope,
                    const Plan& plan) {
-  const Eigen::MatrixXd directions = command_directions(scene, structure, scope);
   Eigen::VectorXd flexibility(structure.omega.size());
   for (Eigen::Index l = 0; l < flexibility.size(); ++l) {
     const double omega = structure.omega[l];
     flexibility[l] = omega > 0.0 ? 1.0 / (plan.mass * omega * omega) : 0.0;
   }
-  const Eigen::MatrixXd signed_rows = directions.transpose() * structure.shapes * flexibility.asDiagonal();
+  const Eigen::MatrixXd signed_rows =
+      on_modes(command_directions(scene, structure, scope), structure.shapes) * flexibility.asDiagonal();
   Pushes pushes;
   pushes.rows = signed_rows.cwiseAbs();
   pushes.reference = Eigen::VectorXd::Zero(signed_rows.rows());

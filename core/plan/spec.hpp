@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <Eigen/SparseCore>
 #include <vector>
 
 #include "core/step/plan.hpp"
@@ -30,7 +31,7 @@ struct PlanSpec {
   CommandScope scope;
   // modes left out whose static answer to loads stays in the forces of links   (X123)
   std::vector<int> static_modes;
-  Eigen::MatrixXd static_loads;  // [N] (3N x loads)
+  Eigen::SparseMatrix<double> static_loads;  // [N] (3N x loads)
 };
 
 /// The plan with everything in it, on a rung at the scene's rate.

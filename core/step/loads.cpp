@@ -8,6 +8,11 @@
 namespace freeflex {
 namespace {
 
+/// Where the forces on a point stand in LoadSums: what nobody loads takes neither memory nor time.
+std::size_t place_of(const Plan& plan, std::int32_t point) noexcept {
+  return index(is_coupled(plan) ? point : plan.points[index(point)].row);
+}
+
 /// L_c,ab += (e_c x r)_a F_b, the moment of a world force F at r, as a table (X11).
 void add_moment(const Vec3& r, const Vec3& F, std::array<double, 27>& moment) noexcept {
   const Mat3 arm = {0.0, -r[2], r[1], r[2], 0.0, -r[0], -r[1], r[0], 0.0};  // row c: e_c x r
@@ -47,12 +52,14 @@ void clear(LoadPattern& pattern) noexcept {
 }
 
 /// Resultant and moment table of the world part; the elastic part follows in set_world_elastic.
-void set_world_rigid(const Plan& plan, const LoadSums& sums, LoadPattern& pattern) noexcept {
-  for (std::size_t i = 0; i < plan.points.size(); ++i) {
-    if (is_zero(sums.force_W[i])) continue;
+void set_world_rigid(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pattern) noexcept {
+  for (const std::int32_t i : sums.points) {
+    const PlanPoint& point = plan.points[index(i)];
+    const Vec3& force = sums.force_W[place_of(plan, i)];
+    if (is_zero(force)) continue;
     pattern.has_world = true;
-    pattern.force_W = add(pattern.force_W, sums.force_W[i]);
-    add_moment(plan.points[i].r, sums.force_W[i], pattern.moment_W);
+    pattern.force_W = add(pattern.force_W, force);
+    add_moment(point.r, force, pattern.moment_W);
   }
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
     if (!has_load(sums.group_force_W[k], sums.group_torque_W[k])) continue;
@@ -69,31 +76,33 @@ void set_world_rigid(const Plan& plan, const LoadSums& sums, LoadPattern& patter
 }
 
 /// Keeps the points of the world part one by one when they are few; false when a table is needed.
-bool try_direct(const Plan& plan, const LoadSums& sums, LoadPattern& pattern) noexcept {
+bool try_direct(const Plan& plan, const SumsOnPoints& sums, LoadPattern& pattern) noexcept {
   for (std::size_t k = 0; k < plan.groups.size(); ++k)
     if (has_load(sums.group_force_W[k], sums.group_torque_W[k])) return false;
   if (!std::all_of(sums.torque.W.begin(), sums.torque.W.end(), is_zero)) return false;
-  for (std::size_t i = 0; i < plan.points.size(); ++i) {
-    if (is_zero(sums.force_W[i])) continue;
+  for (const std::int32_t i : sums.points) {
+    const Vec3& force = sums.force_W[place_of(plan, i)];
+    if (is_zero(force)) continue;
     if (pattern.num_direct == LoadPattern::kMaxDirect) {
       pattern.num_direct = 0;
       return false;
     }
-    pattern.direct_row[index(pattern.num_direct)] = plan.points[i].row;
-    pattern.direct_force_W[index(pattern.num_direct)] = sums.force_W[i];
+    pattern.direct_row[index(pattern.num_direct)] = plan.points[index(i)].row;
+    pattern.direct_force_W[index(pattern.num_direct)] = force;
     ++pattern.num_direct;
   }
   return true;
 }
 
-void set_table(const Plan& plan, std::span<const double> group_rows, const LoadSums& sums,
+void set_table(const Plan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
                LoadPattern& pattern) noexcept {
   pattern.uses_table = true;
   const std::size_t n = index(plan.num_padded);
   std::fill(pattern.table.begin(), pattern.table.end(), 0.0);
-  for (std::size_t i = 0; i < plan.points.size(); ++i)
-    if (!is_zero(sums.force_W[i]))
-      add_outer(point_rows(plan, plan.points[i].row), sums.force_W[i], n, pattern.table.data());
+  for (const std::int32_t i : sums.points) {
+    if (const Vec3& force = sums.force_W[place_of(plan, i)]; !is_zero(force))
+      add_outer(point_rows(plan, plan.points[index(i)].row), force, n, pattern.table.data());
+  }
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
     const double* rows = group_rows.data() + 6 * k * n;
     if (!is_zero(sums.group_force_W[k])) add_outer(rows, sums.group_force_W[k], n, pattern.table.data());
@@ -105,18 +114,20 @@ void set_table(const Plan& plan, std::span<const double> group_rows, const LoadS
       add_outer(turn_rows(plan, static_cast<std::int32_t>(k)), sums.torque.W[k], n, pattern.table.data());
 }
 
-void set_body(const Plan& plan, std::span<const double> group_rows, const LoadSums& sums,
+void set_body(const Plan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
               LoadPattern& pattern) noexcept {
   const std::size_t n = index(plan.num_padded);
   const auto add_rows = [&](const double* rows, const Vec3& f) {
     combine_rows(rows, f, pattern.has_body, n, pattern.Q_B.data());
     pattern.has_body = true;
   };
-  for (std::size_t i = 0; i < plan.points.size(); ++i) {
-    if (is_zero(sums.force_B[i])) continue;
-    pattern.force_B = add(pattern.force_B, sums.force_B[i]);
-    pattern.torque_B = add(pattern.torque_B, cross(plan.points[i].r, sums.force_B[i]));
-    add_rows(point_rows(plan, plan.points[i].row), sums.force_B[i]);
+  for (const std::int32_t i : sums.points) {
+    const PlanPoint& point = plan.points[index(i)];
+    const Vec3& force = sums.force_B[place_of(plan, i)];
+    if (is_zero(force)) continue;
+    pattern.force_B = add(pattern.force_B, force);
+    pattern.torque_B = add(pattern.torque_B, cross(point.r, force));
+    add_rows(point_rows(plan, point.row), force);
   }
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
     const double* rows = group_rows.data() + 6 * k * n;
@@ -172,10 +183,16 @@ void add_arms(const Plan& plan, const PlanPoint& point, const Mat3& share, const
 
 }  // namespace
 
-LoadSums make_load_sums(const Plan& plan) {
-  LoadSums sums;
-  sums.force_W.resize(plan.points.size());
-  sums.force_B.resize(plan.points.size());
+SumsOnPoints make_load_sums(const Plan& plan) {
+  SumsOnPoints sums;
+  std::size_t num_places = 0;
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+    const auto point = static_cast<std::int32_t>(i);
+    if (!is_coupled(plan) && plan.points[i].row < 0) continue;
+    sums.points.push_back(point);
+    num_places = std::max(num_places, place_of(plan, point) + 1);
+  }
+  for (auto* v : {&sums.force_W, &sums.force_B}) v->resize(num_places);
   for (auto* v : {&sums.group_force_W, &sums.group_torque_W, &sums.group_force_B, &sums.group_torque_B})
     v->resize(plan.groups.size());
   for (auto* v : {&sums.torque.W, &sums.torque.B}) v->resize(plan.particles.turning.size());
@@ -193,7 +210,7 @@ void clear(LoadSums& sums) noexcept {
 void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept {
   const bool is_body = loads.axes == 1;
   for (const PointForce& f : loads.forces) {
-    Vec3& sum = (is_body ? sums.force_B : sums.force_W)[index(f.point)];
+    Vec3& sum = (is_body ? sums.force_B : sums.force_W)[place_of(plan, f.point)];
     sum = add(sum, f.force);
   }
   for (const Wrench& w : loads.wrenches) {
@@ -239,7 +256,7 @@ LoadPattern make_pattern(const Plan& plan) {
   return pattern;
 }
 
-void set_pattern(const Plan& plan, std::span<const double> group_rows, const LoadSums& sums,
+void set_pattern(const Plan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
                  LoadPattern& pattern) noexcept {
   clear(pattern);
   std::copy(sums.wheels.torque.begin(), sums.wheels.torque.end(), pattern.wheels.torque.begin());
@@ -256,13 +273,16 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Loa
 }
 
 /// X148
-void set_arms(const Plan& plan, const LoadSums& sums, Array& arms) noexcept {
+void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept {
   const std::size_t num_shadowed = plan.neglect.inertia_rows.size() / 6;
   arms.assign(num_shadowed * kArmSize, 0.0);
   if (num_shadowed == 0) return;
-  for (std::size_t i = 0; i < plan.points.size(); ++i)
-    if (has_load(sums.force_W[i], sums.force_B[i]))
-      add_arms(plan, plan.points[i], kUnit, sums.force_W[i], sums.force_B[i], arms);
+  for (const std::int32_t i : sums.points) {
+    const PlanPoint& point = plan.points[index(i)];
+    const std::size_t place = place_of(plan, i);
+    const Vec3 &W = sums.force_W[place], &B = sums.force_B[place];
+    if (has_load(W, B)) add_arms(plan, point, kUnit, W, B, arms);
+  }
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {
     const PlanGroup& group = plan.groups[k];
     const bool has_force = has_load(sums.group_force_W[k], sums.group_force_B[k]),
@@ -289,12 +309,12 @@ void set_arms(const Plan& plan, const LoadSums& sums, Array& arms) noexcept {
 }
 
 LoadPattern build_pattern(const Plan& plan, const LoadSet& loads) {
-  LoadSums sums = make_load_sums(plan);
+  SumsOnPoints sums = make_load_sums(plan);
   add_loads(plan, loads, sums);
   return build_pattern(plan, sums);
 }
 
-LoadPattern build_pattern(const Plan& plan, const LoadSums& sums) {
+LoadPattern build_pattern(const Plan& plan, const SumsOnPoints& sums) {
   LoadPattern pattern = make_pattern(plan);
   set_pattern(plan, make_group_rows(plan), sums, pattern);
   if (!pattern.uses_table) pattern.table = {};
@@ -330,7 +350,7 @@ void add_point_forces(const Plan& plan, const LoadPattern& pattern, const Mat3& 
   const auto in_body_axes = [&](const Vec3& W, const Vec3& B) {
     return scale(amplitude, add(multiply_transposed(R_WB, W), B));
   };
-  for (std::size_t i = 0; i < plan.points.size(); ++i)
+  for (std::size_t i = 0; i < sums.force_W.size(); ++i)
     if (!is_zero(sums.force_W[i]) || !is_zero(sums.force_B[i]))
       forces[i] = add(forces[i], in_body_axes(sums.force_W[i], sums.force_B[i]));
   for (std::size_t k = 0; k < plan.groups.size(); ++k) {

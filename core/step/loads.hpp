@@ -11,7 +11,7 @@
 namespace freeflex {
 
 /// Zero loads, sized for a plan.
-LoadSums make_load_sums(const Plan& plan);
+SumsOnPoints make_load_sums(const Plan& plan);
 void clear(LoadSums& sums) noexcept;
 
 /// One set of loads; axes as in ForceCommand.
@@ -35,18 +35,18 @@ Array make_group_rows(const Plan& plan);
 LoadPattern make_pattern(const Plan& plan);
 
 /// Overwrites a pattern of make_pattern with the sums (THEORY X11). Allocates nothing.
-void set_pattern(const Plan& plan, std::span<const double> group_rows, const LoadSums& sums,
+void set_pattern(const Plan& plan, std::span<const double> group_rows, const SumsOnPoints& sums,
                  LoadPattern& pattern) noexcept;
 
 /// Overwrites arms with those that displacements give the loads, their torque about the centre of mass per
 /// elastic coordinate (THEORY X148); empty where the plan does not ask for them. Every loaded point has rows.
 /// Allocates nothing if there is room for kArmSize * kMostShadowedModes.  \param arms  [N] (num_shadowed x
 /// kArmSize)
-void set_arms(const Plan& plan, const LoadSums& sums, Array& arms) noexcept;
+void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept;
 
 /// The pattern of one built-in load; arrays it does not use are empty. For the set-up of Plan::histories.
 /// \pre plan.points, groups, rows, num_padded are filled
-LoadPattern build_pattern(const Plan& plan, const LoadSums& sums);
+LoadPattern build_pattern(const Plan& plan, const SumsOnPoints& sums);
 LoadPattern build_pattern(const Plan& plan, const LoadSet& loads);
 
 /// Q = or += amplitude times the generalized forces of the pattern at attitude R_WB, Q_l = sum_i F_i . b_il

@@ -98,13 +98,18 @@ struct WheelTorques {
 struct TorqueSums {
   std::vector<Vec3> W, B;  // [N m] (num_turning)
 };
-/// Forces summed per point and wrenches summed per group, in world and in body axes.
+/// Forces summed per point that may be loaded and wrenches summed per group, in world and in body axes.
 struct LoadSums {
-  std::vector<Vec3> force_W, force_B;               // [N] (num_points)
+  std::vector<Vec3> force_W, force_B;               // [N] (num_points on coupled rungs, else blocks of rows)
   std::vector<Vec3> group_force_W, group_torque_W;  // [N], [N m] (num_groups)
   std::vector<Vec3> group_force_B, group_torque_B;  // [N], [N m] (num_groups)
   TorqueSums torque;
   WheelTorques wheels;
+};
+/// The same with the points that may be loaded, ascending: every point on coupled rungs, else those with
+/// rows.
+struct SumsOnPoints : LoadSums {
+  std::vector<std::int32_t> points;
 };
 
 /// Spatial part of a load, built once when it changes (THEORY X11). Arrays have capacity from the start.

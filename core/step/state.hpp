@@ -111,7 +111,7 @@ struct Workspace {
   std::vector<Slot> next_slots;  // size kMaxSlots
   LoadPattern next_pattern;
   Array next_arms;
-  LoadSums sums;
+  SumsOnPoints sums;
   Array group_rows;  // see make_group_rows
   // as the state's at the last step (fit); the arrays above have room for either plan
   bool is_wide = false;

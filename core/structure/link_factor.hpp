@@ -214,7 +214,8 @@ void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationR
 
 /// Structure::local_rotations: of the joint at a point, of the rigid body it belongs to, or the mean rotation
 /// of it and its neighbours   (THEORY X73).  \pre structure.shapes
-Eigen::MatrixXd local_rotations(const Scene& scene, const LinkFactor& factor, const Structure& structure);
+std::map<int, Eigen::Matrix3Xd> local_rotations(const Scene& scene, const LinkFactor& factor,
+                                                const Structure& structure);
 
 /// Fills Structure::link_forces and constraint_shapes for the published links, in order   (THEORY X48, X49,
 /// X67). \pre structure.shapes and damping_rows are filled

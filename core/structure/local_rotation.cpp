@@ -148,19 +148,18 @@ void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eigen:
   }
 }
 
-Eigen::MatrixXd local_rotations(const Scene& scene, const LinkFactor& factor, const Structure& structure) {
+std::map<int, Eigen::Matrix3Xd> local_rotations(const Scene& scene, const LinkFactor& factor,
+                                                const Structure& structure) {
   const Freedoms freedoms(scene);
   std::set<int> wanted;
   for (const Load& load : scene.loads)
     if (load.axes == Axes::kLocal)
       for (const PointLoad& each : load.forces) wanted.insert(each.point);
-  if (wanted.empty()) return {};
-  Eigen::MatrixXd rotations = Eigen::MatrixXd::Zero(structure.shapes.rows(), structure.shapes.cols());
+  std::map<int, Eigen::Matrix3Xd> rotations;
   for (const int point : wanted)
-    rotations.middleRows<3>(3 * Eigen::Index{point}) =
-        are_point_masses(scene) && !factor.is_sparse
-            ? Eigen::MatrixXd(rotation_at(scene, factor, freedoms, point) * structure.shapes)
-            : rotation_of(scene, freedoms, structure, point);
+    rotations[point] = are_point_masses(scene) && !factor.is_sparse
+                           ? Eigen::MatrixXd(rotation_at(scene, factor, freedoms, point) * structure.shapes)
+                           : rotation_of(scene, freedoms, structure, point);
   return rotations;
 }
 

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/limits.hpp"
 #include "core/structure/decompositions.hpp"
 
 namespace freeflex {
@@ -19,31 +20,53 @@ Eigen::MatrixXd columns(const Eigen::MatrixXd& rows, const std::vector<int>& kep
 }  // namespace
 
 Structure reduce(const Structure& structure, const std::vector<int>& modes) {
-  Structure few = structure;
+  Structure few;
+  few.mass_properties = structure.mass_properties;
+  few.frequency_accuracy = structure.frequency_accuracy;
+  few.conditioning = structure.conditioning;
+  few.kept = structure.kept;
+  few.num_constraints = structure.num_constraints;
+  few.constraint_shapes = structure.constraint_shapes;
+  few.prestress = structure.prestress;
   few.omega = structure.omega(modes);
   few.structural_ratio = structure.structural_ratio(modes);
   few.shapes = columns(structure.shapes, modes);
   few.damping_rows = columns(structure.damping_rows, modes);
-  few.local_rotations = columns(structure.local_rotations, modes);
+  for (const auto& [point, rotation] : structure.local_rotations)
+    few.local_rotations[point] = columns(rotation, modes);
   few.turns = columns(structure.turns, modes);
-  few.particles.shapes = columns(structure.particles.shapes, modes);
+  few.particles = {structure.particles.mass, structure.particles.r,
+                   columns(structure.particles.shapes, modes)};
   few.matrix_sums = {columns(structure.matrix_sums.momenta, modes),
                      columns(structure.matrix_sums.field, modes)};
-  for (LinkForceRows& force : few.link_forces) {
-    force.rows = columns(force.rows, modes);
-    force.rate_rows = columns(force.rate_rows, modes);
-  }
+  for (const LinkForceRows& force : structure.link_forces)
+    few.link_forces.push_back(
+        {force.link, columns(force.rows, modes), columns(force.rate_rows, modes), force.load_rows});
+  few.follower_stiffness = structure.follower_stiffness;
   for (FollowerStiffness& stiffness : few.follower_stiffness) reduce_follower_stiffness(modes, stiffness);
   // mechanisms are the first modes
-  few.mechanisms.clear();
   for (const int mode : modes)
     if (const auto k = static_cast<std::size_t>(mode); k < structure.mechanisms.size())
       few.mechanisms.push_back(structure.mechanisms[k]);
   return few;
 }
 
+std::shared_ptr<const Structure> share(const Structure& structure) {
+  return {std::shared_ptr<const Structure>(), &structure};
+}
+
+std::shared_ptr<const Structure> share_reduced(const Structure& structure, const std::vector<int>& modes) {
+  if (static_cast<Eigen::Index>(modes.size()) == structure.omega.size()) return share(structure);
+  return std::make_shared<const Structure>(reduce(structure, modes));
+}
+
+Eigen::MatrixXd on_modes(const Eigen::SparseMatrix<double>& loads, const Eigen::MatrixXd& shapes) {
+  if (loads.rows() > 3 * Eigen::Index{kMostByDefault}) return loads.transpose() * shapes;
+  return Eigen::MatrixXd(loads).transpose() * shapes;
+}
+
 void keep_static_link_forces(const Structure& whole, const std::vector<int>& left_out,
-                             const Eigen::MatrixXd& loads, Structure& structure) {
+                             const Eigen::SparseMatrix<double>& loads, Structure& structure) {
   if (structure.link_forces.empty() || left_out.empty() || loads.cols() == 0) return;
   // static response of mode l to F: b_l . F / (M omega_l^2), split evenly between the two sides   (X123); U
   // is turn here
@@ -52,7 +75,7 @@ void keep_static_link_forces(const Structure& whole, const std::vector<int>& lef
   const Eigen::MatrixXd shapes = whole.shapes(Eigen::all, left_out) * root_flexibility.asDiagonal();
   Eigen::MatrixXd turn = Eigen::MatrixXd::Identity(shapes.cols(), shapes.cols());
   if (loads.cols() < shapes.cols()) {
-    const Eigen::BDCSVD<Eigen::MatrixXd> svd(shapes.transpose() * loads, Eigen::ComputeThinU);
+    const Eigen::BDCSVD<Eigen::MatrixXd> svd(on_modes(loads, shapes).transpose(), Eigen::ComputeThinU);
     const Eigen::VectorXd& values = svd.singularValues();
     const Eigen::Index rank = (values.array() > kDependent * values[0]).count();
     turn = svd.matrixU().leftCols(rank);

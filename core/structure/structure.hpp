@@ -3,6 +3,7 @@
 
 #include <Eigen/Core>
 #include <functional>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -83,9 +84,9 @@ struct Structure {
   std::vector<LinkForceRows> link_forces;  // for Scene::publication.links, in that order
   // displacements whose generalized forces give the forces of published rigid links   (THEORY X67)
   Eigen::MatrixXd constraint_shapes;  // [1/kg] (3N x num)
-  // [1/m] (3N x n) elastic rotation of the surroundings of each point, body axes, for those of follower
-  // forces; empty rows for the rest   (THEORY X73)
-  Eigen::MatrixXd local_rotations;
+  // [1/m] (3 x n) elastic rotation of the surroundings of each point of a follower force, body axes   (THEORY
+  // X73)
+  std::map<int, Eigen::Matrix3Xd> local_rotations;
   Prestress prestress;
   std::vector<FollowerStiffness> follower_stiffness;  // of loads in local axes
 };

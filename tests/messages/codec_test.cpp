@@ -155,18 +155,48 @@ TEST(NameTable, SaysWhatCommandsMayName) {
   plan.groups[0].line = {0.0, 1.0, 0.0};
   plan.groups[1].points = {0, 3};
   io::NameTable names;
-  names.is_pushable[7] = 1;  // left over from before
+  names.pushable[7] = 7, names.num_pushable = 8;  // left over from before
   io::fill_name_table(plan, names);
   EXPECT_EQ(names.num_points, 4);
   EXPECT_EQ(names.num_groups, 2);
   EXPECT_EQ(names.force_limit, 3.0);
   EXPECT_EQ(names.torque_limit, 4.0);
-  EXPECT_EQ(names.is_pushable[0] + names.is_pushable[1], 2);
-  EXPECT_EQ(names.is_pushable[2] + names.is_pushable[3] + names.is_pushable[7], 0);
+  EXPECT_EQ(names.num_pushable, 2);
+  EXPECT_EQ(names.pushable[0], 0);
+  EXPECT_EQ(names.pushable[1], 1);
+  EXPECT_EQ(names.pushable[7], 0);
   EXPECT_EQ(names.groups[0].is_pushable, 1);
   EXPECT_EQ(names.groups[0].torque_rank, 2);
   EXPECT_EQ(names.groups[0].line, (Vec3{0.0, 1.0, 0.0}));
   EXPECT_EQ(names.groups[1].is_pushable, 0) << "point 3 has no rows";
+}
+
+TEST(NameTable, FindsAPointWhateverItsNumber) {
+  constexpr std::int32_t kLast = 99'999;
+  Plan plan;
+  plan.points.resize(kLast + 1);
+  for (const auto& [point, row] : {std::pair{40, 0}, std::pair{kLast, 1}}) {
+    plan.points[static_cast<std::size_t>(point)].pushable = true;
+    plan.points[static_cast<std::size_t>(point)].row = row;
+  }
+  const auto names = std::make_unique<io::NameTable>();
+  io::fill_name_table(plan, *names);
+  const auto reason_of = [&](std::int32_t point) {
+    ForceCommand command{};
+    command.sender[0] = 'a';
+    command.start_tick = -1;
+    command.duration_ticks = 1;
+    command.num_points = 1;
+    command.points[0] = {point, 0, {1.0, 0.0, 0.0}};
+    return io::check_command(command, *names, {});
+  };
+  EXPECT_EQ(reason_of(kLast), io::Reason::kAccepted);
+  EXPECT_EQ(reason_of(40), io::Reason::kAccepted);
+  EXPECT_EQ(reason_of(41), io::Reason::kNotPushable);
+  EXPECT_EQ(reason_of(kLast + 1), io::Reason::kUnknownPoint);
+  EXPECT_EQ(reason_of(-1), io::Reason::kUnknownPoint);
+  names->num_pushable = 1 << 30;  // as somebody else's memory may say
+  EXPECT_EQ(reason_of(41), io::Reason::kNotPushable);
 }
 
 }  // namespace

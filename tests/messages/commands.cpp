@@ -14,7 +14,8 @@ io::NameTable make_names() {
   names.num_groups = 4;
   names.force_limit = 100.0;
   names.torque_limit = 50.0;
-  std::fill_n(names.is_pushable.begin(), 299, std::uint8_t{1});
+  names.num_pushable = 299;
+  std::iota(names.pushable.begin(), names.pushable.begin() + names.num_pushable, 0);
   names.groups[0] = {3, {}, 1};
   names.groups[1] = {2, {1.0, 0.0, 0.0}, 1};
   names.groups[2] = {0, {}, 1};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <cstring>
 #include <numbers>
+#include <set>
 
 #include "core/plan/make_plan.hpp"
 #include "messages/channels.hpp"
@@ -213,6 +214,49 @@ TEST(Outbound, NothingPublishedIsNoPage) {
   const State state = make_test_state(plan);
   EXPECT_TRUE(io::make_points_messages(plan, state, kStamp).empty());
   EXPECT_TRUE(io::make_loads_messages(plan, state, kStamp).empty());
+}
+
+/// Points without rows but for those named.
+Plan make_sparse_plan(const std::set<std::int32_t>& named) {
+  Plan plan = make_plan();
+  plan.groups.clear();
+  plan.published_groups.clear();
+  plan.published_points = {*named.begin()};
+  plan.link_outputs = {{7, 1, 0}};
+  std::int32_t row = 0;
+  for (std::int32_t i = 0; i < kPoints; ++i) {
+    PlanPoint& point = plan.points[static_cast<std::size_t>(i)];
+    point.pushable = named.contains(i);
+    point.row = point.pushable ? row++ : -1;
+  }
+  return plan;
+}
+
+TEST(Outbound, AboveAThousandPointsASceneListsWhatIsNamed) {
+  const Plan plan = make_sparse_plan({3, 6, 500, 501, 1999});
+  EXPECT_EQ(io::scene_listing(plan).points, 5);
+  EXPECT_EQ(io::scene_listing(plan).links, 1);
+  const auto pages = io::make_scene_messages(plan, "/srv/helix.plan", kStamp);
+  expect_pages(pages);
+  std::vector<std::string> points, links;
+  int num_pushable = 0, num_published = 0;
+  for (const auto& page : pages) {
+    EXPECT_EQ(page.total_points, kPoints);
+    EXPECT_EQ(page.total_links, kPoints - 1);
+    for (int k = 0; k < page.num_points; ++k) {
+      const auto& point = page.points[static_cast<std::size_t>(k)];
+      EXPECT_EQ(point.name, "p" + std::to_string(page.first_point + k));
+      points.push_back(point.name);
+      num_pushable += point.is_pushable;
+      num_published += point.is_published;
+    }
+    for (int k = 0; k < page.num_links; ++k) links.push_back("l" + std::to_string(page.first_link + k));
+  }
+  // what stands in a short gap goes with its neighbours
+  EXPECT_EQ(points, (std::vector<std::string>{"p3", "p4", "p5", "p6", "p500", "p501", "p1999"}));
+  EXPECT_EQ(num_pushable, 5);
+  EXPECT_EQ(num_published, 1);
+  EXPECT_EQ(links, std::vector<std::string>{"l7"});
 }
 
 TEST(Outbound, ASceneIsDescribedWholeInPages) {

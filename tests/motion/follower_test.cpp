@@ -64,8 +64,8 @@ TEST(LocalRotations, OfARigidTurnAreThatTurn) {
     for (std::size_t i = 0; i < scene.points.size(); ++i)
       structure.shapes.block<3, 1>(3 * static_cast<Eigen::Index>(i), 0) =
           turn.cross(scene.points[i].position);
-    const Eigen::MatrixXd rotations = local_rotations(scene, factor, structure);
-    EXPECT_LT((rotations.block<3, 1>(3 * point, 0) - turn).norm(), 1e-11) << point;
+    const auto rotations = local_rotations(scene, factor, structure);
+    EXPECT_LT((rotations.at(point) - turn).norm(), 1e-11) << point;
   }
 }
 
@@ -83,7 +83,7 @@ TEST(Followers, MoveTheElasticCoordinatesWithSecondOrder) {
   A.topRightCorner(n + 1, n).topRows(n).setZero();
   A.block(0, n, n, n).setIdentity();
   const WideMatrix b = structure->shapes.topRows<3>().cast<long double>();
-  const WideMatrix theta = structure->local_rotations.topRows<3>().cast<long double>();
+  const WideMatrix theta = structure->local_rotations.at(0).cast<long double>();
   Eigen::Matrix3d cross;  // theta x f = -[f] theta
   cross << 0.0, -f.z(), f.y(), f.z(), 0.0, -f.x(), -f.y(), f.x(), 0.0;
   const long double M = structure->mass_properties.mass;

@@ -127,6 +127,42 @@ TEST_F(Limits, ListsThatNameTooMuchAreRefused) {
   EXPECT_EQ(read_text(text + "loads: [{forces: {'1': [0, 0, 1]}}]\n").size(), 1u);
 }
 
+// by default everything up to 1000 points; above what is named, `all` being a name
+TEST_F(Limits, AboveAThousandPointsNothingIsPublishedOrPushedUnlessNamed) {
+  constexpr int kPoints = 1100;
+  std::string csv = "mass,x,y,z\n", springs = "from,to,stiffness\n";
+  for (int i = 1; i <= kPoints; ++i) {
+    csv += "1," + std::to_string(i) + ",0,0\n";
+    if (i > 1) springs += std::to_string(i - 1) + "," + std::to_string(i) + ",1\n";
+  }
+  folder_.write("points.csv", csv);
+  folder_.write("springs.csv", springs);
+  const auto read_with = [&](const std::string& more) {
+    folder_.write("scene.yaml", "points: {csv: points.csv}\nlinks: {csv: springs.csv}\n" + more);
+    return io::read_scene("scene.yaml");
+  };
+  const io::SceneResult none = read_with("");
+  ASSERT_TRUE(none.scene);
+  EXPECT_TRUE(none.scene->publication.points.empty());
+  EXPECT_TRUE(none.scene->publication.links.empty());
+  EXPECT_TRUE(none.scene->pushable.empty());
+  ASSERT_EQ(none.faults.size(), 1u);
+  EXPECT_EQ(io::format_fault(none.faults[0], none.sources, false),
+            "points.csv:2:1: warning: of 1100 points none is published: above 1000 only what is named is "
+            "published, takes commands or is listed on the bus; name them with publish: points: of, publish: "
+            "loads: of and commands: points, or in groups");
+  const io::SceneResult all = read_with("publish: {points: {of: all}, loads: {of: all}}\n");
+  ASSERT_TRUE(all.scene);
+  EXPECT_EQ(all.scene->publication.points.size(), 1100u);
+  EXPECT_EQ(all.scene->publication.links.size(), 1099u);
+  EXPECT_TRUE(all.scene->pushable.empty());
+  const io::SceneResult some = read_with("publish: {points: {of: ['1100']}}\ncommands: {points: ['1099']}\n");
+  ASSERT_TRUE(some.scene);
+  EXPECT_TRUE(some.faults.empty());
+  EXPECT_EQ(some.scene->publication.points, std::vector<int>{1099});
+  EXPECT_EQ(some.scene->pushable, std::vector<int>{1098});
+}
+
 // 3 x 1236 - 6 = 3702 motions, more than a dense decomposition tells apart
 TEST_F(Limits, RigidBodiesOfManyPointsAreRefusedWithTheWayOut) {
   std::string csv = "mass,x,y,z\n";

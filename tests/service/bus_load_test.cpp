@@ -6,13 +6,13 @@
 #include <unistd.h>
 
 #include <filesystem>
-#include <sstream>
 #include <thread>
 
 #include "messages/channels.hpp"
 #include "service/io/wire/log.hpp"
 #include "service/io/wire/reason.hpp"
 #include "tests/service/bus_client.hpp"
+#include "tests/service/latency.hpp"
 #include "tests/service/rig.hpp"
 #include "tests/support/private_network.hpp"
 
@@ -32,45 +32,6 @@ constexpr microseconds kCommandPeriod{2000};  // 500 a second
 constexpr const char* kPrefix = "LOAD";
 
 std::string no_network;  // why there is none
-
-void print_row(const std::string& name, const std::array<double, 4>& us) {
-  std::printf("%-28s %10.1f %10.1f %10.1f %10.1f\n", name.c_str(), us[0], us[1], us[2], us[3]);
-}
-template <class Numbers>
-std::array<double, 4> four(const Numbers& us) {
-  return {us[0], us[1], us[2], us[3]};
-}
-
-/// Percentiles 50, 99, 99.9 and max [us] of one cyclictest thread at the daemon's priority and rate.
-void print_cyclictest(const std::string& name) {
-  const std::string seconds = std::to_string(kSeconds < 30 ? 2 : 10);
-  Process cyclictest({"cyclictest", "-q", "-m", "-p", "80", "-i", "1000", "-D", seconds, "-h", "50000"});
-  const int status = cyclictest.wait();
-  std::vector<std::pair<double, std::int64_t>> counts;
-  std::int64_t total = 0;
-  std::istringstream lines(cyclictest.output());
-  for (std::string line; std::getline(lines, line);) {
-    double us = 0.0;
-    std::int64_t count = 0;
-    if (line.starts_with("#") || !(std::istringstream(line) >> us >> count) || count == 0) continue;
-    counts.emplace_back(us, count);
-    total += count;
-  }
-  if (status != 0 || total == 0) {
-    std::printf("%-28s not measured (cyclictest, package rt-tests, ended with %d)\n", name.c_str(), status);
-    return;
-  }
-  std::array<double, 4> result{};
-  const std::array<double, 4> quantiles{0.5, 0.99, 0.999, 1.0};
-  std::int64_t below = 0;
-  std::size_t next = 0;
-  for (const auto& [us, count] : counts) {
-    below += count;
-    while (next < 4 && static_cast<double>(below) >= quantiles[next] * static_cast<double>(total))
-      result[next++] = us;
-  }
-  print_row(name, result);
-}
 
 /// What the sender expects of each of its sequence numbers.
 using Expected = std::map<std::int64_t, Reason>;
@@ -301,7 +262,7 @@ std::int64_t num_lost(const BusClient& client, const Recording& recording) {
 }
 
 TEST_F(FREEFLEX_LOAD_NAME, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog) {
-  print_cyclictest("cyclictest before");
+  print_cyclictest("cyclictest before", kSeconds < 30 ? 2 : 10);
   // lcm-logger drops what comes while the machine keeps it from running: such a recording must be named
   // incomplete by replay, and is made again. What the client hears has no second try.
   constexpr int kMostRecordings = 5;
@@ -324,7 +285,7 @@ TEST_F(FREEFLEX_LOAD_NAME, EveryCommandIsAccountedForBySenderAnswerAppliedAndLog
     expect_complete(expected, recording.account, "lcm-logger");
     EXPECT_EQ(recording.sent.size(), expected.size());
     EXPECT_EQ(recording.account.next_applied, client.statuses.back().applied_count);
-    print_cyclictest("cyclictest after");
+    print_cyclictest("cyclictest after", kSeconds < 30 ? 2 : 10);
     expect_replayable(log_.string(), client.applied.size());
     expect_foreign_in_a_fresh_daemon(log_.string(), expected.size());
     return;

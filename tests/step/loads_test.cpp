@@ -250,6 +250,35 @@ TEST(History, CountsFromTheStartOfTheEpoch) {
   EXPECT_NE(first[0], 0.0);
 }
 
+// of a large structure few points have rows
+TEST(Loads, TakeRoomForPointsWithRowsAlone) {
+  constexpr int kNamed = 3;
+  const Plan plan = hand_plan(1e-3, kModes, kNamed);
+  Plan large = plan;
+  for (int k = 0; k < 1000; ++k)
+    large.points.insert(large.points.begin() + k % 2, PlanPoint{"", 0.0, {}, -1, false});
+  const auto is_named = [](const PlanPoint& point) { return point.row >= 0; };
+  EXPECT_EQ(make_load_sums(large).force_W.size(), std::size_t{kNamed});
+  HandRun run(plan), large_run(large);
+  std::vector<ForceCommand> pushes, large_pushes;
+  for (const std::int32_t axes : {0, 1}) {
+    ForceCommand push = hand_command("test", axes, axes), large_push = push;
+    std::int32_t place = 0;
+    for (int k = 0; k < kNamed; ++k, ++place) {
+      while (!is_named(large.points[static_cast<std::size_t>(place)])) ++place;
+      const Vec3 force = {1.0 + k, -0.5 * k, 0.25};
+      add_force(push, k, force);
+      add_force(large_push, place, force);
+    }
+    pushes.push_back(push);
+    large_pushes.push_back(large_push);
+  }
+  run.run(50, pushes);
+  large_run.run(50, large_pushes);
+  EXPECT_EQ(run.state.q, large_run.state.q);
+  EXPECT_EQ(run.state.q_WB, large_run.state.q_WB);
+}
+
 TEST(Loads, StateCarriesTheLeftLimit) {
   const Plan plan = hand_plan(1e-3, kModes, 1);
   HandRun run(plan);

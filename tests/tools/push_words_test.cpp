@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <memory>
+#include <numeric>
 
 #include "freeflex_msgs/control_t.hpp"
 #include "service/io/wire/codec.hpp"
@@ -30,7 +31,8 @@ std::string command_text(Reason reason, const std::function<void(ForceCommand&, 
   auto table = std::make_unique<io::NameTable>();
   table->num_points = 20;
   table->num_groups = 3;
-  table->is_pushable.fill(1);
+  table->num_pushable = 20;
+  std::iota(table->pushable.begin(), table->pushable.begin() + 20, 0);
   for (auto& group : table->groups) group.torque_rank = 3, group.is_pushable = 1;
   table->force_limit = 10.0;
   table->torque_limit = 1.0;
@@ -53,7 +55,7 @@ TEST(PushWords, IndicesBecomeNames) {
       command_text(Reason::kOverLimit, [](auto& command, auto&) { command.wrenches[0].torque[2] = 2.0; }),
       "group 'start_tick': |torque| 2 N m, the scene allows at most 1 N m");
   EXPECT_TRUE(command_text(Reason::kNotPushable, [](auto&, auto& table) {
-                table.is_pushable[19] = 0;
+                table.num_pushable = 19;
               }).starts_with("point 'RUN.20' may not be pushed"));
   EXPECT_TRUE(command_text(Reason::kUnreachableTorque, [](auto& command, auto& table) {
                 table.groups[2].torque_rank = 0;

@@ -27,7 +27,7 @@ template <class Item>
 std::optional<std::int32_t> find_name(const std::vector<Item>& items, const std::string& name) {
   const auto found =
       std::find_if(items.begin(), items.end(), [&](const Item& item) { return item.name == name; });
-  if (found == items.end()) return std::nullopt;
+  if (found == items.end() || name.empty()) return std::nullopt;
   return static_cast<std::int32_t>(found - items.begin());
 }
 
@@ -102,13 +102,16 @@ void SceneCatalogue::take(const freeflex_msgs::scene_t& page) {
     links_.assign(static_cast<std::size_t>(page.total_links), {});
     groups_.assign(static_cast<std::size_t>(page.total_groups), {});
     frequencies_.assign(static_cast<std::size_t>(page.total_elastic), 0.0);
+    num_listed_ = 0;
   }
   head_ = page;
   const bool is_placed = place(points_, page.first_point, page.points) &&
                          place(links_, page.first_link, page.links) &&
                          place(groups_, page.first_group, page.groups) &&
                          place(frequencies_, page.first_elastic, page.frequencies);
-  has_page_[static_cast<std::size_t>(page.page)] = is_placed;
+  const auto at = static_cast<std::size_t>(page.page);
+  if (is_placed && !has_page_[at]) num_listed_ = std::min(num_listed_ + page.points.size(), points_.size());
+  has_page_[at] = is_placed;
 }
 
 bool SceneCatalogue::is_complete() const {

@@ -73,6 +73,8 @@ class SceneCatalogue {
   /// Takes a page; pages of another session start over.
   void take(const freeflex_msgs::scene_t& page);
   bool is_complete() const;
+  /// Points that no page says anything of: nobody reads, pushes or loads them. \pre is_complete()
+  std::size_t num_unlisted() const { return points_.size() - num_listed_; }
   const freeflex_msgs::scene_t& head() const { return head_; }
   const std::vector<freeflex_msgs::scene_point_t>& points() const { return points_; }
   const std::vector<freeflex_msgs::scene_link_t>& links() const { return links_; }
@@ -85,7 +87,8 @@ class SceneCatalogue {
  private:
   freeflex_msgs::scene_t head_{};
   std::vector<bool> has_page_;
-  std::vector<freeflex_msgs::scene_point_t> points_;
+  std::size_t num_listed_ = 0;
+  std::vector<freeflex_msgs::scene_point_t> points_;  // without a name where they are not listed
   std::vector<freeflex_msgs::scene_link_t> links_;
   std::vector<freeflex_msgs::scene_group_t> groups_;
   std::vector<double> frequencies_;

@@ -78,6 +78,10 @@ void explain_unknown(const std::string& kind, const std::string& name, const Sce
                      io::reader::did_you_mean(name, {known.begin(), known.end()}) + "; ";
   text += kind == "point" ? "points that can be pushed: " : kind + "s: ";
   text += known.empty() ? "none" : listed(known, 12);
+  if (const std::size_t rest = scene.num_unlisted(); kind == "point" && rest > 0)
+    text +=
+        "; " + std::to_string(rest) + " of " + std::to_string(scene.points().size()) +
+        " points are not listed, for nothing names them: add those to push to commands: points of the scene";
   if (kind == "point" && scene.find_group(name)) text += "; there is a group of that name: --group " + name;
   if (kind == "group" && scene.find_point(name)) text += "; there is a point of that name: --point " + name;
   print_error(text);

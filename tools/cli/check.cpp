@@ -1,13 +1,16 @@
 // freeflex check: every fault of a scene at once.
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <memory>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "core/limits.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/structure/structure.hpp"
+#include "service/io/wire/outbound.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
@@ -96,6 +99,13 @@ int check(const CheckOptions& options) {
         "  the lowest %d elastic modes are kept (modes:); none is missing below %.6g Hz, counted by "
         "inertia\n",
         plan->num_elastic, checked.kept.counted_below);
+  const io::SceneListing listing = io::scene_listing(*plan);
+  if (const auto num_points = static_cast<std::int32_t>(plan->points.size()); listing.points < num_points)
+    std::printf("  %s published, %d take commands, %d of %d listed on the bus: above %d only what is named\n",
+                counted(static_cast<std::int64_t>(plan->published_points.size()), "point").c_str(),
+                static_cast<int>(std::count_if(plan->points.begin(), plan->points.end(),
+                                               [](const PlanPoint& point) { return point.pushable; })),
+                listing.points, num_points, kMostByDefault);
   return kExitOk;
 }
 

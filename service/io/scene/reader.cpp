@@ -253,24 +253,31 @@ void SceneReader::check_publication_rate(const Node* node, const std::string& la
 }
 
 void SceneReader::read_rate_and_selection(const Node& node, const std::string& label, const Names& names,
-                                          double& rate, std::vector<int>& chosen) {
+                                          const std::vector<int>& all, double& rate,
+                                          std::vector<int>& chosen) {
   const Fields fields(report_, node, label, {"rate", "of"}, {}, "rate");
   fields.read("rate", kPublicationRate, rate);
   check_publication_rate(fields.find("rate"), label + ": rate", rate);
   const Node* of = fields.find("of");
-  if (of && !(of->kind == Node::Kind::kText && of->text == "all"))
+  if (of && of->kind == Node::Kind::kText && of->text == "all")
+    chosen = all;
+  else if (of)
     if (auto selection = read_selection(report_, *of, label + ": of", names)) chosen = std::move(*selection);
 }
 
 void SceneReader::read_publish(const Node* node) {
   Publication& publication = scene_.publication;
-  const bool names_all = scene_.points.size() <= std::size_t{kMostByDefault};
-  if (names_all) publication.points = every(scene_.points.size());
-  publication.groups = every(scene_.groups.size());
-  for (std::size_t i = 0; i < scene_.links.size() && names_all; ++i)
+  const std::vector<int> all_points = every(scene_.points.size());
+  std::vector<int> all_links;
+  for (std::size_t i = 0; i < scene_.links.size(); ++i)
     // forces on each point are not published unless chosen by name
     if (!has_point_forces(scene_.links[i]) && publishes_forces(scene_, scene_.links[i]))
-      publication.links.push_back(static_cast<int>(i));
+      all_links.push_back(static_cast<int>(i));
+  publication.groups = every(scene_.groups.size());
+  if (scene_.points.size() <= std::size_t{kMostByDefault}) {
+    publication.points = all_points;
+    publication.links = all_links;
+  }
   if (!node) return;
   const Fields fields(report_, *node, "publish", {"state", "points", "loads", "groups", "status"});
   fields.read("state", kPublicationRate, publication.state_rate);
@@ -278,12 +285,14 @@ void SceneReader::read_publish(const Node* node) {
   check_publication_rate(fields.find("state"), "publish: state", publication.state_rate);
   check_publication_rate(fields.find("status"), "publish: status", publication.status_rate);
   if (const Node* points = fields.find("points"))
-    read_rate_and_selection(*points, "publish: points", points_, publication.points_rate, publication.points);
+    read_rate_and_selection(*points, "publish: points", points_, all_points, publication.points_rate,
+                            publication.points);
   if (const Node* groups = fields.find("groups"))
     if (auto selection = read_selection(report_, *groups, "publish: groups", groups_))
       publication.groups = std::move(*selection);
   if (const Node* loads = fields.find("loads"))
-    read_rate_and_selection(*loads, "publish: loads", links_, publication.loads_rate, publication.links);
+    read_rate_and_selection(*loads, "publish: loads", links_, all_links, publication.loads_rate,
+                            publication.links);
 }
 
 void SceneReader::warn_of_defaults() {
@@ -292,8 +301,8 @@ void SceneReader::warn_of_defaults() {
       scene_.points.front().origin,
       "of " + std::to_string(scene_.points.size()) + " points none is published: above " +
           std::to_string(kMostByDefault) +
-          " only what is named is published or takes commands; name them with publish: points: of, "
-          "publish: loads: of and commands: points, or in groups");
+          " only what is named is published, takes commands or is listed on the bus; name them with publish: "
+          "points: of, publish: loads: of and commands: points, or in groups");
 }
 
 void SceneReader::read_commands(const Node* node) {

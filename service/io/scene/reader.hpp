@@ -40,9 +40,9 @@ class SceneReader {
   void read_initial_modes(const Node& node);
   void read_publish(const Node* node);
   void read_commands(const Node* node);
-  /// \param chosen  what `all` stands for, replaced by what `of` names
-  void read_rate_and_selection(const Node& node, const std::string& label, const Names& names, double& rate,
-                               std::vector<int>& chosen);
+  /// \param chosen  what is published by default, replaced by what `of` names, `all` of them too
+  void read_rate_and_selection(const Node& node, const std::string& label, const Names& names,
+                               const std::vector<int>& all, double& rate, std::vector<int>& chosen);
   void check_publication_rate(const Node* node, const std::string& label, double rate);
   /// File named by the node, opened; nullopt after reporting.
   std::optional<int> open_beside(const Node& node, const std::string& label);

@@ -80,7 +80,7 @@ Admission out_of_memory(Admission admission) {
 
 void fill_name_table(const Plan& plan, NameTable& table) {
   table = NameTable{};
-  table.num_points = static_cast<std::int32_t>(std::min(plan.points.size(), std::size_t{kMaxTablePoints}));
+  table.num_points = static_cast<std::int32_t>(plan.points.size());
   table.num_wheels = static_cast<std::int32_t>(plan.wheels.all.size());
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k)
     table.wheel_points[k] = plan.particles.turning[static_cast<std::size_t>(plan.wheels.all[k].turning)];
@@ -88,10 +88,13 @@ void fill_name_table(const Plan& plan, NameTable& table) {
   table.force_limit = plan.force_limit;
   table.torque_limit = plan.torque_limit;
   if (plan.wide.empty()) table.scope = plan.scope;
-  for (std::size_t i = 0; i < static_cast<std::size_t>(table.num_points); ++i) {
-    table.is_pushable[i] = plan.points[i].pushable && plan.points[i].row >= 0 ? 1 : 0;
-    table.takes_torque[i] = turning_of(plan, static_cast<std::int32_t>(i)) >= 0 ? 1 : 0;
-    table.point_arms[i] = plan.points[i].r;
+  for (std::int32_t i = 0; i < table.num_points && table.num_pushable < kMaxTablePoints; ++i) {
+    const PlanPoint& point = plan.points[static_cast<std::size_t>(i)];
+    if (!point.pushable || point.row < 0) continue;
+    const auto place = static_cast<std::size_t>(table.num_pushable++);
+    table.pushable[place] = i;
+    table.takes_torque[place] = turning_of(plan, i) >= 0 ? 1 : 0;
+    table.point_arms[place] = point.r;
   }
   for (std::size_t g = 0; g < plan.groups.size(); ++g) {
     const PlanGroup& group = plan.groups[g];

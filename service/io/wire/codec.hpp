@@ -30,13 +30,14 @@ Reason check_layout(std::span<const std::byte> bytes, std::span<char> text = {})
 
 /// What a command may name, trivially copyable so that it can stand in shared memory.
 struct NameTable {
-  std::int32_t num_points = 0;
+  std::int32_t num_points = 0;  // of the scene
   std::int32_t num_groups = 0;
   std::int32_t num_wheels = 0;
-  std::array<std::int32_t, kMaxWheels> wheel_points{};  // that they are in
-  double force_limit = 0.0;                             // [N] 0: none
-  double torque_limit = 0.0;                            // [N m] 0: none
-  std::array<std::uint8_t, kMaxTablePoints> is_pushable{};
+  std::int32_t num_pushable = 0;
+  std::array<std::int32_t, kMaxWheels> wheel_points{};       // that they are in
+  double force_limit = 0.0;                                  // [N] 0: none
+  double torque_limit = 0.0;                                 // [N m] 0: none
+  std::array<std::int32_t, kMaxTablePoints> pushable{};      // (num_pushable) points, ascending
   std::array<std::uint8_t, kMaxTablePoints> takes_torque{};  // those of them that turn
   struct GroupReach {
     std::int32_t torque_rank = 3;
@@ -46,11 +47,11 @@ struct NameTable {
   std::array<GroupReach, kMaxGroups> groups{};
   // what the plan leaves out for good, and where forces act   (THEORY X121, X122)
   CommandScope scope;                              // lacks nothing when a wide plan stands ready
-  std::array<Vec3, kMaxTablePoints> point_arms{};  // [m] from the centre of mass, body axes
+  std::array<Vec3, kMaxTablePoints> point_arms{};  // [m] of those, from the centre of mass, body axes
   std::array<Vec3, kMaxGroups> group_arms{};       // [m]
 };
-/// \pre points that the plan lets be pushed are among the first kMaxTablePoints, and it has at most
-/// kMaxGroups groups (the daemon checks at start)
+/// \pre the plan lets at most kMaxTablePoints points be pushed and has at most kMaxGroups groups (the daemon
+/// checks at start)
 void fill_name_table(const Plan& plan, NameTable& table);
 
 struct ControlCommand {

@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <bitset>
 #include <cmath>
+#include <optional>
 #include <string_view>
 
 #include "core/step/scope.hpp"
@@ -98,26 +99,34 @@ Reason check_header(const ForceCommand& command, Text text) {
   return Reason::kAccepted;
 }
 
+/// Where a point stands among those that may be pushed; empty: it may not. Whatever the table holds, it is
+/// inside.
+std::optional<std::size_t> find_pushable(const NameTable& table, std::int32_t point) {
+  const auto end = table.pushable.begin() + std::clamp(table.num_pushable, 0, kMaxTablePoints);
+  const auto found = std::lower_bound(table.pushable.begin(), end, point);
+  if (found == end || *found != point) return std::nullopt;
+  return static_cast<std::size_t>(found - table.pushable.begin());
+}
+
 Reason check_points(const ForceCommand& command, const NameTable& table, Text text) {
   std::bitset<kMaxTablePoints> seen;
-  const int known = std::clamp(table.num_points, 0, kMaxTablePoints);
   for (int i = 0; i < command.num_points; ++i) {
     const PointForce& entry = command.points[static_cast<std::size_t>(i)];
-    const auto point = static_cast<std::size_t>(entry.point);
-    if (entry.point < 0 || entry.point >= known) {
-      print(text, "forces[%d]: point %d, the scene has 0 to %d", i, entry.point, known - 1);
+    if (entry.point < 0 || entry.point >= table.num_points) {
+      print(text, "forces[%d]: point %d, the scene has 0 to %d", i, entry.point, table.num_points - 1);
       return Reason::kUnknownPoint;
     }
-    if (table.is_pushable[point] == 0) {
+    const std::optional<std::size_t> place = find_pushable(table, entry.point);
+    if (!place) {
       print(text, "forces[%d]: point %d may not be pushed; add it to commands: points of the scene", i,
             entry.point);
       return Reason::kNotPushable;
     }
-    if (seen.test(point)) {
+    if (seen.test(*place)) {
       print(text, "forces[%d]: point %d is named twice, each at most once", i, entry.point);
       return Reason::kDuplicatePoint;
     }
-    seen.set(point);
+    seen.set(*place);
     if (!is_finite(entry.force)) {
       print(text, "forces[%d]: point %d: force (%g, %g, %g) N, must be finite", i, entry.point,
             entry.force[0], entry.force[1], entry.force[2]);
@@ -133,29 +142,28 @@ Reason check_points(const ForceCommand& command, const NameTable& table, Text te
 
 Reason check_torques(const ForceCommand& command, const NameTable& table, Text text) {
   std::bitset<kMaxTablePoints> seen;
-  const int known = std::clamp(table.num_points, 0, kMaxTablePoints);
   for (int i = 0; i < command.num_torques; ++i) {
     const PointTorque& entry = command.torques[static_cast<std::size_t>(i)];
-    const auto point = static_cast<std::size_t>(entry.point);
-    if (entry.point < 0 || entry.point >= known) {
-      print(text, "torques[%d]: point %d, the scene has 0 to %d", i, entry.point, known - 1);
+    if (entry.point < 0 || entry.point >= table.num_points) {
+      print(text, "torques[%d]: point %d, the scene has 0 to %d", i, entry.point, table.num_points - 1);
       return Reason::kUnknownPoint;
     }
-    if (table.takes_torque[point] == 0) {
+    const std::optional<std::size_t> place = find_pushable(table, entry.point);
+    if (place && table.takes_torque[*place] == 0) {
       print(text, "torques[%d]: point %d has no inertia and takes no torque: use a wrench on a group", i,
             entry.point);
       return Reason::kPointTorque;
     }
-    if (table.is_pushable[point] == 0) {
+    if (!place) {
       print(text, "torques[%d]: point %d may not be pushed; add it to commands: points of the scene", i,
             entry.point);
       return Reason::kNotPushable;
     }
-    if (seen.test(point)) {
+    if (seen.test(*place)) {
       print(text, "torques[%d]: point %d is named twice, each at most once", i, entry.point);
       return Reason::kDuplicatePoint;
     }
-    seen.set(point);
+    seen.set(*place);
     if (!is_finite(entry.torque)) {
       print(text, "torques[%d]: point %d: torque (%g, %g, %g) N m, must be finite", i, entry.point,
             entry.torque[0], entry.torque[1], entry.torque[2]);
@@ -180,7 +188,7 @@ Reason check_wheels(const ForceCommand& command, const NameTable& table, Text te
       return Reason::kUnknownPoint;
     }
     const auto wheel = static_cast<std::size_t>(entry.wheel);
-    if (table.is_pushable[static_cast<std::size_t>(table.wheel_points[wheel])] == 0) {
+    if (!find_pushable(table, table.wheel_points[wheel])) {
       print(text, "wheels[%d]: wheel %d is in point %d, which may not be pushed; add it to commands: points",
             i, entry.wheel, table.wheel_points[wheel]);
       return Reason::kNotPushable;
@@ -259,10 +267,13 @@ Reason check_wrenches(const ForceCommand& command, const NameTable& table, Text 
 
 /// \pre every index is one of the table
 Reason check_scope(const ForceCommand& command, const NameTable& table, Text text) {
-  const auto arm_of = [](const auto& arms) {
-    return [&arms](std::int32_t i) { return arms[static_cast<std::size_t>(i)]; };
+  const auto arm_of_point = [&](std::int32_t point) {
+    return table.point_arms[find_pushable(table, point).value_or(0)];
   };
-  switch (find_need(table.scope, command, arm_of(table.point_arms), arm_of(table.group_arms))) {
+  const auto arm_of_group = [&](std::int32_t group) {
+    return table.group_arms[static_cast<std::size_t>(group)];
+  };
+  switch (find_need(table.scope, command, arm_of_point, arm_of_group)) {
     case Need::kNone:
       return Reason::kAccepted;
     case Need::kRotation:

@@ -49,7 +49,16 @@ inline constexpr std::size_t kStateChannel = 0, kPointsChannel = 1, kLoadsChanne
 /// [ticks] between two publications at a rate [Hz]; 0: off.
 std::int64_t ticks_between(double rate, double period);
 
-/// At least one page; every page has the front (name, rate, mass properties, totals).
+/// How many of its points and links a scene says what they are.
+struct SceneListing {
+  std::int32_t points = 0, links = 0;
+};
+/// All, but above kMostByDefault points those alone that are published, take commands, are loaded or in a
+/// group, and the links that are published.
+SceneListing scene_listing(const Plan& plan);
+
+/// At least one page; every page has the front (name, rate, mass properties, totals). What scene_listing()
+/// leaves out is on none, but for what stands in short gaps.
 /// \pre no single name, and no group's points, near channels::kMaxMessageBytes
 std::vector<freeflex_msgs::scene_t> make_scene_messages(const Plan& plan, const std::string& plan_file,
                                                         const Stamp& stamp);

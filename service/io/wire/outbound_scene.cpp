@@ -2,7 +2,10 @@
 #include <algorithm>
 #include <cstddef>
 #include <numbers>
+#include <numeric>
+#include <set>
 
+#include "core/limits.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/outbound.hpp"
 
@@ -12,35 +15,78 @@ namespace {
 using Scene = freeflex_msgs::scene_t;
 using Shapes = freeflex_msgs::shapes_t;
 
+bool lists_part(const Plan& plan) { return plan.points.size() > std::size_t{kMostByDefault}; }
+
 double frequency(const Plan& plan, int mode) {
   return plan.omega[static_cast<std::size_t>(mode)] / (2.0 * std::numbers::pi);
 }
 
-std::vector<freeflex_msgs::scene_point_t> make_points(const Plan& plan) {
-  std::vector<freeflex_msgs::scene_point_t> points(plan.points.size());
-  for (std::size_t i = 0; i < points.size(); ++i) {
-    points[i].name = plan.points[i].name;
-    points[i].mass = plan.points[i].mass;
-    std::copy_n(plan.points[i].r.begin(), 3, points[i].rest);
-    points[i].is_pushable = plan.points[i].pushable ? 1 : 0;
-    points[i].is_published = 0;
+/// Indices of a list that are sent, ascending.
+using Listed = std::vector<std::int32_t>;
+
+Listed list_all(std::size_t count) {
+  Listed all(count);
+  std::iota(all.begin(), all.end(), 0);
+  return all;
+}
+
+/// Above kMostByDefault those that anybody reads, pushes or loads; else all.
+Listed list_points(const Plan& plan) {
+  Listed listed = list_all(plan.points.size());
+  if (!lists_part(plan)) return listed;
+  std::erase_if(listed, [&](std::int32_t i) {
+    return plan.points[static_cast<std::size_t>(i)].row < 0 && turning_of(plan, i) < 0;
+  });
+  return listed;
+}
+
+/// Likewise those that are published.
+Listed list_links(const Plan& plan) {
+  if (!lists_part(plan)) return list_all(plan.links.size());
+  Listed listed;
+  for (const PlanLinkOutput& output : plan.link_outputs) listed.push_back(output.link);
+  std::sort(listed.begin(), listed.end());
+  return listed;
+}
+
+/// Numbers of what is listed, and with it of what stands in short gaps, which take less than a page.
+void fill_gaps(Listed& listed) {
+  constexpr std::int32_t kShort = 4;
+  Listed filled;
+  for (const std::int32_t i : listed) {
+    if (!filled.empty() && i - filled.back() <= kShort + 1)
+      while (filled.back() + 1 < i) filled.push_back(filled.back() + 1);
+    filled.push_back(i);
   }
-  for (const std::int32_t point : plan.published_points)
-    points[static_cast<std::size_t>(point)].is_published = 1;
+  listed = std::move(filled);
+}
+
+std::vector<freeflex_msgs::scene_point_t> make_points(const Plan& plan, const Listed& listed) {
+  std::vector<freeflex_msgs::scene_point_t> points(listed.size());
+  const std::set<std::int32_t> published(plan.published_points.begin(), plan.published_points.end());
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    const PlanPoint& point = plan.points[static_cast<std::size_t>(listed[k])];
+    points[k].name = point.name;
+    points[k].mass = point.mass;
+    std::copy_n(point.r.begin(), 3, points[k].rest);
+    points[k].is_pushable = point.pushable ? 1 : 0;
+    points[k].is_published = published.contains(listed[k]) ? 1 : 0;
+  }
   return points;
 }
 
-std::vector<freeflex_msgs::scene_link_t> make_links(const Plan& plan) {
-  std::vector<freeflex_msgs::scene_link_t> links(plan.links.size());
-  for (std::size_t i = 0; i < links.size(); ++i) {
-    links[i].name = plan.links[i].name;
-    links[i].kind = plan.links[i].kind;
-    links[i].num_points = static_cast<std::int32_t>(plan.links[i].points.size());
-    links[i].points = plan.links[i].points;
-    links[i].is_published = 0;
+std::vector<freeflex_msgs::scene_link_t> make_links(const Plan& plan, const Listed& listed) {
+  std::vector<freeflex_msgs::scene_link_t> links(listed.size());
+  std::set<std::int32_t> published;
+  for (const PlanLinkOutput& output : plan.link_outputs) published.insert(output.link);
+  for (std::size_t k = 0; k < links.size(); ++k) {
+    const PlanLink& link = plan.links[static_cast<std::size_t>(listed[k])];
+    links[k].name = link.name;
+    links[k].kind = link.kind;
+    links[k].num_points = static_cast<std::int32_t>(link.points.size());
+    links[k].points = link.points;
+    links[k].is_published = published.contains(listed[k]) ? 1 : 0;
   }
-  for (const PlanLinkOutput& output : plan.link_outputs)
-    links[static_cast<std::size_t>(output.link)].is_published = 1;
   return links;
 }
 
@@ -81,18 +127,21 @@ Scene make_front(const Plan& plan, const std::string& plan_file, const Stamp& st
   return front;
 }
 
-/// Pages of a scene, filled front to back; every page says where its part of each list begins.
+/// Pages of a scene, filled front to back; every page says where its part of each list begins, and has no gap
+/// in it.
 class ScenePages {
  public:
   explicit ScenePages(Scene front) : front_(std::move(front)) { open(); }
 
   template <class Item>
-  void add(std::vector<Item> Scene::*items, std::int32_t Scene::*first, const std::vector<Item>& all) {
-    for (std::size_t i = 0; i < all.size(); ++i) {
-      take(size_of(all[i]));
+  void add(std::vector<Item> Scene::*items, std::int32_t Scene::*first, const Listed& listed,
+           const std::vector<Item>& all) {
+    for (std::size_t k = 0; k < all.size(); ++k) {
+      if (k > 0 && listed[k] != listed[k - 1] + 1) open();
+      take(size_of(all[k]));
       Scene& page = pages_.back();
-      if ((page.*items).empty()) page.*first = static_cast<std::int32_t>(i);
-      (page.*items).push_back(all[i]);
+      if ((page.*items).empty()) page.*first = listed[k];
+      (page.*items).push_back(all[k]);
     }
   }
 
@@ -131,14 +180,22 @@ class ScenePages {
 
 }  // namespace
 
+SceneListing scene_listing(const Plan& plan) {
+  return {static_cast<std::int32_t>(list_points(plan).size()),
+          static_cast<std::int32_t>(list_links(plan).size())};
+}
+
 std::vector<Scene> make_scene_messages(const Plan& plan, const std::string& plan_file, const Stamp& stamp) {
   ScenePages pages(make_front(plan, plan_file, stamp));
   std::vector<double> frequencies(static_cast<std::size_t>(plan.num_elastic));
   for (int l = 0; l < plan.num_elastic; ++l) frequencies[static_cast<std::size_t>(l)] = frequency(plan, l);
-  pages.add(&Scene::points, &Scene::first_point, make_points(plan));
-  pages.add(&Scene::links, &Scene::first_link, make_links(plan));
-  pages.add(&Scene::groups, &Scene::first_group, make_groups(plan));
-  pages.add(&Scene::frequencies, &Scene::first_elastic, frequencies);
+  Listed points = list_points(plan), links = list_links(plan);
+  fill_gaps(points);
+  fill_gaps(links);
+  pages.add(&Scene::points, &Scene::first_point, points, make_points(plan, points));
+  pages.add(&Scene::links, &Scene::first_link, links, make_links(plan, links));
+  pages.add(&Scene::groups, &Scene::first_group, list_all(plan.groups.size()), make_groups(plan));
+  pages.add(&Scene::frequencies, &Scene::first_elastic, list_all(frequencies.size()), frequencies);
   return pages.finish();
 }
 
