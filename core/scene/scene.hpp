@@ -29,7 +29,7 @@ struct Origin {
 struct Fault {
   enum class Severity { kError, kWarning };
   Severity severity = Severity::kError;
-  Origin origin;
+  Origin origin{};
   std::string message;  // what was found, what is allowed, how to fix it
 };
 using Faults = std::vector<Fault>;
@@ -45,7 +45,7 @@ struct PointMass {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [m] rest position, scene axes
   Eigen::Vector3d offset = Eigen::Vector3d::Zero();    // [m] centre of mass from the point, scene axes
   Eigen::Matrix3d inertia = Eigen::Matrix3d::Zero();   // [kg m^2] about the centre of mass, scene axes
-  Origin origin;
+  Origin origin{};
 };
 
 /// How the mass of a link is spread over its points   (THEORY X164).
@@ -111,9 +111,9 @@ struct Plate {
 struct MatrixLink {
   Eigen::SparseMatrix<double> matrix;  // (n x n), symmetric, full storage, n = 3 N_link but for what follows
   bool is_flexibility = false;
-  bool has_rotations = false;        // row 6*k+axis, of axis 3 to 5 rotations [rad]
-  int num_inner = 0;                 // coordinates of its own after those of its points, with a mass matrix
-  Eigen::SparseMatrix<double> mass;  // (n x n) [kg]; empty: none
+  bool has_rotations = false;          // row 6*k+axis, of axis 3 to 5 rotations [rad]
+  int num_inner = 0;                   // coordinates of its own after those of its points, with a mass matrix
+  Eigen::SparseMatrix<double> mass{};  // (n x n) [kg]; empty: none
 };
 
 /// True of one that is a superelement.
@@ -144,7 +144,7 @@ struct Link {
   std::string name;
   std::vector<int> points;  // indices into Scene::points: two, three, four or, matrix and rigid, two or more
   LinkKind kind;
-  Origin origin;
+  Origin origin{};
   // dissipation within the link; not for rigid links and dashpots
   double viscous =
       0.0;  // [s] force = stiffness (deformation + viscous * its rate); springs without rotations
@@ -158,7 +158,7 @@ struct Link {
 struct Group {
   std::string name;
   std::vector<int> points;
-  Origin origin;
+  Origin origin{};
 };
 
 /// Dissipation that shares the modes: zeta_l given per mode, plus Rayleigh's, alpha_R M + beta_R K   (THEORY
@@ -168,7 +168,7 @@ struct Damping {
   std::vector<std::pair<int, double>> mode_ratios;  // (elastic mode from 1, ratio) overrides modal_ratio
   double alpha = 0.0;                               // [1/s]
   double beta = 0.0;                                // [s]
-  Origin origin;
+  Origin origin{};
 };
 
 /// A wheel that spins in a body about an axis fixed in it: its momentum about that axis, of the body and the
@@ -179,7 +179,7 @@ struct Wheel {
   int point = -1;                                   // a body
   Eigen::Vector3d axis = Eigen::Vector3d::UnitZ();  // [-] unit vector, scene axes
   double momentum = 0.0;                            // [N m s] at the start
-  Origin origin;
+  Origin origin{};
 };
 
 struct PointLoad {
@@ -225,7 +225,7 @@ struct Load {
   std::vector<TorqueLoad> torques;
   std::vector<WheelLoad> wheels;
   History history;
-  Origin origin;
+  Origin origin{};
 };
 
 /// Linear feedback of elastic motion: the force on `point` is gain times displacement, velocity and
@@ -237,7 +237,7 @@ struct Feedback {
   Eigen::Matrix3d displacement_gain = Eigen::Matrix3d::Zero();  // [N/m]
   Eigen::Matrix3d velocity_gain = Eigen::Matrix3d::Zero();      // [N s/m]
   Eigen::Matrix3d acceleration_gain = Eigen::Matrix3d::Zero();  // [N s^2/m]
-  Origin origin;
+  Origin origin{};
 };
 
 /// A body that attracts every point with mu / distance^2, and so turns and strains the structure   (THEORY
@@ -245,7 +245,7 @@ struct Feedback {
 struct Attractor {
   Eigen::Vector3d position = Eigen::Vector3d::Zero();  // [m] world axes
   double mu = 0.0;                                     // [m^3/s^2] > 0; 0: none
-  Origin origin;
+  Origin origin{};
 };
 
 /// Initial state. The scene's axes stand at position/attitude in the world at the start.
@@ -266,7 +266,7 @@ struct Initial {
     double q_dot = 0.0;  // [m/s]
   };
   std::vector<ModeElastic> modes;  // added to what points give
-  Origin origin;
+  Origin origin{};
 };
 
 /// What a plan may do without   (THEORY section 14).
@@ -275,7 +275,7 @@ struct LeaveOut {
   double horizon = 10.0;   // [s] > 0, simulated time over which that share and its error are judged
   OnNeed on_need = OnNeed::kKeep;
   std::array<bool, kNumParts> keeps{};  // by Part: stays whatever the scene needs
-  Origin origin;
+  Origin origin{};
 };
 
 /// What goes out and how often. A rate of 0 switches a channel off.
@@ -293,14 +293,14 @@ struct Publication {
 /// X96).
 struct ErrorBudget {
   double horizon = 0.0;  // [s] over which errors are counted before the comparison starts again; 0: none
-  Origin origin;
+  Origin origin{};
 };
 
 /// `fidelity: auto`: the cheapest rung within these over the horizon (THEORY X99).
 struct AutomaticRung {
   std::optional<double> position, attitude, elastic;  // [m] rms, [rad], [-]; at least one
   double horizon = 0.0;                               // [s] > 0
-  Origin origin;
+  Origin origin{};
 };
 
 /// Which elastic modes are kept: the lowest. Without it all of them, of large scenes those that the rate
@@ -308,7 +308,7 @@ struct AutomaticRung {
 struct ModesAsked {
   double below = 0.0;  // [Hz] all below it; 0: by number
   int count = 0;       // the lowest, mechanisms among them; 0: by frequency
-  Origin origin;
+  Origin origin{};
   bool is_asked() const { return below > 0.0 || count > 0; }
 };
 

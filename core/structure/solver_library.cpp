@@ -12,6 +12,7 @@ namespace {
 SolverLibrary load() {
   constexpr int kKeep = 0;  // what the user has set
   setenv("OPENBLAS_NUM_THREADS", "1", kKeep);
+  setenv("SCOTCH_PTHREAD_NUMBER", "1", kKeep);
 #if defined(__x86_64__)
   if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
     setenv("OPENBLAS_CORETYPE", "Haswell", kKeep);

@@ -14,10 +14,10 @@ struct SolverLibrary {
   std::string problem;  // why there is none; empty: it is there
 };
 
-/// The same at each call. An OpenBLAS is told to take one thread, for its threads wait by spinning, and the
-/// kernels of a processor with AVX2 where there is one: it takes its slowest on processors that are newer
-/// than itself, and with the same kernels everywhere the modes have the same bits. OPENBLAS_NUM_THREADS and
-/// OPENBLAS_CORETYPE that are set stay as they are.
+/// The same at each call. So that the same scene has the same bits each time, and on every processor with
+/// AVX2, SCOTCH is told to take one thread, for with more its order is by chance, and an OpenBLAS one thread,
+/// for its threads wait by spinning, and the kernels of AVX2: on processors newer than itself it takes its
+/// slowest. SCOTCH_PTHREAD_NUMBER, OPENBLAS_NUM_THREADS and OPENBLAS_CORETYPE that are set stay as they are.
 const SolverLibrary& solver_library();
 
 }  // namespace freeflex
