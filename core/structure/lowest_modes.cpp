@@ -14,7 +14,8 @@ namespace {
 
 constexpr int kBlock = 6;             // right sides at once, and copies of a frequency that one start finds
 constexpr double kConverged = 1e-10;  // [-] of a Ritz value; frequencies have its square
-constexpr int kBeyond = 6;  // modes found beyond those kept, so that a gap to count at is among them
+constexpr int kBeyond = 6;      // modes found beyond those kept, so that a gap to count at is among them
+constexpr double kRough = 1e4;  // [-] of the highest frequency over one that is not rough
 constexpr int kMostRestarts = 4;
 constexpr int kHalfSlice = 72;        // modes below a shift that are not yet found
 constexpr double kNearLowest = 0.05;  // [-] of the shift: the sixth lowest of the modes is not below
@@ -127,6 +128,7 @@ bool LowestModes::choose_shift() {
   for (Eigen::Index i = 0; i < mass.size(); ++i)
     if (mass[i] > 0.0) shift = std::max(shift, stiffness[i] / mass[i]);
   if (!(shift > 0.0) || !std::isfinite(shift)) return fail("the frequencies are not finite");
+  stiffest_ = shift;
   shift *= 1e-4;
   refinements_ = 0;
   for (int k = 0; k < kMostTries; ++k) {
@@ -250,34 +252,39 @@ bool LowestModes::run_lanczos(Eigen::Index below, Eigen::Index most) {
   ritz = lanczos.values(kConverged);
   is_complete_ = lanczos.is_complete();
   ritz = lanczos.pairs(kConverged, is_complete_ ? ritz.theta.size() : ritz.num_converged);
-  if (is_first && form_ == SystemForm::kAugmented) smooth(ritz.vectors);
-  take(ritz.vectors);
+  take(std::move(ritz.vectors));
   return true;
 }
 
-// The rounding of a basis, 1e-16 of stiff motions, is 1e-8 of the lowest frequency where that is 1e-12 of the
-// highest; the inverse takes it away and leaves the columns orthonormal to the square of their residuals.
-void LowestModes::smooth(Eigen::MatrixXd& vectors) {
-  for (Eigen::Index begin = 0; begin < vectors.cols(); begin += kBlock) {
-    auto block = vectors.middleCols(begin, std::min<Eigen::Index>(kBlock, vectors.cols() - begin));
-    Eigen::MatrixXd image = op_.apply(op_.weigh(block));
-    if (image.cols() == 0) return;
-    const Eigen::MatrixXd weighed = op_.weigh(image);
-    const Eigen::VectorXd size = image.cwiseProduct(weighed).colwise().sum().cwiseSqrt();
-    block = image * size.cwiseInverse().asDiagonal();
-  }
-}
-
-// frequencies by the factor   (X175)
-void LowestModes::take(const Eigen::MatrixXd& vectors) {
+// X175: frequencies by the factor. What a vector has of the stiffest motions, 1e-16 of it by rounding and
+// more where solutions are not refined, counts by the square of the highest frequency over its own: where
+// that could be seen the inverse takes it away, and leaves columns orthonormal to the square of their
+// residuals.
+void LowestModes::take(Eigen::MatrixXd vectors) {
   const Eigen::Index before = found_omega_.size(), added = vectors.cols();
   found_omega_.conservativeResize(before + added);
+  std::vector<Eigen::Index> rough;
   for (Eigen::Index k = 0; k < added; ++k) {
-    const Eigen::MatrixXd x = vectors.col(k);
-    found_omega_[before + k] =
-        exact_product(system_.rows, x).norm() / std::sqrt(x.col(0).dot(system_.mass * x.col(0)));
+    found_omega_[before + k] = frequency(vectors.col(k));
+    if (kRough * found_omega_[before + k] < std::sqrt(stiffest_)) rough.push_back(k);
+  }
+  for (std::size_t begin = 0; begin < rough.size(); begin += kBlock) {
+    const std::vector<Eigen::Index> block(
+        rough.begin() + static_cast<std::ptrdiff_t>(begin),
+        rough.begin() + static_cast<std::ptrdiff_t>(std::min(begin + kBlock, rough.size())));
+    const Eigen::MatrixXd image = inverse_->apply(op_.weigh(vectors(Eigen::all, block)));
+    for (Eigen::Index k = 0; k < image.cols(); ++k) {
+      const Eigen::Index at = block[static_cast<std::size_t>(k)];
+      const Eigen::VectorXd weighed = op_.weigh(image.col(k));
+      vectors.col(at) = image.col(k) / std::sqrt(image.col(k).dot(weighed));
+      found_omega_[before + at] = frequency(vectors.col(at));
+    }
   }
   op_.known.append(vectors);
+}
+
+double LowestModes::frequency(const Eigen::MatrixXd& x) const {
+  return exact_product(system_.rows, x).norm() / std::sqrt(x.col(0).dot(system_.mass * x.col(0)));
 }
 
 void LowestModes::sort() {

@@ -47,8 +47,8 @@ class LowestModes {
   bool find_slices();
   std::optional<int> move_up(double spacing);
   bool run_lanczos(Eigen::Index below, Eigen::Index most);
-  void smooth(Eigen::MatrixXd& vectors);
-  void take(const Eigen::MatrixXd& vectors);
+  void take(Eigen::MatrixXd vectors);
+  double frequency(const Eigen::MatrixXd& x) const;
   void sort();
   bool cut();
   int count_missing();
@@ -64,6 +64,7 @@ class LowestModes {
   std::vector<int> order_;                       // of the factor in this form, found once
   double lowest_sigma_ = 0.0, factor_MB_ = 0.0;  // [rad^2/s^2]
   bool is_exact_ = false;                        // one solution is as good as refined
+  double stiffest_ = 0.0;                        // [rad^2/s^2] about the highest
   int refinements_ = 3;
   int count_ = 0;                     // modes wanted, before pairs are kept whole
   bool is_complete_ = false;          // there are no more

@@ -232,7 +232,7 @@ void find_lowest_modes(const Scene& scene, const LinkFactor& factor, const Setup
 }
 
 // the modes that a scene asks for of all of them, equal frequencies whole
-Structure keep_asked(const Scene& scene, Structure structure) {
+Structure keep_asked(const Scene& scene, const LinkFactor& factor, Structure structure) {
   const Eigen::Index n = structure.omega.size();
   const double below = 2.0 * std::numbers::pi * scene.modes.below;
   Eigen::Index count = n;
@@ -247,6 +247,7 @@ Structure keep_asked(const Scene& scene, Structure structure) {
   const double next = structure.omega[count];
   structure = reduce(structure, kept);
   structure.kept = {true, next / (2.0 * std::numbers::pi)};
+  structure.prestress = find_prestress(scene, factor, structure);  // of pairs of the modes that there are
   return structure;
 }
 
@@ -293,7 +294,7 @@ std::optional<Structure> build_structure_by(const Scene& scene, SetupPath path, 
   warn_of_mechanisms(scene, structure.mechanisms, faults);
   fill_rest(scene, factor, structure, faults);
   if (has_error(faults)) return std::nullopt;
-  if (!is_sparse && scene.modes.is_asked()) return keep_asked(scene, std::move(structure));
+  if (!is_sparse && scene.modes.is_asked()) return keep_asked(scene, factor, std::move(structure));
   return structure;
 }
 
