@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <optional>
 #include <string>
@@ -12,6 +11,7 @@
 #include "messages/channels.hpp"
 #include "service/daemon.hpp"
 #include "service/ingress.hpp"
+#include "service/io/scene/machine.hpp"
 #include "service/log.hpp"
 #include "service/signals.hpp"
 #include "service/usage.hpp"
@@ -112,12 +112,11 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // first, for the ingress too, and for what is wrong with the command line
+  // the ingress is this program too
+  freeflex::io::start_without_blas_threads(argv);
+  // for the ingress too, and for what is wrong with the command line
   freeflex::service::ignore_signals_of_writing();
   fill_standard_descriptors();
-  // the ingress is this program too: the threads that an OpenBLAS starts where it is loaded have no place in
-  // it
-  setenv("OPENBLAS_NUM_THREADS", "1", 1);
   if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;
   try {
     return run(argc, argv);

@@ -3,7 +3,10 @@
 #include <dmumps_c.h>
 
 #include <algorithm>
+#include <cmath>
+#include <new>
 
+#include "core/limits.hpp"
 #include "core/scene/faults.hpp"
 
 namespace freeflex {
@@ -15,9 +18,29 @@ constexpr int kUseWorld = -987654;
 // OpenBLAS, where that is the BLAS: its threads wait for each other by spinning, and on a machine with other
 // work ten times as long
 extern "C" void openblas_set_num_threads(int count) __attribute__((weak));
+extern "C" void dtrsm_(const char* side, const char* triangle, const char* transposed, const char* diagonal,
+                       const int* rows, const int* columns, const double* factor, const double* matrix,
+                       const int* matrix_stride, double* sides, const int* sides_stride);
 
 // error: the workspace was too small
-constexpr int kShort = -9, kShortIntegers = -8, kNoMemory = -13;
+constexpr int kShort = -9, kShortIntegers = -8;
+// error: no room for reals or integers of the analysis, for the factorization
+constexpr int kNoReals = -5, kNoIntegers = -7, kNoMemory = -13;
+
+// An OpenBLAS asks for its buffer again and again, without end, while it does not get it: it is made to ask
+// while there is room, once, since it keeps it. False: there is none.
+bool has_blas_its_buffer() {
+  static bool has_it = openblas_set_num_threads == nullptr;
+  if (has_it) return true;
+  void* const room = ::operator new(kBlasBuffer + kBlasBuffer / 8, std::nothrow);
+  if (room == nullptr) return false;
+  ::operator delete(room);
+  const int two = 2;
+  const double one = 1.0, matrix[] = {1.0, 0.0, 0.0, 1.0};
+  double sides[] = {1.0, 0.0, 0.0, 1.0};
+  dtrsm_("L", "L", "N", "N", &two, &two, &one, matrix, &two, sides, &two);
+  return has_it = true;
+}
 
 }  // namespace
 
@@ -33,10 +56,20 @@ bool Mumps::call(int job) {
   instance_->id.job = job;
   dmumps_c(&instance_->id);
   if (instance_->info(1) >= 0) return true;
-  problem_ = instance_->info(1) == kNoMemory
-                 ? std::string("there is not enough memory")
-                 : join_text("MUMPS stopped with ", instance_->info(1), ", ", instance_->info(2));
+  const int fault = instance_->info(1);
+  if (fault == kNoMemory || fault == kNoReals || fault == kNoIntegers)
+    say_lack(job == kAnalyse ? "the ordering" : "the factor");
+  else
+    problem_ = join_text("MUMPS stopped with ", fault, ", ", instance_->info(2));
   return false;
+}
+
+// what an allocation that failed asked for: entries, millions of them where negative   (users' guide, 8)
+void Mumps::say_lack(const char* what) {
+  const double asked = instance_->info(2), entries = asked < 0.0 ? -1e6 * asked : asked;
+  problem_ = join_text("memory ran out: ", what, " asked for ", std::ceil(8e-6 * entries), " MB");
+  if (expected_MB() > 0.0) problem_ += join_text(" of some ", expected_MB(), " MB in all");
+  problem_ += kMoreMemory;
 }
 
 Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
@@ -46,7 +79,12 @@ Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
   id.par = 1;
   id.sym = 2;  // symmetric, indefinite
   id.comm_fortran = kUseWorld;
+  if (!has_blas_its_buffer()) {
+    problem_ = join_text("memory ran out: the BLAS asks for ", kBlasBuffer / 1000000, " MB", kMoreMemory);
+    return;
+  }
   if (!call(kStart)) return;
+  is_started_ = true;
   for (const int stream : {1, 2, 3}) instance_->control(stream) = 0;  // prints nothing
   instance_->control(4) = 0;
   id.n = entries_.size;
@@ -67,6 +105,7 @@ std::vector<int> Mumps::order() const {
 }
 
 Mumps::~Mumps() {
+  if (!is_started_) return;
   instance_->id.job = kEnd;
   dmumps_c(&instance_->id);
 }

@@ -71,7 +71,7 @@ class SparseModes {
   }
   bool say(const std::string& what, double done) {
     if (!progress_.say || progress_.say(what, done)) return true;
-    return fail("the set-up was ended");
+    return fail(kSetupEnded);
   }
 
   // beside the factor: a basis and the vectors made of it; or vectors, shapes and what is passed on of them
@@ -79,13 +79,14 @@ class SparseModes {
     const double column = 8e-6 * static_cast<double>(system_.num_all());
     const double most = static_cast<double>(std::max(columns + count_, 3 * Eigen::Index{count_}));
     const double particles = 24e-6 * num_particles() * static_cast<double>(count_);
-    const double all = most * column + particles + factor_MB_;
+    const double all = wanted_MB_ = most * column + particles + factor_MB_;
     if (progress_.memory_MB == 0.0 || all <= kMemoryShare * progress_.memory_MB) return true;
-    return fail(join_text("the set-up of ", scene_.points.size(), " points with ", count_,
-                          " modes takes some ", std::ceil(all), " MB (", std::ceil(factor_MB_),
-                          " of them to factor, ", std::ceil(particles),
-                          " for mass that is spread over links), of ", std::floor(progress_.memory_MB),
-                          " MB that the machine has; ask for fewer with modes: {count: N}"));
+    return fail(join_text(
+        "the set-up of ", scene_.points.size(), " points with ", count_, " modes takes some ", std::ceil(all),
+        " MB (", std::ceil(factor_MB_), " of them to factor, ", std::ceil(particles),
+        " for mass that is spread over links), of ", std::floor(progress_.memory_MB),
+        " MB that the machine has or a limit leaves (ulimit -v), a fifth of them not for it; "
+        "ask for fewer with modes: {count: N}"));
   }
 
   // what find_particles lays out
@@ -105,7 +106,7 @@ class SparseModes {
     if (order_.empty()) order_ = inverse_->order();
     shift_ = shift;
     factor_MB_ = inverse_->expected_MB();
-    if (!say("factoring the structure", 0.0)) return false;
+    if (!say(join_text("factoring the structure, some ", std::ceil(factor_MB_), " MB"), 0.0)) return false;
     if (!fits(0)) return false;
     const bool is_factored = inverse_->factor();
     if (form_ == SystemForm::kAssembled && (!is_factored || inverse_->first_change() > kGoodEnough)) {
@@ -158,7 +159,7 @@ class SparseModes {
 
   // eigenvalues of K - omega^2 M below zero, rigid motions among them   (X174)
   std::optional<int> count_below(double omega) {
-    if (!say("counting the modes", 0.0)) return std::nullopt;
+    if (!say(join_text("counting the modes, some ", std::ceil(factor_MB_), " MB"), 0.0)) return std::nullopt;
     inverse_.reset();  // the room of one factor
     Mumps counter(entries_of(system_, -omega * omega, form_), order_);
     if (!counter.factor()) {
@@ -204,9 +205,12 @@ class SparseModes {
       ritz = lanczos.values(kConverged);
       if (ritz.num_converged >= target) break;
       const double share = static_cast<double>(std::max(ritz.num_converged, 1)) / static_cast<double>(target);
-      if (!say(join_text("finding modes: ", ritz.num_converged, " of ", target), share)) return false;
       look = lanczos.num_columns() + std::max<Eigen::Index>(kBlock, lanczos.num_columns() / 8);
       if (!fits(look)) return false;
+      if (!say(join_text("finding modes: ", ritz.num_converged, " of ", target, ", some ",
+                         std::ceil(wanted_MB_), " MB"),
+               share))
+        return false;
     }
     if (lanczos.has_failed()) return fail("the structure cannot be solved: " + inverse_->problem());
     ritz = lanczos.values(kConverged);
@@ -284,7 +288,7 @@ class SparseModes {
   std::unique_ptr<ShiftedInverse> inverse_;
   SystemForm form_ = SystemForm::kAssembled;
   std::vector<int> order_;  // of the factor in this form, found once
-  double shift_ = 0.0, factor_MB_ = 0.0;
+  double shift_ = 0.0, factor_MB_ = 0.0, wanted_MB_ = 0.0;
   int refinements_ = 3;
   int count_ = 0;
   double band_ = 0.0;

@@ -8,6 +8,7 @@
 #include <filesystem>
 #include <string>
 
+#include "service/io/scene/machine.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/cli/program.hpp"
 #include "tools/terminal/console.hpp"
@@ -60,6 +61,7 @@ int become_study(const char* command, char** argv) {
 
 int main(int argc, char** argv) {
   using namespace freeflex::tools;
+  freeflex::io::start_without_blas_threads(argv);
   const char* const command = argc > 1 ? find_command(argc, argv) : "";
   const auto is_named = [&](const Description& study) { return std::strcmp(study.name, command) == 0; };
   if (std::any_of(kStudies.begin(), kStudies.end(), is_named)) return become_study(command, argv);

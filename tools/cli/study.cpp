@@ -1,4 +1,5 @@
 // freeflex-study: the commands of freeflex that take a structure or the methods themselves apart.
+#include "service/io/scene/machine.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/cli/program.hpp"
 
@@ -15,5 +16,6 @@ void add_studies(CLI::App& app, int& exit_code) {
 }  // namespace freeflex::tools
 
 int main(int argc, char** argv) {
+  freeflex::io::start_without_blas_threads(argv);
   return freeflex::tools::run_program(argc, argv, freeflex::tools::add_studies);
 }
