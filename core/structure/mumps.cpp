@@ -27,14 +27,21 @@ constexpr int kShort = -9, kShortIntegers = -8;
 // error: no room for reals or integers of the analysis, for the factorization
 constexpr int kNoReals = -5, kNoIntegers = -7, kNoMemory = -13;
 
+// [B] an entry that ordering may take
+constexpr std::size_t kOrdering = 256;
+
+bool has_room(std::size_t bytes) {
+  void* const room = ::operator new(bytes, std::nothrow);
+  ::operator delete(room);
+  return room != nullptr;
+}
+
 // An OpenBLAS asks for its buffer again and again, without end, while it does not get it: it is made to ask
 // while there is room, once, since it keeps it. False: there is none.
 bool has_blas_its_buffer() {
   static bool has_it = openblas_set_num_threads == nullptr;
   if (has_it) return true;
-  void* const room = ::operator new(kBlasBuffer + kBlasBuffer / 8, std::nothrow);
-  if (room == nullptr) return false;
-  ::operator delete(room);
+  if (!has_room(kBlasBuffer + kBlasBuffer / 8)) return false;
   const int two = 2;
   const double one = 1.0, matrix[] = {1.0, 0.0, 0.0, 1.0};
   double sides[] = {1.0, 0.0, 0.0, 1.0};
@@ -96,7 +103,12 @@ Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
     instance_->control(7) = 1;
     id.perm_in = given_order_.data();
   }
-  call(kAnalyse);
+  // SCOTCH does not survive a lack of memory
+  const std::size_t ordering = given_order_.empty() ? kOrdering * entries_.values.size() : 0;
+  if (has_room(ordering))
+    call(kAnalyse);
+  else
+    problem_ = join_text("memory ran out: the ordering asks for ", ordering / 1000000, " MB", kMoreMemory);
 }
 
 std::vector<int> Mumps::order() const {
