@@ -44,8 +44,11 @@ static_assert(kMaxNamedPoints > kMaxPoints);
 /// Points that commands may push: places of the table in which they are looked up.
 inline constexpr int kMaxTablePoints = 8192;
 
-/// [-] of the machine's memory that a set-up may take.
+/// [-] of the memory that there is that a set-up may take.
 inline constexpr double kMemoryShare = 0.8;
+
+/// [B] that an OpenBLAS takes, mostly untouched, when it is first called.
+inline constexpr std::size_t kBlasBuffer = std::size_t{128} << 20;
 
 /// Motions that rigid links which share points may forbid together in the sparse set-up, where a dense QR
 /// tells which of them are independent: some 2 s and 70 MB.

@@ -9,14 +9,17 @@
 #include <cstring>
 #include <filesystem>
 #include <memory>
+#include <new>
 #include <stdexcept>
 #include <thread>
 #include <utility>
 
 #include "core/plan/plan_bytes.hpp"
+#include "core/scene/faults.hpp"
 #include "service/bus.hpp"
 #include "service/ingress.hpp"
 #include "service/io/scene/input.hpp"
+#include "service/io/scene/machine.hpp"
 #include "service/io/wire/lcm_url.hpp"
 #include "service/io/wire/operator_address.hpp"
 #include "service/io/wire/outbound.hpp"
@@ -379,6 +382,9 @@ int run_daemon(const DaemonOptions& options, SignalWatch& signals) {
     else if (!text.empty())
       say_plainly("freeflexd: error: " + text);
     return fault.code;
+  } catch (const std::bad_alloc&) {
+    spdlog::error("memory ran out before the first tick{}", kMoreMemory);
+    return kRuntimeFailure;
   } catch (const std::exception& fault) {
     spdlog::error("{}", fault.what());
     return kRuntimeFailure;

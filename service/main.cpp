@@ -11,6 +11,7 @@
 #include "messages/channels.hpp"
 #include "service/daemon.hpp"
 #include "service/ingress.hpp"
+#include "service/io/scene/machine.hpp"
 #include "service/log.hpp"
 #include "service/signals.hpp"
 #include "service/usage.hpp"
@@ -111,7 +112,8 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // first, for the ingress too, and for what is wrong with the command line
+  // the ingress is this program too
+  // for the ingress too, and for what is wrong with the command line
   freeflex::service::ignore_signals_of_writing();
   fill_standard_descriptors();
   if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;

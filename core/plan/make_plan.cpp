@@ -1,6 +1,8 @@
 #include "core/plan/make_plan.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <new>
 
 #include "core/limits.hpp"
 #include "core/plan/automatic.hpp"
@@ -100,15 +102,23 @@ std::optional<Plan> compile_whole(const Scene& scene, const Structure& structure
   return plan;
 }
 
-}  // namespace
-
-std::optional<Plan> make_whole_plan(const Scene& scene, const Structure& structure, Fidelity rung,
-                                    Faults& faults) {
-  check_start(scene, structure, faults);
-  return compile_whole(scene, structure, whole_spec(scene, structure, rung), faults);
+// the plan that `make` makes, or a fault where memory does not reach
+template <typename Make>
+std::optional<Plan> within_memory(const Scene& scene, const Structure& structure, Faults& faults,
+                                  const Make& make) {
+  try {
+    return make();
+  } catch (const std::bad_alloc&) {
+    const double rows = 8e-6 * static_cast<double>(structure.shapes.size());
+    add_error(faults, scene.points.empty() ? Origin{} : scene.points.front().origin,
+              join_text("memory ran out while the plan was compiled: ", scene.points.size(), " points with ",
+                        structure.omega.size(), " modes, whose rows take some ", std::ceil(rows),
+                        " MB where all points are published", kMoreMemory));
+    return std::nullopt;
+  }
 }
 
-std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults) {
+std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& structure, Faults& faults) {
   check_start(scene, structure, faults);
   check_kept(scene, structure, faults);
   if (scene.leave_out.tolerance > 0.0)
@@ -135,6 +145,20 @@ std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Fa
   compile_budget(scene, structure, *plan, faults);
   if (has_error(faults)) return std::nullopt;
   return plan;
+}
+
+}  // namespace
+
+std::optional<Plan> make_whole_plan(const Scene& scene, const Structure& structure, Fidelity rung,
+                                    Faults& faults) {
+  return within_memory(scene, structure, faults, [&] {
+    check_start(scene, structure, faults);
+    return compile_whole(scene, structure, whole_spec(scene, structure, rung), faults);
+  });
+}
+
+std::optional<Plan> make_plan(const Scene& scene, const Structure& structure, Faults& faults) {
+  return within_memory(scene, structure, faults, [&] { return make_checked_plan(scene, structure, faults); });
 }
 
 }  // namespace freeflex

@@ -26,6 +26,11 @@ inline void add_warning(Faults& faults, const Origin& origin, std::string messag
   faults.push_back({Fault::Severity::kWarning, origin, std::move(message)});
 }
 
+/// What helps where memory ran out.
+inline constexpr const char* kMoreMemory =
+    "; ask for fewer modes with modes: {count: N}, publish and push fewer points and links, or allow more "
+    "memory (ulimit -v)";
+
 /// 'name' in quotes, or "number i" (from 1) when the item has no name.
 std::string quoted(const std::string& name, int index);
 

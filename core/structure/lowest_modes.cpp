@@ -66,7 +66,7 @@ bool LowestModes::fail(const std::string& message) {
 
 bool LowestModes::say(const std::string& what, double done) {
   if (!progress_.say || progress_.say(what, done)) return true;
-  return fail("the set-up was ended");
+  return fail(kSetupEnded);
 }
 
 // beside the factor: a basis and the modes; or these twice, as shapes
@@ -74,13 +74,14 @@ bool LowestModes::fits(Eigen::Index columns) {
   const double column = 8e-6 * static_cast<double>(system_.num_all());
   const double most = static_cast<double>(std::max(columns + count_, 2 * Eigen::Index{count_}));
   const double particles = 24e-6 * num_particles() * static_cast<double>(count_);
-  const double all = most * column + particles + factor_MB_;
+  const double all = wanted_MB_ = most * column + particles + factor_MB_;
   if (progress_.memory_MB == 0.0 || all <= kMemoryShare * progress_.memory_MB) return true;
   return fail(join_text("the set-up of ", scene_.points.size(), " points with ", count_, " modes takes some ",
                         std::ceil(all), " MB (", std::ceil(factor_MB_), " of them to factor, ",
                         std::ceil(particles), " for mass that is spread over links), of ",
                         std::floor(progress_.memory_MB),
-                        " MB that the machine has; ask for fewer with modes: {count: N}"));
+                        " MB that the machine has or a limit leaves (ulimit -v), a fifth of them not for it; "
+                        "ask for fewer with modes: {count: N}"));
 }
 
 // what find_particles lays out
@@ -101,7 +102,8 @@ bool LowestModes::factor_at(double sigma) {
   inverse_ = std::make_unique<ShiftedInverse>(system_, -sigma, form_, order_);
   if (order_.empty()) order_ = inverse_->order();
   factor_MB_ = inverse_->expected_MB();
-  if (!say("factoring the structure", 0.0) || !fits(0)) return false;
+  if (!say(join_text("factoring the structure, some ", std::ceil(factor_MB_), " MB"), 0.0) || !fits(0))
+    return false;
   const bool is_factored = inverse_->factor();
   if (form_ == SystemForm::kAssembled && sigma < 0.0) {
     const double change =
@@ -244,9 +246,11 @@ bool LowestModes::run_lanczos(Eigen::Index below, Eigen::Index most) {
     if (is_done()) break;
     const Eigen::Index so_far = std::min(target, before + ritz.num_converged);
     const double share = static_cast<double>(std::max<Eigen::Index>(so_far, 1)) / static_cast<double>(target);
-    if (!say(join_text("finding modes: ", so_far, " of ", target), share)) return false;
     look = lanczos.num_columns() + 2 * kBlock;
     if (!fits(look)) return false;
+    if (!say(join_text("finding modes: ", so_far, " of ", target, ", some ", std::ceil(wanted_MB_), " MB"),
+             share))
+      return false;
   }
   if (lanczos.has_failed()) return fail("the structure cannot be solved: " + inverse_->problem());
   ritz = lanczos.values(kConverged);

@@ -61,10 +61,10 @@ class LowestModes {
   MassSymmetric op_;  // known: rigid motions, then the modes found
   std::unique_ptr<ShiftedInverse> inverse_;
   SystemForm form_ = SystemForm::kAssembled;
-  std::vector<int> order_;                       // of the factor in this form, found once
-  double lowest_sigma_ = 0.0, factor_MB_ = 0.0;  // [rad^2/s^2]
-  bool is_exact_ = false;                        // one solution is as good as refined
-  double stiffest_ = 0.0;                        // [rad^2/s^2] about the highest
+  std::vector<int> order_;                                         // of the factor in this form, found once
+  double lowest_sigma_ = 0.0, factor_MB_ = 0.0, wanted_MB_ = 0.0;  // [rad^2/s^2]
+  bool is_exact_ = false;                                          // one solution is as good as refined
+  double stiffest_ = 0.0;                                          // [rad^2/s^2] about the highest
   int refinements_ = 3;
   int count_ = 0;                     // modes wanted, before pairs are kept whole
   bool is_complete_ = false;          // there are no more

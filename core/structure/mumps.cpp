@@ -3,7 +3,10 @@
 #include <dmumps_c.h>
 
 #include <algorithm>
+#include <cmath>
+#include <new>
 
+#include "core/limits.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/solver_library.hpp"
 
@@ -16,7 +19,31 @@ constexpr int kUseWorld = -987654;
 void solve_by(DMUMPS_STRUC_C* id) { reinterpret_cast<decltype(&dmumps_c)>(solver_library().mumps)(id); }
 
 // error: the workspace was too small
-constexpr int kShort = -9, kShortIntegers = -8, kNoMemory = -13;
+constexpr int kShort = -9, kShortIntegers = -8;
+// error: no room for reals or integers of the analysis, for the factorization
+constexpr int kNoReals = -5, kNoIntegers = -7, kNoMemory = -13;
+
+// [B] an entry that ordering may take
+constexpr std::size_t kOrdering = 256;
+
+bool has_room(std::size_t bytes) {
+  void* const room = ::operator new(bytes, std::nothrow);
+  ::operator delete(room);
+  return room != nullptr;
+}
+
+// An OpenBLAS asks for its buffer again and again, without end, while it does not get it: it is made to ask
+// while there is room, once, since it keeps it. False: there is none.
+bool has_blas_its_buffer() {
+  static bool has_it = false;
+  if (has_it) return true;
+  if (!has_room(kBlasBuffer + kBlasBuffer / 8)) return false;
+  const int two = 2;
+  const double one = 1.0, matrix[] = {1.0, 0.0, 0.0, 1.0};
+  double sides[] = {1.0, 0.0, 0.0, 1.0};
+  solver_library().dtrsm("L", "L", "N", "N", &two, &two, &one, matrix, &two, sides, &two);
+  return has_it = true;
+}
 
 }  // namespace
 
@@ -32,10 +59,20 @@ bool Mumps::call(int job) {
   instance_->id.job = job;
   solve_by(&instance_->id);
   if (instance_->info(1) >= 0) return true;
-  problem_ = instance_->info(1) == kNoMemory
-                 ? std::string("there is not enough memory")
-                 : join_text("MUMPS stopped with ", instance_->info(1), ", ", instance_->info(2));
+  const int fault = instance_->info(1);
+  if (fault == kNoMemory || fault == kNoReals || fault == kNoIntegers)
+    say_lack(job == kAnalyse ? "the ordering" : "the factor");
+  else
+    problem_ = join_text("MUMPS stopped with ", fault, ", ", instance_->info(2));
   return false;
+}
+
+// what an allocation that failed asked for: entries, millions of them where negative   (users' guide, 8)
+void Mumps::say_lack(const char* what) {
+  const double asked = instance_->info(2), entries = asked < 0.0 ? -1e6 * asked : asked;
+  problem_ = join_text("memory ran out: ", what, " asked for ", std::ceil(8e-6 * entries), " MB");
+  if (expected_MB() > 0.0) problem_ += join_text(" of some ", expected_MB(), " MB in all");
+  problem_ += kMoreMemory;
 }
 
 Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
@@ -45,7 +82,12 @@ Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
   id.par = 1;
   id.sym = 2;  // symmetric, indefinite
   id.comm_fortran = kUseWorld;
+  if (!has_blas_its_buffer()) {
+    problem_ = join_text("memory ran out: the BLAS asks for ", kBlasBuffer / 1000000, " MB", kMoreMemory);
+    return;
+  }
   if (!call(kStart)) return;
+  is_started_ = true;
   for (const int stream : {1, 2, 3}) instance_->control(stream) = 0;  // prints nothing
   instance_->control(4) = 0;
   id.n = entries_.size;
@@ -57,7 +99,12 @@ Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
     instance_->control(7) = 1;
     id.perm_in = given_order_.data();
   }
-  call(kAnalyse);
+  // SCOTCH does not survive a lack of memory
+  const std::size_t ordering = given_order_.empty() ? kOrdering * entries_.values.size() : 0;
+  if (has_room(ordering))
+    call(kAnalyse);
+  else
+    problem_ = join_text("memory ran out: the ordering asks for ", ordering / 1000000, " MB", kMoreMemory);
 }
 
 std::vector<int> Mumps::order() const {
@@ -66,7 +113,7 @@ std::vector<int> Mumps::order() const {
 }
 
 Mumps::~Mumps() {
-  if (!solver_library().problem.empty()) return;
+  if (!is_started_) return;
   instance_->id.job = kEnd;
   solve_by(&instance_->id);
 }

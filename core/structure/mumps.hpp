@@ -50,11 +50,13 @@ class Mumps {
 
  private:
   bool call(int job);
+  void say_lack(const char* what);
   struct Instance;
   std::unique_ptr<Instance> instance_;
   SymmetricEntries entries_;
   std::vector<int> given_order_;
   std::string problem_;
+  bool is_started_ = false;
 };
 
 }  // namespace freeflex

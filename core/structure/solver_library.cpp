@@ -26,7 +26,8 @@ SolverLibrary load() {
   }
   library.mumps = reinterpret_cast<decltype(library.mumps)>(dlsym(handle, "dmumps_c"));
   library.dgemm = reinterpret_cast<decltype(library.dgemm)>(dlsym(handle, "dgemm_"));
-  if (library.mumps == nullptr || library.dgemm == nullptr)
+  library.dtrsm = reinterpret_cast<decltype(library.dtrsm)>(dlsym(handle, "dtrsm_"));
+  if (library.mumps == nullptr || library.dgemm == nullptr || library.dtrsm == nullptr)
     library.problem = FREEFLEX_MUMPS_FILE " has no dmumps_c or no BLAS: install MUMPS again";
   return library;
 }

@@ -11,6 +11,8 @@ struct SolverLibrary {
   void (*mumps)() = nullptr;  // dmumps_c, to be called as its header declares it
   void (*dgemm)(const char*, const char*, const int*, const int*, const int*, const double*, const double*,
                 const int*, const double*, const int*, const double*, double*, const int*) = nullptr;
+  void (*dtrsm)(const char*, const char*, const char*, const char*, const int*, const int*, const double*,
+                const double*, const int*, double*, const int*) = nullptr;
   std::string problem;  // why there is none; empty: it is there
 };
 

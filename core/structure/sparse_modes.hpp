@@ -12,6 +12,9 @@ struct ModesWanted {
   int count = 0;       // at most, when `below` is given; 0: no such limit
 };
 
+/// What is said where `progress` ends a set-up.
+inline constexpr const char* kSetupEnded = "the set-up was ended";
+
 /// Fills omega, shapes, turns, particles, mechanisms, kept and what is stated of them, by shift-and-invert
 /// Lanczos in slices   (THEORY X170 to X179). Errors: massless points that nothing holds, more
 /// modes or mechanisms than can be taken, memory, a count that inertia does not confirm; `progress` that

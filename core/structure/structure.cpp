@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <limits>
+#include <new>
 #include <numbers>
 #include <numeric>
 #include <tuple>
@@ -264,6 +265,37 @@ void fill_rest(const Scene& scene, const LinkFactor& factor, Structure& structur
   structure.follower_stiffness = find_follower_stiffness(scene, factor, structure);
 }
 
+// what each stage is called goes by progress.say; on the dense path nobody is asked whether to go on
+std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Faults& faults,
+                                         const SetupProgress& progress) {
+  Structure structure;
+  structure.mass_properties = check_physics(scene, faults);
+  if (has_error(faults)) return std::nullopt;
+  warn_of_coincident_points(scene, faults);
+  const bool is_sparse = path == SetupPath::kSparse;
+  const auto say = [&](const char* what, double done) {
+    if (progress.say(what, done) || !is_sparse) return true;
+    add_error(faults, scene.points.front().origin, kSetupEnded);
+    return false;
+  };
+  if (!say("the matrix of the links", 0.0)) return std::nullopt;
+  const LinkFactor factor =
+      is_sparse ? factor_links_sparse(scene, faults) : factor_links(scene, turns_joints(scene), faults);
+  if (has_error(faults)) return std::nullopt;
+  if (!is_sparse) say("all modes", 0.0);
+  if (is_sparse)
+    find_lowest_modes(scene, factor, progress, structure, faults);
+  else
+    find_all_modes(scene, factor, structure, faults);
+  if (has_error(faults)) return std::nullopt;
+  warn_of_mechanisms(scene, structure.mechanisms, faults);
+  if (!say("forces of links", 0.0)) return std::nullopt;
+  fill_rest(scene, factor, structure, faults);
+  if (has_error(faults)) return std::nullopt;
+  if (!is_sparse && scene.modes.is_asked()) return keep_asked(scene, factor, std::move(structure));
+  return structure;
+}
+
 }  // namespace
 
 bool takes_sparse_path(const Scene& scene) {
@@ -278,24 +310,19 @@ std::optional<Structure> build_structure(const Scene& scene, Faults& faults, con
 
 std::optional<Structure> build_structure_by(const Scene& scene, SetupPath path, Faults& faults,
                                             const SetupProgress& progress) {
-  Structure structure;
-  structure.mass_properties = check_physics(scene, faults);
-  if (has_error(faults)) return std::nullopt;
-  warn_of_coincident_points(scene, faults);
-  const bool is_sparse = path == SetupPath::kSparse;
-  const LinkFactor factor =
-      is_sparse ? factor_links_sparse(scene, faults) : factor_links(scene, turns_joints(scene), faults);
-  if (has_error(faults)) return std::nullopt;
-  if (is_sparse)
-    find_lowest_modes(scene, factor, progress, structure, faults);
-  else
-    find_all_modes(scene, factor, structure, faults);
-  if (has_error(faults)) return std::nullopt;
-  warn_of_mechanisms(scene, structure.mechanisms, faults);
-  fill_rest(scene, factor, structure, faults);
-  if (has_error(faults)) return std::nullopt;
-  if (!is_sparse && scene.modes.is_asked()) return keep_asked(scene, factor, std::move(structure));
-  return structure;
+  std::string stage = "checking the scene";
+  const auto say = [&](const std::string& what, double done) {
+    stage = what;
+    return !progress.say || progress.say(what, done);
+  };
+  try {
+    return build_in_stages(scene, path, faults, {say, progress.memory_MB});
+  } catch (const std::bad_alloc&) {
+    add_error(faults, scene.points.empty() ? Origin{} : scene.points.front().origin,
+              join_text("memory ran out in the set-up of ", scene.points.size(), " points, at ", stage,
+                        kMoreMemory));
+    return std::nullopt;
+  }
 }
 
 std::vector<FrequencyCluster> frequency_clusters(const Eigen::VectorXd& omega, double relative_gap) {

@@ -106,7 +106,7 @@ struct SetupProgress {
   /// \param what  what is being done  \param done  share of it, 0 to 1
   /// \return false to end the set-up with an error
   std::function<bool(const std::string& what, double done)> say = {};
-  double memory_MB = 0.0;  // that the machine has; 0: not known, and not counted
+  double memory_MB = 0.0;  // that there is for it; 0: not known, and not counted
 };
 
 /// Checks the physics of a scene and computes its structure   (THEORY X41-X67). Faults are appended; nullopt

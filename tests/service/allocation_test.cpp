@@ -107,6 +107,58 @@ TEST(Loop, AllocatesNothingOnTheCoupledRungWithRigidLinksOrBodies) {
   }
 }
 
+// bodies on beams of their own mass, wheels turned by a load and by commands, torques on bodies by both
+Scene with_wheels(Fidelity fidelity) {
+  Scene scene = octahedron();
+  for (int i = 0; i < 2; ++i) {
+    scene.points[static_cast<std::size_t>(i)].inertia = Eigen::Vector3d(0.1, 0.15, 0.2).asDiagonal();
+    scene.wheels.push_back({"wheel" + std::to_string(i), i, Eigen::Vector3d::UnitZ(), 0.3, {}});
+  }
+  for (int i = 0; i < 3; ++i) {
+    Link link;
+    link.name = "beam" + std::to_string(i);
+    link.points = {i, i + 2};
+    Beam beam{1e4, 100.0, 100.0, 100.0, {0.1, 0.2, 1.0}};
+    beam.mass_per_length = 0.2;
+    link.kind = beam;
+    scene.links.push_back(link);
+  }
+  Load load;
+  load.torques = {{1, {0.01, 0.02, 0.03}}};
+  load.wheels = {{0, 0.01}};
+  scene.loads.push_back(load);
+  publish_everything(scene);
+  scene.fidelity = fidelity;
+  return scene;
+}
+
+TEST(Loop, AllocatesNothingWithWheelsTorquesAndSpreadMass) {
+  for (const Fidelity fidelity : {Fidelity::kSeparated, Fidelity::kSpinLoaded}) {
+    const Plan plan = lean_plan_of(with_wheels(fidelity));
+    ASSERT_EQ(plan.wheels.all.size(), 2u);
+    Rig rig(plan, {.until_tick = 400, .limits = {.sender_share = 1.0}});
+    for (int i = 0; i < 3; ++i) {
+      ForceCommand command = make_push(i + 1, i, 100 * i);
+      command.duration_ticks = 50;
+      command.num_wheels = 1;
+      command.wheels[0] = {i % 2, 0, 0.02};
+      command.num_torques = 1;
+      command.torques[0] = {i % 2, 0, {0.1, 0.0, 0.2}};
+      rig.push(command);
+    }
+    is_counting = true;
+    ::operator delete(::operator new(1));  // the counter counts
+    rig.simulation.run();
+    is_counting = false;
+    EXPECT_EQ(std::exchange(num_allocations, 0), 1);
+    EXPECT_EQ(rig.simulation.state().tick, 400);
+    EXPECT_NEAR(rig.simulation.state().wheel_momentum[0] - 0.3, plan.period * (400 * 0.01 + 100 * 0.02),
+                1e-12)
+        << "what the load and two commands put in";
+    EXPECT_EQ(rig.output->num_accepted.load(), 3);
+  }
+}
+
 TEST(Loop, AllocatesNothingWhenItReplans) {
   // a ring in a plane, with springs across it that bend nothing: out of the plane it has modes of its own
   Scene scene = octahedron();

@@ -33,9 +33,10 @@ Exit codes: 0 written, 1 cannot be written, 2 the scene has errors.)";
 int compile(const CompileOptions& options) {
   const std::optional<Plan> plan = load_or_explain(options.scene, options.rate, options.plan);
   if (!plan) return kExitUsage;
-  // from here on the plan is written whole
+  // from here on there is a file, which is taken away again
   if (is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;
-  const std::string error = io::save_plan(*plan, options.plan);
+  const std::string error = io::save_plan(*plan, options.plan, is_interrupted);
+  if (!error.empty() && is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;
   if (!error.empty()) {
     print_error(error);
     return kExitDiffers;

@@ -7,8 +7,10 @@
 #include <cstdio>
 #include <cstring>
 #include <exception>
+#include <new>
 #include <string>
 
+#include "core/scene/faults.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/usage.hpp"
@@ -55,8 +57,10 @@ int run_command_line(int argc, char** argv, AddCommands add_commands) {
 int run_program(int argc, char** argv, AddCommands add_commands) {
   try {
     return run_command_line(argc, argv, add_commands);
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "freeflex: error: memory ran out%s\n", kMoreMemory);
+    return kExitDiffers;
   } catch (const std::exception& error) {
-    // no memory, most likely
     std::fprintf(stderr, "freeflex: error: %s\n", error.what());
     return kExitDiffers;
   }

@@ -1,4 +1,5 @@
 // freeflex-study: the commands of freeflex that take a structure or the methods themselves apart.
+#include "service/io/scene/machine.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/cli/program.hpp"
 

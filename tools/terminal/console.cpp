@@ -12,8 +12,10 @@
 #include <filesystem>
 #include <mutex>
 #include <string_view>
+#include <system_error>
 #include <utility>
 
+#include "service/io/scene/machine.hpp"
 #include "tools/terminal/json.hpp"
 
 namespace freeflex::tools {
@@ -144,8 +146,12 @@ void end_when_interrupted(int exit_code) {
 
 Progress::Progress(std::string what, std::chrono::milliseconds patience)
     : what_(std::move(what)), start_(std::chrono::steady_clock::now()) {
-  if (isatty(STDERR_FILENO) == 1)
+  if (isatty(STDERR_FILENO) != 1) return;
+  try {
     drawer_ = std::jthread([this, patience](const std::stop_token& stop) { draw_until(stop, patience); });
+  } catch (const std::system_error&) {
+    // no memory for a thread: the work goes on without the line
+  }
 }
 
 void Progress::draw_until(const std::stop_token& stop, std::chrono::milliseconds patience) const {

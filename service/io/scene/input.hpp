@@ -1,6 +1,7 @@
 // What a person names on a command line: a scene or a plan.
 #pragma once
 
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -41,11 +42,9 @@ struct PlanResult {
 /// \param rate  [Hz] ticks per second in place of its own; 0: its own. One that does not suit it is a fault.
 PlanResult load_plan(const std::string& path, double rate = 0.0, const SetupProgress& progress = {});
 
-/// What the machine has [MB], for SetupProgress.
-double machine_memory_MB();
-
 /// Writes a plan file, complete or not at all (temporary file, fsync, rename). Empty string, or what went
 /// wrong.
-std::string save_plan(const Plan& plan, const std::string& path);
+/// \param is_ended  asked each megabyte; true: nothing is written
+std::string save_plan(const Plan& plan, const std::string& path, const std::function<bool()>& is_ended = {});
 
 }  // namespace freeflex::io

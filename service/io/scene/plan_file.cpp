@@ -3,15 +3,18 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include <algorithm>
 #include <cerrno>
 #include <cstring>
 #include <filesystem>
+#include <new>
 #include <utility>
 
 #include "core/plan/automatic.hpp"
 #include "core/plan/make_plan.hpp"
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
+#include "core/scene/faults.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/scene/input.hpp"
 #include "service/io/scene/report.hpp"
@@ -27,8 +30,15 @@ PlanResult load_plan_file(const std::string& path) {
   PlanResult result;
   result.sources = {path};
   std::string text;
-  std::string problem = reader::read_whole_file(path, kMaxPlanBytes, text);
-  if (problem.empty()) result.plan = plan_from_bytes(std::as_bytes(std::span(text)), problem);
+  std::string problem;
+  try {
+    problem = reader::read_whole_file(path, kMaxPlanBytes, text);
+    if (problem.empty()) result.plan = plan_from_bytes(std::as_bytes(std::span(text)), problem);
+  } catch (const std::bad_alloc&) {
+    std::error_code ignored;
+    problem = "memory ran out while the plan was read, whose file has " +
+              std::to_string(std::filesystem::file_size(path, ignored)) + " bytes" + kMoreMemory;
+  }
   if (!result.plan) result.faults.push_back({Fault::Severity::kError, {0, 0, 0}, problem});
   return result;
 }
@@ -72,9 +82,11 @@ class TemporaryFile {
   TemporaryFile& operator=(const TemporaryFile&) = delete;
 
   bool is_open() const { return file_ >= 0; }
-  bool write(std::span<const std::byte> bytes) {
+  bool write(std::span<const std::byte> bytes, const std::function<bool()>& is_ended) {
+    constexpr std::size_t kAtOnce = std::size_t{1} << 20;  // between looks at whether to go on
     while (!bytes.empty()) {
-      const ssize_t written = ::write(file_, bytes.data(), bytes.size());
+      if (is_ended && is_ended()) return false;
+      const ssize_t written = ::write(file_, bytes.data(), std::min(bytes.size(), kAtOnce));
       if (written < 0 && errno == EINTR) continue;
       if (written < 0) return false;
       bytes = bytes.subspan(static_cast<std::size_t>(written));
@@ -130,23 +142,24 @@ PlanResult load_plan(const std::string& path, double rate, const SetupProgress& 
   return result;
 }
 
-double machine_memory_MB() {
-  return static_cast<double>(::sysconf(_SC_PHYS_PAGES)) * static_cast<double>(::sysconf(_SC_PAGE_SIZE)) / 1e6;
-}
-
-std::string save_plan(const Plan& plan, const std::string& path) {
+std::string save_plan(const Plan& plan, const std::string& path, const std::function<bool()>& is_ended) {
   const auto fail = [&](const std::string& why) { return "cannot write '" + path + "': " + why; };
   struct stat status {};
   if (::stat(path.c_str(), &status) == 0 && !S_ISREG(status.st_mode))
     return fail(S_ISDIR(status.st_mode) ? "it is a directory" : "it is not a regular file");
-  const std::vector<std::byte> bytes = plan_to_bytes(plan);
+  std::vector<std::byte> bytes;
+  try {
+    bytes = plan_to_bytes(plan);
+  } catch (const std::bad_alloc&) {
+    return fail(std::string("memory ran out") + kMoreMemory);
+  }
   if (bytes.size() > kMaxPlanBytes)
     return fail("the plan has " + std::to_string(bytes.size()) + " bytes, at most " +
                 std::to_string(kMaxPlanBytes) + " are read back; publish fewer points and links");
   TemporaryFile file(path + ".XXXXXX");
-  if (!file.is_open() || !file.open_to_others() || !file.write(bytes) || !file.sync() || !file.close() ||
-      !file.rename_to(path))
-    return fail(std::strerror(errno));
+  if (!file.is_open() || !file.open_to_others() || !file.write(bytes, is_ended) || !file.sync() ||
+      (is_ended && is_ended()) || !file.close() || !file.rename_to(path))
+    return fail(is_ended && is_ended() ? "interrupted; nothing was written" : std::strerror(errno));
   sync_folder(path);
   return {};
 }

@@ -10,7 +10,9 @@
 
 namespace freeflex::io {
 
-SceneResult read_scene(const std::string& path) {
+namespace {
+
+SceneResult read_whole_scene(const std::string& path) {
   reader::Report report;
   reader::SceneReader scene_reader(report, path);
   Scene scene = scene_reader.read();
@@ -25,6 +27,22 @@ SceneResult read_scene(const std::string& path) {
   if (is_read) result.scene = std::move(scene);
   result.faults = report.take_faults();
   return result;
+}
+
+}  // namespace
+
+SceneResult read_scene(const std::string& path) {
+  try {
+    return read_whole_scene(path);
+  } catch (const std::bad_alloc&) {
+    return {
+        std::nullopt,
+        {{Fault::Severity::kError,
+          {0, 0, 0},
+          "memory ran out while the scene was read; put points and links into CSV files, which take less, "
+          "take fewer of them, or allow more memory (ulimit -v)"}},
+        {path}};
+  }
 }
 
 namespace reader {

@@ -1,0 +1,36 @@
+#include "service/io/scene/machine.hpp"
+
+#include <sys/resource.h>
+#include <unistd.h>
+
+#include <algorithm>
+#include <fstream>
+
+#include "core/limits.hpp"
+
+namespace freeflex::io {
+namespace {
+
+// [MB] that a limit leaves beside what is taken
+double left_of(__rlimit_resource resource, double taken_MB, double otherwise) {
+  rlimit limit{};
+  if (getrlimit(resource, &limit) != 0 || limit.rlim_cur == RLIM_INFINITY) return otherwise;
+  constexpr double kBuffer = 1e-6 * static_cast<double>(kBlasBuffer);
+  // not 0, which is: not known
+  return std::clamp(1e-6 * static_cast<double>(limit.rlim_cur) - taken_MB - kBuffer, 1e-3, otherwise);
+}
+
+}  // namespace
+
+double machine_memory_MB() {
+  const double page_MB = 1e-6 * static_cast<double>(sysconf(_SC_PAGE_SIZE));
+  double memory = static_cast<double>(sysconf(_SC_PHYS_PAGES)) * page_MB;
+  // pages: all, resident, shared, text, libraries, data and stack   (proc(5))
+  double pages[6] = {};
+  std::ifstream taken("/proc/self/statm");
+  for (double& each : pages) taken >> each;
+  memory = left_of(RLIMIT_AS, pages[0] * page_MB, memory);
+  return left_of(RLIMIT_DATA, pages[5] * page_MB, memory);
+}
+
+}  // namespace freeflex::io
