@@ -4,6 +4,7 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
+#include <cstdlib>
 #include <exception>
 #include <optional>
 #include <string>
@@ -11,7 +12,6 @@
 #include "messages/channels.hpp"
 #include "service/daemon.hpp"
 #include "service/ingress.hpp"
-#include "service/io/scene/machine.hpp"
 #include "service/log.hpp"
 #include "service/signals.hpp"
 #include "service/usage.hpp"
@@ -112,10 +112,12 @@ int run(int argc, char** argv) {
 }  // namespace
 
 int main(int argc, char** argv) {
-  // the ingress is this program too
-  // for the ingress too, and for what is wrong with the command line
+  // first, for the ingress too, and for what is wrong with the command line
   freeflex::service::ignore_signals_of_writing();
   fill_standard_descriptors();
+  // the ingress is this program too: the threads that an OpenBLAS starts where it is loaded have no place in
+  // it
+  setenv("OPENBLAS_NUM_THREADS", "1", 1);
   if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;
   try {
     return run(argc, argv);

@@ -8,7 +8,6 @@
 #include <filesystem>
 #include <string>
 
-#include "service/io/scene/machine.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/cli/program.hpp"
 #include "tools/terminal/console.hpp"

@@ -1,5 +1,4 @@
 // freeflex-study: the commands of freeflex that take a structure or the methods themselves apart.
-#include "service/io/scene/machine.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/cli/program.hpp"
 
