@@ -4,7 +4,6 @@
 
 #include <CLI/CLI.hpp>
 #include <cstdio>
-#include <cstdlib>
 #include <exception>
 #include <optional>
 #include <string>
@@ -115,9 +114,6 @@ int main(int argc, char** argv) {
   // first, for the ingress too, and for what is wrong with the command line
   freeflex::service::ignore_signals_of_writing();
   fill_standard_descriptors();
-  // the ingress is this program too: the threads that an OpenBLAS starts where it is loaded have no place in
-  // it
-  setenv("OPENBLAS_NUM_THREADS", "1", 1);
   if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;
   try {
     return run(argc, argv);
