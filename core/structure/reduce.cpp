@@ -21,7 +21,7 @@ Eigen::MatrixXd columns(const Eigen::MatrixXd& rows, const std::vector<int>& kep
 Structure reduce(const Structure& structure, const std::vector<int>& modes) {
   Structure few = structure;
   few.omega = structure.omega(modes);
-  few.structural_ratio = structure.structural_ratio(modes);
+  if (structure.structural_ratio.size() > 0) few.structural_ratio = structure.structural_ratio(modes);
   few.shapes = columns(structure.shapes, modes);
   few.damping_rows = columns(structure.damping_rows, modes);
   few.local_rotations = columns(structure.local_rotations, modes);

@@ -287,11 +287,11 @@ std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Fau
   else
     find_all_modes(scene, factor, structure, faults);
   if (has_error(faults)) return std::nullopt;
+  if (!is_sparse && scene.modes.is_asked()) structure = keep_asked(scene, std::move(structure));
   warn_of_mechanisms(scene, structure.mechanisms, faults);
   if (!say("forces of links", 0.0)) return std::nullopt;
   fill_rest(scene, factor, structure, faults);
   if (has_error(faults)) return std::nullopt;
-  if (!is_sparse && scene.modes.is_asked()) return keep_asked(scene, std::move(structure));
   return structure;
 }
 
