@@ -61,7 +61,7 @@ bool Mumps::call(int job) {
   if (instance_->info(1) >= 0) return true;
   const int fault = instance_->info(1);
   if (fault == kNoMemory || fault == kNoReals || fault == kNoIntegers)
-    say_lack(job == kAnalyse ? "the ordering" : "the factor");
+    say_lack(job == kAnalyse ? "the ordering" : job == kFactor ? "the factor" : "a solution");
   else
     problem_ = join_text("MUMPS stopped with ", fault, ", ", instance_->info(2));
   return false;

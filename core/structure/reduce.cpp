@@ -29,7 +29,7 @@ Structure reduce(const Structure& structure, const std::vector<int>& modes) {
   few.constraint_shapes = structure.constraint_shapes;
   few.prestress = structure.prestress;
   few.omega = structure.omega(modes);
-  few.structural_ratio = structure.structural_ratio(modes);
+  if (structure.structural_ratio.size() > 0) few.structural_ratio = structure.structural_ratio(modes);
   few.shapes = columns(structure.shapes, modes);
   few.damping_rows = columns(structure.damping_rows, modes);
   for (const auto& [point, rotation] : structure.local_rotations)

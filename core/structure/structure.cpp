@@ -233,7 +233,7 @@ void find_lowest_modes(const Scene& scene, const LinkFactor& factor, const Setup
 }
 
 // the modes that a scene asks for of all of them, equal frequencies whole
-Structure keep_asked(const Scene& scene, const LinkFactor& factor, Structure structure) {
+Structure keep_asked(const Scene& scene, Structure structure) {
   const Eigen::Index n = structure.omega.size();
   const double below = 2.0 * std::numbers::pi * scene.modes.below;
   Eigen::Index count = n;
@@ -248,7 +248,6 @@ Structure keep_asked(const Scene& scene, const LinkFactor& factor, Structure str
   const double next = structure.omega[count];
   structure = reduce(structure, kept);
   structure.kept = {true, next / (2.0 * std::numbers::pi)};
-  structure.prestress = find_prestress(scene, factor, structure);  // of pairs of the modes that there are
   return structure;
 }
 
@@ -288,11 +287,11 @@ std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Fau
   else
     find_all_modes(scene, factor, structure, faults);
   if (has_error(faults)) return std::nullopt;
+  if (!is_sparse && scene.modes.is_asked()) structure = keep_asked(scene, std::move(structure));
   warn_of_mechanisms(scene, structure.mechanisms, faults);
   if (!say("forces of links", 0.0)) return std::nullopt;
   fill_rest(scene, factor, structure, faults);
   if (has_error(faults)) return std::nullopt;
-  if (!is_sparse && scene.modes.is_asked()) return keep_asked(scene, factor, std::move(structure));
   return structure;
 }
 

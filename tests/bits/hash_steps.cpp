@@ -61,11 +61,22 @@ class Commands {
       each.force = vector(1.0);
       each.torque = vector(0.1);
     }
+    add_torques(command);
     return command;
   }
   unsigned below(unsigned limit) { return static_cast<unsigned>(engine_() % limit); }
 
  private:
+  // on bodies and wheels, where the plan has wheels
+  void add_torques(ForceCommand& command) {
+    const auto num_wheels = static_cast<unsigned>(plan_.wheels.all.size());
+    if (num_wheels == 0) return;
+    const auto num_turning = static_cast<unsigned>(plan_.particles.turning.size());
+    command.num_torques = static_cast<std::int32_t>(below(2));
+    command.torques[0] = {plan_.particles.turning[below(num_turning)], 0, vector(0.1)};
+    command.num_wheels = static_cast<std::int32_t>(below(2));
+    command.wheels[0] = {static_cast<std::int32_t>(below(num_wheels)), 0, vector(0.01)[0]};
+  }
   Vec3 vector(double size) {
     Vec3 v{};
     for (double& x : v) x = size * (static_cast<double>(engine_() >> 11) * 0x1p-52 - 1.0);
@@ -87,6 +98,8 @@ void add_motion(const State& s, Hash& hash) {
     hash.add(*a);
   hash.add(s.coupled.w_B);
   hash.add(s.coupled.moment_B);
+  hash.add(s.wheel_momentum);
+  hash.add(s.wheel_momentum_low);
 }
 
 void add_budget(const BudgetReading& reading, Hash& hash) {
@@ -98,6 +111,12 @@ void add_readout(const Plan& plan, const State& state, Hash& hash) {
   for (int i = 0; i < static_cast<int>(plan.points.size()); ++i) {
     const PointState p = read_point(plan, state, i);
     for (const Vec3* v : {&p.p_W, &p.v_W, &p.a_W, &p.V_B}) hash.add(*v);
+  }
+  for (const std::int32_t body :
+       plan.wheels.all.empty() ? std::vector<std::int32_t>{} : plan.particles.turning) {
+    const BodyState b = read_body(plan, state, body);
+    hash.add(b.q_WP);
+    hash.add(b.w_P);
   }
   for (int k = 0; k < static_cast<int>(plan.groups.size()); ++k) {
     const GroupPose g = read_group(plan, state, k);
