@@ -1,5 +1,7 @@
 #include "core/structure/lowest_modes.hpp"
 
+#include <Eigen/QR>
+#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -260,10 +262,7 @@ bool LowestModes::run_lanczos(Eigen::Index below, Eigen::Index most) {
   return true;
 }
 
-// X175: frequencies by the factor. What a vector has of the stiffest motions, 1e-16 of it by rounding and
-// more where solutions are not refined, counts by the square of the highest frequency over its own: where
-// that could be seen the inverse takes it away, and leaves columns orthonormal to the square of their
-// residuals.
+// frequencies by the factor   (X175)
 void LowestModes::take(Eigen::MatrixXd vectors) {
   const Eigen::Index before = found_omega_.size(), added = vectors.cols();
   found_omega_.conservativeResize(before + added);
@@ -272,19 +271,30 @@ void LowestModes::take(Eigen::MatrixXd vectors) {
     found_omega_[before + k] = frequency(vectors.col(k));
     if (kRough * found_omega_[before + k] < std::sqrt(stiffest_)) rough.push_back(k);
   }
-  for (std::size_t begin = 0; begin < rough.size(); begin += kBlock) {
-    const std::vector<Eigen::Index> block(
-        rough.begin() + static_cast<std::ptrdiff_t>(begin),
-        rough.begin() + static_cast<std::ptrdiff_t>(std::min(begin + kBlock, rough.size())));
-    const Eigen::MatrixXd image = inverse_->apply(op_.weigh(vectors(Eigen::all, block)));
-    for (Eigen::Index k = 0; k < image.cols(); ++k) {
-      const Eigen::Index at = block[static_cast<std::size_t>(k)];
-      const Eigen::VectorXd weighed = op_.weigh(image.col(k));
-      vectors.col(at) = image.col(k) / std::sqrt(image.col(k).dot(weighed));
-      found_omega_[before + at] = frequency(vectors.col(at));
-    }
+  if (!rough.empty()) {
+    vectors(Eigen::all, rough) = smoothed(vectors(Eigen::all, rough));
+    for (const Eigen::Index k : rough) found_omega_[before + k] = frequency(vectors.col(k));
   }
   op_.known.append(vectors);
+}
+
+// X175. What a vector has of the stiffest motions, by rounding or since solutions are not refined, counts by
+// the square of the highest frequency over its own: the inverse takes it away, and leaves columns orthonormal
+// to the square of their residuals. Modes far below the shift are all one to it: the factor tells them apart.
+Eigen::MatrixXd LowestModes::smoothed(const Eigen::MatrixXd& vectors) {
+  Eigen::MatrixXd smooth = vectors;
+  for (Eigen::Index begin = 0; begin < vectors.cols(); begin += kBlock) {
+    const Eigen::Index size = std::min<Eigen::Index>(kBlock, vectors.cols() - begin);
+    const Eigen::MatrixXd image = inverse_->apply(op_.weigh(vectors.middleCols(begin, size)));
+    if (image.cols() == 0) return vectors;
+    const Eigen::MatrixXd weighed = op_.weigh(image);
+    smooth.middleCols(begin, size) =
+        image * image.cwiseProduct(weighed).colwise().sum().cwiseSqrt().cwiseInverse().asDiagonal();
+  }
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(exact_product(system_.rows, smooth));
+  const Eigen::MatrixXd R = qr.matrixQR().topRows(smooth.cols()).triangularView<Eigen::Upper>();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
+  return smooth * svd.matrixV().rowwise().reverse();
 }
 
 double LowestModes::frequency(const Eigen::MatrixXd& x) const {

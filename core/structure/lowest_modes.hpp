@@ -48,6 +48,7 @@ class LowestModes {
   std::optional<int> move_up(double spacing);
   bool run_lanczos(Eigen::Index below, Eigen::Index most);
   void take(Eigen::MatrixXd vectors);
+  Eigen::MatrixXd smoothed(const Eigen::MatrixXd& vectors);
   double frequency(const Eigen::MatrixXd& x) const;
   void sort();
   bool cut();

@@ -13,6 +13,7 @@
 #include <string>
 
 #include "core/structure/structure.hpp"
+#include "tests/support/large_scenes.hpp"
 #include "tests/support/structures.hpp"
 #ifdef FREEFLEX_MODAL_RIVALS
 #include "tests/bench/modal_rivals.hpp"
@@ -27,39 +28,6 @@ double peak_MB() {
   for (std::string line; std::getline(status, line);)
     if (line.rfind("VmHWM:", 0) == 0) return std::strtod(line.c_str() + 6, nullptr) / 1024.0;
   return 0.0;
-}
-
-// side x side x 2 points a metre apart, each joined to its neighbours and diagonals
-Scene plate(int side) {
-  Scene scene;
-  const auto point = [&](int i, int j, int k) { return (i * side + j) * 2 + k; };
-  for (int i = 0; i < side; ++i)
-    for (int j = 0; j < side; ++j)
-      for (int k = 0; k < 2; ++k) {
-        PointMass each;
-        each.mass = 1.0;
-        each.position = {1.0 * i, 1.0 * j, 1.0 * k};
-        scene.points.push_back(each);
-      }
-  const auto join = [&](int a, int b) {
-    Link link;
-    link.points = {a, b};
-    link.kind = Spring{1e5};
-    scene.links.push_back(link);
-  };
-  for (int i = 0; i < side; ++i)
-    for (int j = 0; j < side; ++j) {
-      join(point(i, j, 0), point(i, j, 1));
-      for (int k = 0; k < 2; ++k) {
-        if (i + 1 < side)
-          join(point(i, j, k), point(i + 1, j, k)), join(point(i, j, k), point(i + 1, j, 1 - k));
-        if (j + 1 < side)
-          join(point(i, j, k), point(i, j + 1, k)), join(point(i, j, k), point(i, j + 1, 1 - k));
-        if (i + 1 < side && j + 1 < side)
-          join(point(i, j, k), point(i + 1, j + 1, k)), join(point(i + 1, j, k), point(i, j + 1, k));
-      }
-    }
-  return scene;
 }
 
 // largest relative difference of frequencies, and modes that one has and the other has not
@@ -114,7 +82,8 @@ bool run(const std::string& name, Scene scene, int count) {
 
 Scene make(const std::string& name, long points) {
   if (name == "mast") return testing::square_truss(static_cast<int>(points / 4));
-  return plate(static_cast<int>(std::lround(std::sqrt(static_cast<double>(points) / 2.0))));
+  return testing::two_layer_plate(
+      static_cast<int>(std::lround(std::sqrt(static_cast<double>(points) / 2.0))));
 }
 
 }  // namespace

@@ -227,6 +227,21 @@ TEST(SparseModes, BelowAFrequencyAreThoseOfTheDensePath) {
   }
 }
 
+// all modes are found, and the word judges more of them than are kept
+TEST(SparseModes, OfFewPointsMakeAPlan) {
+  for (const int count : {1, 12, 40}) {
+    Scene scene = square_truss(10);
+    scene.modes.count = count;
+    Faults faults;
+    const auto structure = build_structure(scene, faults);
+    ASSERT_TRUE(structure) << text_of(faults);
+    const auto plan = make_plan(scene, *structure, faults);
+    ASSERT_TRUE(plan) << text_of(faults);
+    EXPECT_GE(plan->num_elastic, count);
+    EXPECT_EQ(plan->num_elastic, structure->omega.size());
+  }
+}
+
 TEST(SparseModes, EndWhenToldTo) {
   SetupProgress progress;
   progress.say = [](const std::string&, double) { return false; };

@@ -1,0 +1,91 @@
+// How the set-up of a large scene ends before its time: signals, memory that runs out, a full disk.
+#include <gtest/gtest.h>
+
+#include <filesystem>
+
+#include "tests/support/large_scenes.hpp"
+#include "tests/tools/shell.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+constexpr const char* kFiles = "links.csv\npoints.csv\nscene.yaml\n";
+
+// address space of a sanitizer's program is no measure of what it takes
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kIsLimitable = false;
+#else
+constexpr bool kIsLimitable = true;
+#endif
+
+class LargeSetup : public ::testing::Test {
+ protected:
+  void make(int side, int count = 60) { write_two_layer_plate(folder_.path(), side, count); }
+  std::string left() const { return run("ls " + folder_.path()).out; }
+  Outcome compile_within(int kilobytes) const {
+    return run("ulimit -v " + std::to_string(kilobytes) + "; cd " + folder_.path() + "; timeout 60 " +
+               kFreeflex + " compile scene.yaml -o a.plan");
+  }
+  TemporaryFolder folder_;
+};
+
+// 20,000 points: the factor alone takes seconds
+TEST_F(LargeSetup, EndsWithinASecondOfASignalOrTwo) {
+  make(100);
+  const std::string script = R"(cd $folder
+for c in "$cli plan" "$cli check" "$cli run --until 1 --out a.csv" "$cli compile -o a.plan" "$daemon"; do
+  $c scene.yaml & pids="$pids $!"
+done
+sleep 1.5
+begin=$(date +%s%N)
+kill -$signal $pids; eval "$again"
+for p in $pids; do wait $p; echo $?; done
+end=$(date +%s%N)
+[ $(((end - begin) / 1000000)) -lt 1000 ] && echo in time || echo $(((end - begin) / 1000000)) ms)";
+  const TemporaryFolder beside;
+  write_text(beside / "script", script);
+  for (const char* how : {"signal=INT again=", "signal=TERM again=", "signal=INT again='kill -INT $pids'"}) {
+    const Outcome outcome = run("folder=" + folder_.path() + " cli=" + kFreeflex + " daemon=" + kFreeflexd +
+                                "; " + how + "; . " + beside / "script");
+    EXPECT_EQ(outcome.out, "130\n130\n130\n130\n0\nin time\n") << how << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "freeflex: interrupted before there was a result\n")) << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "freeflexd: stopped by a signal before the first tick\n"))
+        << outcome.err;
+    EXPECT_EQ(left(), kFiles) << how;
+  }
+}
+
+// an OpenBLAS that finds no memory asks for ever: 180 MB hold the program, and not its buffer
+TEST_F(LargeSetup, SaysThatMemoryRanOutAndWhatToDo) {
+  if (!kIsLimitable) GTEST_SKIP() << "a sanitizer";
+  make(25);
+  for (const int megabytes : {85, 120, 180}) {
+    const Outcome outcome = compile_within(1000 * megabytes);
+    EXPECT_EQ(outcome.exit_code, 2) << megabytes << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "memory ran out")) << megabytes << outcome.err;
+    EXPECT_TRUE(contains(outcome.err, "or allow more memory (ulimit -v)")) << megabytes << outcome.err;
+    EXPECT_EQ(left(), kFiles) << megabytes;
+  }
+}
+
+TEST_F(LargeSetup, IsRefusedBeforehandWhereALimitLeavesLessThanItTakes) {
+  if (!kIsLimitable) GTEST_SKIP() << "a sanitizer";
+  make(60, 2000);
+  const Outcome outcome = compile_within(700000);
+  EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "MB that the machine has or a limit leaves (ulimit -v)")) << outcome.err;
+  EXPECT_TRUE(contains(outcome.err, "ask for fewer with modes: {count: N}")) << outcome.err;
+  EXPECT_EQ(left(), kFiles);
+}
+
+TEST_F(LargeSetup, OnAFullDiskLeavesNothing) {
+  const std::string mounted = "unshare -rm sh -c 'mount -t tmpfs -o size=8k none " + folder_.path() + " && ";
+  if (run(mounted + "true'").exit_code != 0) GTEST_SKIP() << "the kernel refuses a mount of its own";
+  const Outcome outcome = run(mounted + kFreeflex + " compile " + kScenes + "boom.yaml -o " +
+                              folder_ / "a.plan" + "; echo $?; ls " + folder_.path() + "'");
+  EXPECT_EQ(outcome.out, "1\n");
+  EXPECT_TRUE(contains(outcome.err, "a.plan': No space left on device")) << outcome.err;
+}
+
+}  // namespace
+}  // namespace freeflex::testing
