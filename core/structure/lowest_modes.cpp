@@ -1,7 +1,5 @@
 #include "core/structure/lowest_modes.hpp"
 
-#include <Eigen/QR>
-#include <Eigen/SVD>
 #include <algorithm>
 #include <cmath>
 #include <numbers>
@@ -10,6 +8,7 @@
 #include "core/limits.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
+#include "core/structure/decompositions.hpp"
 
 namespace freeflex {
 namespace {
@@ -291,7 +290,10 @@ Eigen::MatrixXd LowestModes::smoothed(const Eigen::MatrixXd& vectors) {
     smooth.middleCols(begin, size) =
         image * image.cwiseProduct(weighed).colwise().sum().cwiseSqrt().cwiseInverse().asDiagonal();
   }
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(exact_product(system_.rows, smooth));
+  Eigen::MatrixXd strains = exact_product(system_.rows, smooth);
+  if (strains.rows() < strains.cols())  // mechanisms strain nothing
+    strains.conservativeResizeLike(Eigen::MatrixXd::Zero(strains.cols(), strains.cols()));
+  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(strains);
   const Eigen::MatrixXd R = qr.matrixQR().topRows(smooth.cols()).triangularView<Eigen::Upper>();
   const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
   return smooth * svd.matrixV().rowwise().reverse();
