@@ -120,6 +120,18 @@ TEST_F(PlanFile, PlacesThatCannotBeWrittenAreNamed) {
   EXPECT_EQ(names(), (std::vector<std::string>{"scene.yaml", "taken"}));
 }
 
+TEST_F(PlanFile, OneThatIsEndedKeepsTheOldPlanAndLeavesNothing) {
+  folder_.write("boom.plan", "old");
+  for (const int most : {0, 1}) {  // before the first byte, and when all are written
+    int asked = 0;
+    const auto is_ended = [&] { return asked++ >= most; };
+    EXPECT_EQ(io::save_plan(plan_, "boom.plan", is_ended),
+              "cannot write 'boom.plan': interrupted; nothing was written");
+    EXPECT_EQ(bytes_of("boom.plan"), "old");
+    EXPECT_EQ(names(), (std::vector<std::string>{"boom.plan", "scene.yaml"}));
+  }
+}
+
 TEST_F(PlanFile, FullDiskKeepsTheOldPlanAndLeavesNothing) {
   folder_.write("boom.plan", "old");
   // a file may not grow beyond 100 bytes: the kernel refuses the rest as it does on a full disk

@@ -1,4 +1,4 @@
-// How the set-up of a large scene ends before its time: signals, memory that runs out, a full disk.
+// How the set-up of a large scene ends before its time: memory that runs out, a full disk.
 #include <gtest/gtest.h>
 
 #include <filesystem>
@@ -28,32 +28,6 @@ class LargeSetup : public ::testing::Test {
   }
   TemporaryFolder folder_;
 };
-
-// 20,000 points: the factor alone takes seconds
-TEST_F(LargeSetup, EndsWithinASecondOfASignalOrTwo) {
-  make(100);
-  const std::string script = R"(cd $folder
-for c in "$cli plan" "$cli check" "$cli run --until 1 --out a.csv" "$cli compile -o a.plan" "$daemon"; do
-  $c scene.yaml & pids="$pids $!"
-done
-sleep 1.5
-begin=$(date +%s%N)
-kill -$signal $pids; eval "$again"
-for p in $pids; do wait $p; echo $?; done
-end=$(date +%s%N)
-[ $(((end - begin) / 1000000)) -lt 1000 ] && echo in time || echo $(((end - begin) / 1000000)) ms)";
-  const TemporaryFolder beside;
-  write_text(beside / "script", script);
-  for (const char* how : {"signal=INT again=", "signal=TERM again=", "signal=INT again='kill -INT $pids'"}) {
-    const Outcome outcome = run("folder=" + folder_.path() + " cli=" + kFreeflex + " daemon=" + kFreeflexd +
-                                "; " + how + "; . " + beside / "script");
-    EXPECT_EQ(outcome.out, "130\n130\n130\n130\n0\nin time\n") << how << outcome.err;
-    EXPECT_TRUE(contains(outcome.err, "freeflex: interrupted before there was a result\n")) << outcome.err;
-    EXPECT_TRUE(contains(outcome.err, "freeflexd: stopped by a signal before the first tick\n"))
-        << outcome.err;
-    EXPECT_EQ(left(), kFiles) << how;
-  }
-}
 
 // an OpenBLAS that finds no memory asks for ever: 180 MB hold the program, and not its buffer
 TEST_F(LargeSetup, SaysThatMemoryRanOutAndWhatToDo) {
