@@ -138,8 +138,9 @@ bool LowestModes::choose_shift() {
     if (!factor_at(-shift)) return false;
     BlockLanczos trial(op_, system_.num_all(), kBlock, 17);
     for (int step = 0; step < 3 && trial.step(); ++step) continue;
+    if (trial.has_failed()) return fail("the structure cannot be solved: " + inverse_->problem());
     const RitzPairs few = trial.values(kConverged);
-    if (trial.has_failed() || few.theta.size() == 0) return fail("the structure cannot be solved");
+    if (few.theta.size() == 0) return fail("the structure cannot be solved");
     // the sixth lowest of them: mechanisms are seldom so many
     const Eigen::Index at = std::min<Eigen::Index>(5, few.theta.size() - 1);
     const double lowest = std::max(1.0 / few.theta[at] - shift, 0.0);
