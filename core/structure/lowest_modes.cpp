@@ -288,8 +288,8 @@ Eigen::MatrixXd LowestModes::smoothed(const Eigen::MatrixXd& vectors) {
     const Eigen::MatrixXd image = inverse_->apply(op_.weigh(vectors.middleCols(begin, size)));
     if (image.cols() == 0) return vectors;
     const Eigen::MatrixXd weighed = op_.weigh(image);
-    smooth.middleCols(begin, size) =
-        image * image.cwiseProduct(weighed).colwise().sum().cwiseSqrt().cwiseInverse().asDiagonal();
+    const Eigen::VectorXd lengths = image.cwiseProduct(weighed).colwise().sum().cwiseSqrt();
+    smooth.middleCols(begin, size) = image * lengths.cwiseInverse().asDiagonal();
   }
   Eigen::MatrixXd strains = exact_product(system_.rows, smooth);
   if (strains.rows() < strains.cols())  // mechanisms strain nothing
