@@ -174,8 +174,7 @@ TEST(KeptModes, OfASceneMoveAsThoseOfItsWholeStructure) {
   const std::optional<Plan> plan = make_plan(scene, build(scene), faults);
   ASSERT_TRUE(plan) << faults.front().message;
   ASSERT_EQ(plan->num_elastic, 4);
-  for (const PlanShadow& shadow : plan->budget.shadows)
-    EXPECT_EQ(shadow.plan.fidelity, Fidelity::kCoupled);
+  for (const PlanShadow& shadow : plan->budget.shadows) EXPECT_EQ(shadow.plan.fidelity, Fidelity::kCoupled);
   EXPECT_TRUE(std::any_of(faults.begin(), faults.end(), [](const Fault& fault) {
     return fault.message.find("the best rung for the lowest modes alone is coupled") != std::string::npos;
   }));
