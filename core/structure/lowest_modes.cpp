@@ -4,6 +4,7 @@
 #include <cmath>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "core/limits.hpp"
 #include "core/scene/bodies.hpp"
@@ -18,10 +19,28 @@ constexpr double kConverged = 1e-10;  // [-] of a Ritz value; frequencies have i
 constexpr int kBeyond = 6;      // modes found beyond those kept, so that a gap to count at is among them
 constexpr double kRough = 1e4;  // [-] of the highest frequency over one that is not rough
 constexpr int kMostRestarts = 4;
+constexpr int kMostRefinements = 3;
 constexpr int kHalfSlice = 72;        // modes below a shift that are not yet found
 constexpr double kNearLowest = 0.05;  // [-] of the shift: the sixth lowest of the modes is not below
 constexpr int kFirstLook = 120;       // [columns]
 constexpr int kFirstColumns = 300;    // of the first slice: further away a shift among the modes is cheaper
+constexpr int kSmoothed = 24;         // columns at once: a solution of many costs less of each
+constexpr Eigen::Index kRowsAtOnce = 4096;
+
+// R of the rows times some columns, Q R by Householder, some rows at a time under what is there
+Eigen::MatrixXd triangle_of(const SparseRows& rows, const Eigen::MatrixXd& columns,
+                            const std::vector<Eigen::Index>& some) {
+  const auto size = static_cast<Eigen::Index>(some.size());
+  Eigen::MatrixXd triangle = Eigen::MatrixXd::Zero(size, size);  // mechanisms strain nothing
+  for (Eigen::Index row = 0; row < rows.rows(); row += kRowsAtOnce) {
+    const Eigen::Index height = std::min(kRowsAtOnce, rows.rows() - row);
+    Eigen::MatrixXd stack(size + height, size);
+    stack << triangle, exact_product(rows, row, height, columns, some);
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(std::move(stack));
+    triangle = qr.matrixQR().topRows(size).triangularView<Eigen::Upper>();
+  }
+  return triangle;
+}
 
 }  // namespace
 
@@ -94,28 +113,28 @@ double LowestModes::num_particles() const {
   return number;
 }
 
-// X171: assembled while that is positive definite and one refinement away from right, then augmented
+// X171: assembled where what rounds its entries is small beside the shift, else augmented
 bool LowestModes::factor_at(double sigma) {
-  constexpr double kGoodEnough = 1e-9;  // [-] so that gaps of kTogether are wide for a count, too
+  constexpr double kGoodEnough = 1e-7;  // [-] of the shift; a tenth of half a gap of kTogether, for counts
   constexpr double kExact =
       5e-12;  // [-] what it leaves of frequencies is its square over gaps of Ritz values
+  const double size = std::abs(sigma);
+  const bool is_assembled = rounding_ <= kGoodEnough * size;
+  std::vector<int>& order = is_assembled ? assembled_order_ : augmented_order_;
   inverse_.reset();
-  inverse_ = std::make_unique<ShiftedInverse>(system_, -sigma, form_, order_);
-  if (order_.empty()) order_ = inverse_->order();
+  inverse_ = std::make_unique<ShiftedInverse>(
+      system_, -sigma, is_assembled ? SystemForm::kAssembled : SystemForm::kAugmented, order);
+  if (order.empty()) order = inverse_->order();
   factor_MB_ = inverse_->expected_MB();
   if (!say(join_text("factoring the structure, some ", std::ceil(factor_MB_), " MB"), 0.0) || !fits(0))
     return false;
   const bool is_factored = inverse_->factor();
-  if (form_ == SystemForm::kAssembled && sigma < 0.0) {
-    const double change =
-        is_factored && inverse_->num_below() == 0 ? inverse_->first_change() : 2.0 * kGoodEnough;
-    is_exact_ = change <= kExact;
-    if (change > kGoodEnough) {
-      form_ = SystemForm::kAugmented;
-      order_.clear();
-      return factor_at(sigma);
-    }
+  if (is_assembled && sigma < 0.0) {
+    const bool is_definite = is_factored && inverse_->num_below() == 0;
+    rounding_ = std::max(rounding_, size * (is_definite ? inverse_->first_change() : 1.0));
+    if (rounding_ > kGoodEnough * size) return factor_at(sigma);
   }
+  refinements_ = is_assembled && rounding_ <= kExact * size ? 0 : kMostRefinements;
   return is_factored || fail("the structure cannot be factored: " + inverse_->problem());
 }
 
@@ -133,9 +152,9 @@ bool LowestModes::choose_shift() {
   if (!(shift > 0.0) || !std::isfinite(shift)) return fail("the frequencies are not finite");
   stiffest_ = shift;
   shift *= 1e-4;
-  refinements_ = 0;
   for (int k = 0; k < kMostTries; ++k) {
     if (!factor_at(-shift)) return false;
+    const int refinements = std::exchange(refinements_, 0);
     BlockLanczos trial(op_, system_.num_all(), kBlock, 17);
     for (int step = 0; step < 3 && trial.step(); ++step) continue;
     if (trial.has_failed()) return fail("the structure cannot be solved: " + inverse_->problem());
@@ -146,7 +165,7 @@ bool LowestModes::choose_shift() {
     const double lowest = std::max(1.0 / few.theta[at] - shift, 0.0);
     lowest_sigma_ = -shift;
     if (lowest >= kNearLowest * shift) {
-      refinements_ = is_exact_ ? 0 : 3;
+      refinements_ = refinements;
       return true;
     }
     if (k + 1 == kMostTries || lowest <= 0.0) return too_loose();
@@ -230,6 +249,11 @@ std::optional<int> LowestModes::move_up(double spacing) {
 // Until those below the shift are found, and some above, but no more than `most`; of the first slice what a
 // number of columns gives.
 bool LowestModes::run_lanczos(Eigen::Index below, Eigen::Index most) {
+  std::optional<Eigen::MatrixXd> vectors = find_vectors(below, most);
+  return vectors && take(std::move(*vectors));
+}
+
+std::optional<Eigen::MatrixXd> LowestModes::find_vectors(Eigen::Index below, Eigen::Index most) {
   BlockLanczos lanczos(op_, system_.num_all(), kBlock, 1 + static_cast<unsigned>(op_.known.size()));
   const bool is_first = inverse_->shift() > 0.0;
   const Eigen::Index target = count_ + kBeyond, before = num_found();
@@ -249,21 +273,23 @@ bool LowestModes::run_lanczos(Eigen::Index below, Eigen::Index most) {
     const Eigen::Index so_far = std::min(target, before + ritz.num_converged);
     const double share = static_cast<double>(std::max<Eigen::Index>(so_far, 1)) / static_cast<double>(target);
     look = lanczos.num_columns() + 2 * kBlock;
-    if (!fits(look)) return false;
+    if (!fits(look)) return std::nullopt;
     if (!say(join_text("finding modes: ", so_far, " of ", target, ", some ", std::ceil(wanted_MB_), " MB"),
              share))
-      return false;
+      return std::nullopt;
   }
-  if (lanczos.has_failed()) return fail("the structure cannot be solved: " + inverse_->problem());
+  if (lanczos.has_failed()) {
+    fail("the structure cannot be solved: " + inverse_->problem());
+    return std::nullopt;
+  }
   ritz = lanczos.values(kConverged);
   is_complete_ = lanczos.is_complete();
   ritz = lanczos.pairs(kConverged, is_complete_ ? ritz.theta.size() : ritz.num_converged);
-  take(std::move(ritz.vectors));
-  return true;
+  return std::move(ritz.vectors);
 }
 
 // frequencies by the factor   (X175)
-void LowestModes::take(Eigen::MatrixXd vectors) {
+bool LowestModes::take(Eigen::MatrixXd vectors) {
   const Eigen::Index before = found_omega_.size(), added = vectors.cols();
   found_omega_.conservativeResize(before + added);
   std::vector<Eigen::Index> rough;
@@ -272,32 +298,34 @@ void LowestModes::take(Eigen::MatrixXd vectors) {
     if (kRough * found_omega_[before + k] < std::sqrt(stiffest_)) rough.push_back(k);
   }
   if (!rough.empty()) {
-    vectors(Eigen::all, rough) = smoothed(vectors(Eigen::all, rough));
+    if (!smooth(vectors, rough)) return false;
     for (const Eigen::Index k : rough) found_omega_[before + k] = frequency(vectors.col(k));
   }
   op_.known.append(vectors);
+  return true;
 }
 
 // X175. What a vector has of the stiffest motions, by rounding or since solutions are not refined, counts by
 // the square of the highest frequency over its own: the inverse takes it away, and leaves columns orthonormal
 // to the square of their residuals. Modes far below the shift are all one to it: the factor tells them apart.
-Eigen::MatrixXd LowestModes::smoothed(const Eigen::MatrixXd& vectors) {
-  Eigen::MatrixXd smooth = vectors;
-  for (Eigen::Index begin = 0; begin < vectors.cols(); begin += kBlock) {
-    const Eigen::Index size = std::min<Eigen::Index>(kBlock, vectors.cols() - begin);
-    const Eigen::MatrixXd image = inverse_->apply(op_.weigh(vectors.middleCols(begin, size)));
-    if (image.cols() == 0) return vectors;
+bool LowestModes::smooth(Eigen::MatrixXd& vectors, const std::vector<Eigen::Index>& rough) {
+  const auto count = static_cast<Eigen::Index>(rough.size());
+  for (Eigen::Index begin = 0; begin < count; begin += kSmoothed) {
+    const std::vector<Eigen::Index> some(rough.begin() + begin,
+                                         rough.begin() + std::min<Eigen::Index>(begin + kSmoothed, count));
+    const Eigen::MatrixXd image = inverse_->apply(op_.weigh(vectors(Eigen::all, some)));
+    if (image.cols() == 0) return fail("the structure cannot be solved: " + inverse_->problem());
     const Eigen::MatrixXd weighed = op_.weigh(image);
     const Eigen::VectorXd lengths = image.cwiseProduct(weighed).colwise().sum().cwiseSqrt();
-    smooth.middleCols(begin, size) = image * lengths.cwiseInverse().asDiagonal();
+    vectors(Eigen::all, some) = image * lengths.cwiseInverse().asDiagonal();
   }
-  Eigen::MatrixXd strains = exact_product(system_.rows, smooth);
-  if (strains.rows() < strains.cols())  // mechanisms strain nothing
-    strains.conservativeResizeLike(Eigen::MatrixXd::Zero(strains.cols(), strains.cols()));
-  const Eigen::HouseholderQR<Eigen::MatrixXd> qr(strains);
-  const Eigen::MatrixXd R = qr.matrixQR().topRows(smooth.cols()).triangularView<Eigen::Upper>();
-  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(R, Eigen::ComputeFullV);
-  return smooth * svd.matrixV().rowwise().reverse();
+  const Eigen::JacobiSVD<Eigen::MatrixXd> svd(triangle_of(system_.rows, vectors, rough), Eigen::ComputeFullV);
+  const Eigen::MatrixXd turn = svd.matrixV().rowwise().reverse();
+  for (Eigen::Index row = 0; row < vectors.rows(); row += kRowsAtOnce) {
+    const auto rows = Eigen::seqN(row, std::min(kRowsAtOnce, vectors.rows() - row));
+    vectors(rows, rough) = (vectors(rows, rough).eval() * turn).eval();
+  }
+  return true;
 }
 
 double LowestModes::frequency(const Eigen::MatrixXd& x) const {

@@ -47,8 +47,9 @@ class LowestModes {
   bool find_slices();
   std::optional<int> move_up(double spacing);
   bool run_lanczos(Eigen::Index below, Eigen::Index most);
-  void take(Eigen::MatrixXd vectors);
-  Eigen::MatrixXd smoothed(const Eigen::MatrixXd& vectors);
+  std::optional<Eigen::MatrixXd> find_vectors(Eigen::Index below, Eigen::Index most);
+  bool take(Eigen::MatrixXd vectors);
+  bool smooth(Eigen::MatrixXd& vectors, const std::vector<Eigen::Index>& rough);
   double frequency(const Eigen::MatrixXd& x) const;
   void sort();
   bool cut();
@@ -61,12 +62,12 @@ class LowestModes {
   Faults& faults_;
   MassSymmetric op_;  // known: rigid motions, then the modes found
   std::unique_ptr<ShiftedInverse> inverse_;
-  SystemForm form_ = SystemForm::kAssembled;
-  std::vector<int> order_;                                         // of the factor in this form, found once
-  double lowest_sigma_ = 0.0, factor_MB_ = 0.0, wanted_MB_ = 0.0;  // [rad^2/s^2]
-  bool is_exact_ = false;                                          // one solution is as good as refined
-  double stiffest_ = 0.0;                                          // [rad^2/s^2] about the highest
-  int refinements_ = 3;
+  std::vector<int> assembled_order_, augmented_order_;  // of factors, found once
+  double rounding_ = 0.0;      // [rad^2/s^2] of squares of frequencies, by entries of an assembled K
+  double lowest_sigma_ = 0.0;  // [rad^2/s^2]
+  double factor_MB_ = 0.0, wanted_MB_ = 0.0;
+  double stiffest_ = 0.0;             // [rad^2/s^2] about the highest
+  int refinements_ = 0;               // at most, of a solution
   int count_ = 0;                     // modes wanted, before pairs are kept whole
   bool is_complete_ = false;          // there are no more
   Eigen::VectorXd found_omega_;       // of the modes in the order in which they were found

@@ -99,6 +99,7 @@ Mumps::Mumps(SymmetricEntries entries, const std::vector<int>& order)
     instance_->control(7) = 1;
     id.perm_in = given_order_.data();
   }
+  if (solver_library().reset_random != nullptr) solver_library().reset_random();
   // SCOTCH does not survive a lack of memory
   const std::size_t ordering = given_order_.empty() ? kOrdering * entries_.values.size() : 0;
   if (has_room(ordering))

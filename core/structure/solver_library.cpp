@@ -27,6 +27,8 @@ SolverLibrary load() {
   library.mumps = reinterpret_cast<decltype(library.mumps)>(dlsym(handle, "dmumps_c"));
   library.dgemm = reinterpret_cast<decltype(library.dgemm)>(dlsym(handle, "dgemm_"));
   library.dtrsm = reinterpret_cast<decltype(library.dtrsm)>(dlsym(handle, "dtrsm_"));
+  library.reset_random =
+      reinterpret_cast<decltype(library.reset_random)>(dlsym(handle, "SCOTCH_randomReset"));
   if (library.mumps == nullptr || library.dgemm == nullptr || library.dtrsm == nullptr)
     library.problem = FREEFLEX_MUMPS_FILE " has no dmumps_c or no BLAS: install MUMPS again";
   return library;

@@ -13,7 +13,8 @@ struct SolverLibrary {
                 const int*, const double*, const int*, const double*, double*, const int*) = nullptr;
   void (*dtrsm)(const char*, const char*, const char*, const char*, const int*, const int*, const double*,
                 const double*, const int*, double*, const int*) = nullptr;
-  std::string problem;  // why there is none; empty: it is there
+  void (*reset_random)() = nullptr;  // of SCOTCH, whose orders otherwise go by what it has ordered before
+  std::string problem;               // why there is none; empty: it is there
 };
 
 /// The same at each call. So that the same scene has the same bits each time, and on every processor with

@@ -4,6 +4,7 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 #include <random>
 
 #include "core/rounding.hpp"
@@ -286,18 +287,20 @@ double ShiftedInverse::relative(const Eigen::MatrixXd& change, const Eigen::Matr
 }
 
 Eigen::MatrixXd ShiftedInverse::apply(const Eigen::MatrixXd& mass_times_x, int most_refinements) {
-  // [-] of a solution: what one more step changes is its square
-  constexpr double kSolved = 1e-9;
+  constexpr double kSolved = 1e-12;  // [-] of a solution
   const Eigen::Index n = system_.num_all();
   Eigen::MatrixXd sides = Eigen::MatrixXd::Zero(first_ + n + system_.constraints.rows(), mass_times_x.cols());
   sides.middleRows(first_, n) = mass_times_x;
   Eigen::MatrixXd solution = sides;
   if (!factor_.solve(solution)) return {};
+  double last = 1.0;
   for (int step = 0; step < most_refinements; ++step) {
     Eigen::MatrixXd change = residual(sides, solution);
     if (!factor_.solve(change)) return {};
     solution += change;
-    if (relative(change, solution) <= kSolved) break;
+    const double now = relative(change, solution);
+    if (now * now <= kSolved * last) break;  // corrections fall by one ratio: the next is now * now / last
+    last = now;
   }
   return solution.middleRows(first_, n);
 }
@@ -318,10 +321,19 @@ double ShiftedInverse::first_change() {
 }
 
 Eigen::MatrixXd exact_product(const SparseRows& rows, const Eigen::MatrixXd& columns) {
-  Eigen::MatrixXd product(rows.rows(), columns.cols());
-  for (Eigen::Index k = 0; k < columns.cols(); ++k)
-    for (Eigen::Index i = 0; i < rows.rows(); ++i)
-      product(i, k) = static_cast<double>(dot(rows, i, columns.col(k).data(), 0.0L, 1.0));
+  std::vector<Eigen::Index> all(static_cast<std::size_t>(columns.cols()));
+  std::iota(all.begin(), all.end(), Eigen::Index{0});
+  return exact_product(rows, 0, rows.rows(), columns, all);
+}
+
+Eigen::MatrixXd exact_product(const SparseRows& rows, Eigen::Index begin, Eigen::Index count,
+                              const Eigen::MatrixXd& columns, const std::vector<Eigen::Index>& some) {
+  Eigen::MatrixXd product(count, static_cast<Eigen::Index>(some.size()));
+  for (Eigen::Index k = 0; k < product.cols(); ++k) {
+    const double* const column = columns.col(some[static_cast<std::size_t>(k)]).data();
+    for (Eigen::Index i = 0; i < count; ++i)
+      product(i, k) = static_cast<double>(dot(rows, begin + i, column, 0.0L, 1.0));
+  }
   return product;
 }
 

@@ -51,8 +51,8 @@ class ShiftedInverse {
   bool factor();
   /// Modes below the root of -shift, rigid motions among them   (THEORY X174).
   int num_below() const { return factor_.num_negative() - num_negative_rows(system_, form_); }
-  /// A column each, refined by residuals of the rows A until the correction is below kSolved [-], at most so
-  /// many times.
+  /// A column each, refined by residuals of the rows A until the next correction would be below kSolved [-],
+  /// at most so many times.
   Eigen::MatrixXd apply(const Eigen::MatrixXd& mass_times_x, int most_refinements = 3);
   /// [-] of the solution: what one refinement changes of random columns.
   double first_change();
@@ -79,5 +79,8 @@ void subtract(const Eigen::MatrixXd& x, Eigen::Index count, const Eigen::MatrixX
 
 /// Rows times columns, each sum in long double and rounded once.
 Eigen::MatrixXd exact_product(const SparseRows& rows, const Eigen::MatrixXd& columns);
+/// `count` rows from `begin` on, times some of the columns.
+Eigen::MatrixXd exact_product(const SparseRows& rows, Eigen::Index begin, Eigen::Index count,
+                              const Eigen::MatrixXd& columns, const std::vector<Eigen::Index>& some);
 
 }  // namespace freeflex
