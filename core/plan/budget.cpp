@@ -10,13 +10,16 @@
 namespace freeflex {
 
 bool carries(Fidelity rung, const Scene& scene, const Structure& structure) {
+  if (traits_of(rung).couples && std::ranges::any_of(scene.links, has_mass_matrix)) return false;
   return !traits_of(rung).has_true_geometry ||
          (structure.num_constraints == 0 && are_point_masses(scene) && !structure.kept.is_part);
 }
 
 Fidelity best_rung_beside(Fidelity rung, const Scene& scene, const Structure& structure) {
   if (traits_of(rung).has_true_geometry) return rung;
-  return carries(Fidelity::kExactBars, scene, structure) ? Fidelity::kExactBars : Fidelity::kCoupled;
+  for (const Fidelity best : {Fidelity::kExactBars, Fidelity::kCoupled})
+    if (carries(best, scene, structure)) return best;
+  return Fidelity::kSpinLoaded;
 }
 
 void warn_of_best_rung(const Scene& scene, const Structure& structure, const char* judge,
@@ -24,11 +27,17 @@ void warn_of_best_rung(const Scene& scene, const Structure& structure, const cha
   if (carries(Fidelity::kExactBars, scene, structure)) return;
   add_warning(faults, origin,
               join_text(judge, ": the best rung for ",
-                        structure.num_constraints > 0 ? "rigid links"
-                        : !are_point_masses(scene)    ? "bodies and massless points"
-                                                      : "the lowest modes alone",
-                        " is coupled, and errors are counted against it; the second order of the links' "
-                        "geometry is not in them: see the word on the motion"));
+                        !carries(Fidelity::kCoupled, scene, structure) ? "mass matrices"
+                        : structure.num_constraints > 0                ? "rigid links"
+                        : !are_point_masses(scene)                     ? "bodies and massless points"
+                                                                       : "the lowest modes alone",
+                        " is ", name_of(best_rung_beside(Fidelity::kRigid, scene, structure)),
+                        ", and errors are counted against it; ",
+                        carries(Fidelity::kCoupled, scene, structure)
+                            ? "the second order of the links' geometry is not in them"
+                            : "what deformation does to the body and the second order of the links' "
+                              "geometry are not in them",
+                        ": see the word on the motion"));
 }
 
 std::span<const double> frequencies_of(const Structure& structure) {

@@ -252,9 +252,6 @@ std::vector<std::int32_t> without_repeats(const std::vector<int>& indices) {
 // true bars stand between points at their true places, which a body's turn takes to first order only
 void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
   if (!traits_of(rung).couples) return;
-  const auto has_mass_matrix = [](const Link& link) {
-    return std::holds_alternative<MatrixLink>(link.kind) && has_mass(link);
-  };
   for (std::size_t i = 0; i < scene.links.size(); ++i)
     if (has_mass_matrix(scene.links[i]))
       add_error(
@@ -262,11 +259,11 @@ void refuse_bodies(const Scene& scene, Fidelity rung, Faults& faults) {
           join_text("link ", called(scene.links[i], static_cast<int>(i)),
                     " has a mass matrix, which fidelity ", name_of(rung),
                     " does not take, for it does not say how the inside moves; use spin-loaded or below"));
+  if (!traits_of(rung).has_true_geometry) return;
   if (!scene.wheels.empty())
     add_error(faults, scene.wheels.front().origin,
               join_text("wheel ", quoted(scene.wheels.front().name, 0), ": fidelity ", name_of(rung),
-                        " does not take wheels; use spin-loaded or below"));
-  if (!traits_of(rung).has_true_geometry) return;
+                        " does not take wheels; use coupled or below"));
   for (std::size_t i = 0; i < scene.points.size(); ++i) {
     const PointMass& point = scene.points[i];
     if (point.mass > 0.0 && !has_attitude(point)) continue;

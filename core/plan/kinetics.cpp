@@ -98,6 +98,22 @@ class Tables {
 
 }  // namespace
 
+namespace {
+
+void compile_offsets(const Scene& scene, const Structure& structure, Plan& plan) {
+  const Freedoms freedoms(scene);
+  for (std::size_t i = 0; i < scene.points.size(); ++i) {
+    const PointMass& point = scene.points[i];
+    if (point.mass == 0.0 || point.offset.isZero(0.0)) continue;
+    PlanOffset body{point.mass, to_array(point.offset), {}};
+    const int first = freedoms.rotation(static_cast<int>(i)) - freedoms.num_displacements();
+    for (int axis = 0; axis < 3; ++axis) append_row(plan, row_of(structure.turns, first + axis), body.rows);
+    plan.coupled.kinetics.offsets.push_back(std::move(body));
+  }
+}
+
+}  // namespace
+
 PlanKinetics::Form kinetic_form(const Scene& scene, const Plan& plan) {
   using Form = PlanKinetics::Form;
   if (!are_point_masses(scene)) return Form::kTables;
@@ -109,7 +125,9 @@ PlanKinetics::Form kinetic_form(const Scene& scene, const Plan& plan) {
 void compile_kinetics(const Scene& scene, const Structure& structure, const Eigen::MatrixXd& shapes,
                       PlanKinetics::Form form, Plan& plan) {
   plan.coupled.kinetics.form = form;
-  if (form == PlanKinetics::Form::kTables) Tables(scene, structure, shapes, plan);
+  if (form != PlanKinetics::Form::kTables) return;
+  Tables(scene, structure, shapes, plan);
+  compile_offsets(scene, structure, plan);
 }
 
 bool keeps_turns_about_line(const Structure& structure) {

@@ -11,6 +11,7 @@
 #include "core/plan/leave_out.hpp"
 #include "core/plan/motion.hpp"
 #include "core/plan/start.hpp"
+#include "core/scene/bodies.hpp"
 #include "core/scene/faults.hpp"
 
 namespace freeflex {
@@ -34,6 +35,30 @@ void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, F
                   join_text("load ", quoted(scene.loads[k].name, static_cast<int>(k)), " begins at ", begin,
                             " s, after the horizon of ", horizon, " s over which ", judge,
                             " judges, and counts for nothing there; take a longer horizon"));
+}
+
+// Says which loads act where nothing that has mass moves at once: what they bend there is in no mode (X162).
+void warn_of_massless_loads(const Scene& scene, Faults& faults) {
+  std::vector<bool> is_loose(scene.points.size());
+  for (std::size_t i = 0; i < scene.points.size(); ++i) is_loose[i] = scene.points[i].mass == 0.0;
+  for (const Link& link : scene.links)
+    if (std::holds_alternative<Rigid>(link.kind) || has_mass(link))
+      for (const int point : link.points) is_loose[static_cast<std::size_t>(point)] = false;
+  std::vector<int> points(scene.pushable);
+  for (const Load& load : scene.loads)
+    for (const PointLoad& each : load.forces) points.push_back(each.point);
+  std::erase_if(points, [&](int point) { return !is_loose[static_cast<std::size_t>(point)]; });
+  std::ranges::sort(points);
+  points.erase(std::unique(points.begin(), points.end()), points.end());
+  if (points.empty()) return;
+  constexpr int kNamed = 8;
+  add_warning(
+      faults, scene.points[static_cast<std::size_t>(points.front())].origin,
+      join_text(points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamed),
+                points.size() == 1 ? " has" : " have",
+                " no mass: what a load there bends of the links at it is not in its place, nor in the "
+                "forces of those links; the rest of the structure feels the load as it is. Give a mass "
+                "to the point, or mass to its links"));
 }
 
 // what needs every mode of a structure that has the lowest alone
@@ -121,6 +146,7 @@ std::optional<Plan> within_memory(const Scene& scene, const Structure& structure
 std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& structure, Faults& faults) {
   check_start(scene, structure, faults);
   check_kept(scene, structure, faults);
+  warn_of_massless_loads(scene, faults);
   if (scene.leave_out.tolerance > 0.0)
     warn_of_late_loads(scene, "leave_out: tolerance", scene.leave_out.horizon, faults);
   if (scene.automatic) warn_of_late_loads(scene, "fidelity: auto", scene.automatic->horizon, faults);

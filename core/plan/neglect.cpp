@@ -135,6 +135,43 @@ FarCoriolis far_coriolis(const Structure& whole, const Prestress& prestress, int
   return far;
 }
 
+// X198: stiffness of a pair per acceleration of the frame and per angular acceleration
+Products push_row(const std::vector<TurningBody>& bodies, int l, int u) {
+  Products row = Products::Zero();
+  for (const TurningBody& body : bodies) {
+    row.head<3>() += moved_centre(body, l, u);
+    const Eigen::Matrix3d G = second_order_of_pair(body, l, u);
+    row.tail<3>() += Eigen::RowVector3d(G(1, 2) - G(2, 1), G(2, 0) - G(0, 2), G(0, 1) - G(1, 0));
+  }
+  return row;
+}
+
+// X143 [m s^2]: what the spin may bend by masses that inner coordinates move, which are no points. Of each
+// mode they have sum m b.b less that of the particles, of the body their moment of inertia: Cauchy's
+// inequality.
+double inner_load(const Scene& scene, const Structure& whole, const std::vector<int>& modes) {
+  double moment = 0.0;
+  for (const Link& link : scene.links)
+    if (const auto* matrix = std::get_if<MatrixLink>(&link.kind);
+        matrix != nullptr && matrix->num_inner > 0) {
+      const PointMass body = rigid_body_of(scene, link);
+      moment += 0.5 * body.inertia.trace() + body.mass * body.offset.squaredNorm();
+    }
+  if (moment == 0.0) return 0.0;
+  const double mass = whole.mass_properties.mass;
+  const Eigen::MatrixXd& shapes = particle_shapes(whole);
+  double sum = 0.0;
+  for (const int mode : modes) {
+    const double square = whole.omega[mode] * whole.omega[mode];
+    if (square == 0.0) continue;
+    double inside = mass;
+    for (Eigen::Index i = 0; i < whole.particles.mass.size(); ++i)
+      inside -= whole.particles.mass[i] * shapes.block<3, 1>(3 * i, mode).squaredNorm();
+    sum += std::max(0.0, inside) * moment / (mass * mass * square * square);
+  }
+  return std::sqrt(sum);
+}
+
 template <typename Row>
 void append(const Row& row, Array& rows) {
   rows.insert(rows.end(), row.begin(), row.end());
@@ -208,6 +245,8 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   for (std::size_t k = 0; k < spec.modes.size(); ++k)
     place[static_cast<std::size_t>(spec.modes[k])] = static_cast<int>(k);
   const SpinRows spin(scene, whole, rung, rows);
+  const std::vector<TurningBody> bodies = turning_bodies(scene, whole);
+  neglect.bodies.inner_load = inner_load(scene, whole, spec.modes);
   int crossed = -1;
   Eigen::Matrix3Xd crosses;
   for (std::size_t k = 0; k < prestress.pairs.size(); ++k) {
@@ -238,6 +277,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
       append(far.reach, neglect.coriolis_reach);
     }
     append(products, neglect.spin_rows);
+    if (!bodies.empty() && !rung.couples) append(push_row(bodies, l, u), neglect.bodies.push_rows);
     append(Eigen::Vector3d(crosses.col(u)), neglect.coriolis_rows);
   }
   fill_shadow(prestress, rows, spec.modes, neglect);

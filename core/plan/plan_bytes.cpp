@@ -123,9 +123,14 @@ void fields(Archive& archive, T& t) {
   all_of<PlanTurn>(archive, t.first, t.count, t.centre, t.offset, t.rows);
 }
 
+template <typename Archive, Is<PlanOffset> T>
+void fields(Archive& archive, T& o) {
+  all_of<PlanOffset>(archive, o.mass, o.offset, o.rows);
+}
+
 template <typename Archive, Is<PlanKinetics> T>
 void fields(Archive& archive, T& k) {
-  all_of<PlanKinetics>(archive, k.form, k.moments, k.num_tables, k.tables, k.turns);
+  all_of<PlanKinetics>(archive, k.form, k.moments, k.num_tables, k.tables, k.turns, k.offsets);
 }
 
 template <typename Archive, Is<PlanCoupled> T>
@@ -211,13 +216,18 @@ void fields(Archive& archive, T& l) {
   all_of<CommandLimits>(archive, l.max_age, l.sender_share);
 }
 
+template <typename Archive, Is<PlanBodyNeglect> T>
+void fields(Archive& archive, T& b) {
+  all_of<PlanBodyNeglect>(archive, b.push_rows, b.inner_load);
+}
+
 template <typename Archive, Is<PlanNeglect> T>
 void fields(Archive& archive, T& n) {
   all_of<PlanNeglect>(archive, n.is_known, n.is_rigid, n.has_unseen, n.lacks_modes, n.tolerance, n.fast_loads,
                       n.num_judged, n.pairs, n.load_rows, n.rate_rows, n.spin_rows, n.coriolis_rows,
                       n.coriolis_reach, n.spin_loads, n.spin_left_out, n.root_quartic, n.num_shadowed,
                       n.left_out, n.inertia_rows, n.load_arms, n.shadow_rows, n.left_out_rows,
-                      n.left_out_spin);
+                      n.left_out_spin, n.bodies);
 }
 
 template <typename Archive, Is<Plan> T>
@@ -325,6 +335,9 @@ class Reader {
   }
   void operator()(PlanParticles& particles) {
     if (has_particles_) fields(*this, particles);
+  }
+  void operator()(PlanBodyNeglect& bodies) {
+    if (has_particles_) fields(*this, bodies);
   }
   void operator()(TorqueSums& torque) {
     if (has_particles_) fields(*this, torque);

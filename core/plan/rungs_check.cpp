@@ -70,6 +70,10 @@ std::string find_in_kinetics(const Plan& plan) {
       kinetics.tables.size() != moving * static_cast<std::size_t>(kinetics.num_tables) * n ||
       !are_finite(kinetics.moments) || !are_finite(kinetics.tables))
     return "the sums over pairs of modes do not have their size or are not finite";
+  for (const PlanOffset& body : kinetics.offsets)
+    if (!has_tables || body.rows.size() != 3 * n || !are_finite(body.rows) || !are_finite(body.offset) ||
+        !std::isfinite(body.mass))
+      return "the rows of a body with an offset do not have their size or are not finite";
   std::size_t next = 0;
   for (const PlanTurn& turn : kinetics.turns) {
     if (turn.first != static_cast<std::int32_t>(next) || turn.count < 1 || turn.rows.size() != 3 * n ||

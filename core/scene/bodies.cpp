@@ -44,6 +44,10 @@ double mass_of(const Scene& scene, const Link& link) {
   return plate.density * plate.thickness * 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).stableNorm();
 }
 
+bool has_mass_matrix(const Link& link) {
+  return std::holds_alternative<MatrixLink>(link.kind) && has_mass(link);
+}
+
 MassSpread spread_of(const Link& link) {
   if (const auto* bar = std::get_if<Bar>(&link.kind)) return bar->spread;
   if (const auto* beam = std::get_if<Beam>(&link.kind)) return beam->spread;

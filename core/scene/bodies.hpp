@@ -34,6 +34,9 @@ std::vector<SpreadMass> spread_masses(const Scene& scene);
 /// The same of one link.
 std::vector<SpreadMass> spread_masses(const Scene& scene, int link);
 
+/// True of a superelement whose mass is a matrix: how its inside moves is not known   (THEORY X166).
+bool has_mass_matrix(const Link& link);
+
 /// True of a link that has mass, and how that is spread.
 bool has_mass(const Link& link);
 MassSpread spread_of(const Link& link);

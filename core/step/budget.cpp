@@ -34,6 +34,8 @@ void put_shadow(const Plan& plan, const State& state, const PlanShadow& shadow, 
   to.tick = state.tick * shadow.substeps;
   to.epoch_start_tick = state.epoch_start_tick * shadow.substeps;
   static_cast<Frame&>(to) = state;
+  to.wheel_momentum = state.wheel_momentum;
+  to.wheel_momentum_low = state.wheel_momentum_low;
   if (state.tick == state.epoch_start_tick) {
     // the initial state with every mode of it, of which this plan may have left a part out
     to.q = shadow.plan.initial.q;

@@ -64,6 +64,12 @@ void whole_step(const Plan& plan, const MotionState& state, const Stages& N, boo
   }
 }
 
+void turn_wheels(const External& external, std::span<const double> start, Instant instant,
+                 std::span<double> momentum) noexcept {
+  for (std::size_t k = 0; k < momentum.size(); ++k)
+    momentum[k] = external.wheel_momentum(k, start[k], instant);
+}
+
 bool are_finite(const Array& values) noexcept {
   double sum = 0.0;
   for (const double x : values) sum += x - x;
@@ -122,6 +128,10 @@ void set_coupled_motion(const Plan& plan, const Vec3& w_B, MotionState& state) n
     H = add_scaled(H, point.mass, add(cross(x, cross(w, x)), cross(V, V_dot)));
     combine_rows(rows, scale(point.mass / plan.mass, cross(w, V)), true, n, coupled.momentum.data());
   }
+  if (!plan.wheels.all.empty()) {
+    H = add(H, turned_wheel_momentum(plan, state.wheel_momentum, state.q.data()));
+    add_wheel_momenta(plan, state.wheel_momentum, state.q.data(), -1.0, coupled.momentum.data());
+  }
   // constraint shapes stand behind the modes and do not move
   std::fill(coupled.momentum.begin() + plan.num_moving, coupled.momentum.end(), 0.0);
   state.H_W = multiply(rotation_matrix(state.q_WB), H);
@@ -145,6 +155,8 @@ CoupledWorkspace make_coupled_workspace(const Plan& plan) {
   const PlanKinetics& kinetics = plan.coupled.kinetics;
   if (kinetics.form == PlanKinetics::Form::kComplete) return w;
   w.C.resize(3 * n);
+  w.wheels.resize(plan.wheels.all.size());
+  if (!w.wheels.empty()) w.wheel_share.resize(n);
   for (auto* v : {&w.load, &w.inertial, &w.C_dot_w, &w.spare, &w.next.q_ddot}) v->resize(n);
   if (kinetics.form == PlanKinetics::Form::kPoints) w.arms.resize(plan.points.size());
   w.sums.resize(index(kinetics.num_tables) * n);
@@ -156,7 +168,7 @@ bool advance_coupled_rung(const External& external, const MotionState& state, bo
                           Workspace& workspace, Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept {
   const Plan& plan = external.plan;
   CoupledWorkspace& w = workspace.coupled;
-  const double h = plan.period / plan.coupled.num_parts;
+  const double h = external.period();
   AttitudeRates turning{rotation_matrix(state.q_WB), {}};
   turning.H_start = multiply_transposed(turning.R_start, state.H_W);
   Stages N{};
@@ -164,10 +176,11 @@ bool advance_coupled_rung(const External& external, const MotionState& state, bo
   const auto visit = [&](std::size_t k, const double* q, const double* p, const Vec3& g, const Vec3& H,
                          double t, Instant instant) {
     const Mat3 G = rotation_of_gibbs(g);
+    turn_wheels(external, state.wheel_momentum, instant, w.wheels);
     Gain gain{w.rates[k][0].data(), w.rates[k][1].data()};
     evaluate(external,
              {q, p, multiply_transposed(G, H), multiply(turning.R_start, G),
-              add_scaled(state.p_WB, t, state.v_WB), instant},
+              add_scaled(state.p_WB, t, state.v_WB), instant, w.wheels},
              workspace, gain);
     turning.add_stage(k, g, gain);
   };
@@ -201,9 +214,10 @@ bool advance_coupled_rung(const External& external, const MotionState& state, bo
   const Mat3 R_end = rotation_matrix(frame.q_WB);
   Gain end{w.next.rate_q.data(), w.next.rate_p.data(), workspace.Q_left.data()};
   end.q_ddot = w.next.q_ddot.data();
+  turn_wheels(external, state.wheel_momentum, Instant::kEnd, w.wheels);
   evaluate(external,
            {workspace.next_q.data(), w.next.momentum.data(), multiply_transposed(R_end, frame.H_W), R_end,
-            frame.p_WB, Instant::kEnd},
+            frame.p_WB, Instant::kEnd, w.wheels},
            workspace, end);
   for (std::size_t l = 0; l < index(plan.num_padded); ++l)
     workspace.next_q_dot[l] = w.next.momentum[l] + w.next.rate_q[l];

@@ -189,14 +189,33 @@ Symmetric move_tables(const Plan& plan, const Vec3& w_B, CoupledWorkspace& w) no
   return P_dot;
 }
 
+}  // namespace
+
+/// Q_l -= m theta_l . (d x (a x theta) + (theta x d) x a) / 2, a = F / M   (X198)
+void add_offset_loads(const Plan& plan, const Place& place, Gain& gain) noexcept {
+  if (plan.coupled.kinetics.offsets.empty() || is_zero(gain.force_W)) return;
+  const std::size_t n = index(plan.num_padded);
+  const Vec3 a = scale(1.0 / plan.mass, multiply_transposed(place.R_WB, gain.force_W));
+  for (const PlanOffset& body : plan.coupled.kinetics.offsets) {
+    const Vec3 theta = contract_rows(body.rows.data(), place.q, n), &d = body.offset;
+    const Vec3 twice = add(cross(d, cross(a, theta)), cross(cross(theta, d), a));
+    const Vec3 torque = scale(-0.5 * body.mass, twice);
+    combine_rows(body.rows.data(), scale(1.0 / plan.mass, torque), true, n, gain.rate_p);
+    if (gain.Q != nullptr) combine_rows(body.rows.data(), torque, true, n, gain.Q);
+  }
+}
+
+namespace {
+
 /// C times what is a number a mode.
 Vec3 times_C(const CoupledWorkspace& w, const double* x, std::size_t n) noexcept {
   return contract_rows(w.C.data(), x, n);
 }
 
 /// Accelerations (X193), and in Q what is left of the loads on constraint shapes when the points accelerate.
-void accelerate(const Plan& plan, const Place& place, const Mat3& matrix, const Symmetric& P_dot,
+void accelerate(const External& external, const Place& place, const Mat3& matrix, const Symmetric& P_dot,
                 CoupledWorkspace& w, Gain& gain) noexcept {
+  const Plan& plan = external.plan;
   const std::size_t n = index(plan.num_padded), moving = index(plan.num_moving);
   double* const known = w.spare.data();  // q'' but for w'
   const double inverse_mass = 1.0 / plan.mass;
@@ -206,6 +225,12 @@ void accelerate(const Plan& plan, const Place& place, const Mat3& matrix, const 
                (plan.omega[l] * (plan.omega[l] * place.q[l]) + 2.0 * plan.decay[l] * place.p[l]);
   const Vec3& w_B = gain.w_B;
   Vec3 rest = sub(add(cross(place.H_B, w_B), gain.moment_B), multiply(inertia_of(P_dot), w_B));
+  if (!w.wheels.empty()) {
+    std::fill(w.wheel_share.begin(), w.wheel_share.end(), 0.0);
+    rest = sub(rest, add_wheel_rates(external, place, w.q_dot.data(), w.wheel_share.data()));
+    for (std::size_t l = 0; l < n; ++l) gain.Q[l] += w.wheel_share[l];
+    for (std::size_t l = 0; l < moving; ++l) known[l] += inverse_mass * w.wheel_share[l];
+  }
   rest = sub(rest, times_C(w, known, n));
   if (has_body_tables(plan))
     rest = sub(rest, contract_rows(w.sums_dot.data() + 3 * n, w.q_dot.data(), n));  // C' q'
@@ -239,17 +264,28 @@ void evaluate_incomplete(const External& external, const Place& place, Workspace
       if (a != b) J[3 * b + a] -= carried;
     }
   const Mat3 matrix = turning_matrix(plan, J);
-  gain.w_B = solve_turning(plan, matrix, sub(place.H_B, times_C(w, place.p, n)));
+  Vec3 H_B = place.H_B;
+  if (!w.wheels.empty()) {
+    H_B = sub(H_B, turned_wheel_momentum(plan, place.wheels, place.q));
+    std::fill(w.wheel_share.begin(), w.wheel_share.end(), 0.0);
+    add_wheel_momenta(plan, place.wheels, place.q, 1.0, w.wheel_share.data());
+    std::fill(w.wheel_share.begin() + static_cast<std::ptrdiff_t>(moving), w.wheel_share.end(), 0.0);
+    H_B = sub(H_B, times_C(w, w.wheel_share.data(), n));
+  }
+  gain.w_B = solve_turning(plan, matrix, sub(H_B, times_C(w, place.p, n)));
   combine_rows(w.C.data(), scale(-inverse_mass, gain.w_B), false, n, gain.rate_q);
+  for (std::size_t l = 0; l < w.wheel_share.size(); ++l) gain.rate_q[l] += w.wheel_share[l];
   std::fill(gain.rate_q + moving, gain.rate_q + n, 0.0);
   for (std::size_t l = 0; l < n; ++l) w.q_dot[l] = place.p[l] + gain.rate_q[l];
   const Symmetric P_dot = has_tables(plan) ? move_tables(plan, gain.w_B, w) : move_points(plan, gain.w_B, w);
+  if (!w.wheels.empty()) add_wheel_forces(external, place, gain.w_B, w.q_dot.data(), w.load.data());
   for (std::size_t l = 0; l < n; ++l)
     gain.rate_p[l] = inverse_mass * (w.inertial[l] + w.load[l]) - 2.0 * plan.decay[l] * gain.rate_q[l];
   if (gain.Q != nullptr) std::copy_n(w.load.data(), n, gain.Q);
   add_modal_loads(external, place, workspace, gain);
+  add_offset_loads(plan, place, gain);
   std::fill(gain.rate_p + moving, gain.rate_p + n, 0.0);
-  if (gain.Q != nullptr) accelerate(plan, place, matrix, P_dot, w, gain);
+  if (gain.Q != nullptr) accelerate(external, place, matrix, P_dot, w, gain);
 }
 
 Vec3 momenta_by_tables(const Plan& plan, const Vec3& w_B, const double* q, const double* q_dot,

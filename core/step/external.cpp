@@ -57,6 +57,8 @@ StepLoads External::rigid() const noexcept {
 }
 
 double External::wheel_torque(std::size_t wheel, Instant instant) const noexcept {
+  if (instant == Instant::kMiddle)
+    return 0.5 * (wheel_torque(wheel, Instant::kStart) + wheel_torque(wheel, Instant::kEnd));
   double torque = commands.wheels.torque[wheel];
   for (const PlanHistory& history : plan.histories)
     torque += amplitude(history, instant) * history.pattern.wheels.torque[wheel];
@@ -64,7 +66,14 @@ double External::wheel_torque(std::size_t wheel, Instant instant) const noexcept
 }
 
 double External::wheel_gain(std::size_t wheel) const noexcept {
-  return 0.5 * plan.period * (wheel_torque(wheel, Instant::kStart) + wheel_torque(wheel, Instant::kEnd));
+  return 0.5 * period() * (wheel_torque(wheel, Instant::kStart) + wheel_torque(wheel, Instant::kEnd));
+}
+
+double External::wheel_momentum(std::size_t wheel, double at_start, Instant instant) const noexcept {
+  if (instant == Instant::kStart) return at_start;
+  if (instant == Instant::kEnd) return at_start + wheel_gain(wheel);
+  const double start = wheel_torque(wheel, Instant::kStart), end = wheel_torque(wheel, Instant::kEnd);
+  return at_start + period() * (0.375 * start + 0.125 * end);
 }
 
 WheelMomentum External::wheels(std::span<const double> momentum) const noexcept {
@@ -73,8 +82,8 @@ WheelMomentum External::wheels(std::span<const double> momentum) const noexcept 
     const Vec3& axis = plan.wheels.all[k].axis;
     const double start = wheel_torque(k, Instant::kStart), end = wheel_torque(k, Instant::kEnd);
     all.h[0] = freeflex::add_scaled(all.h[0], momentum[k], axis);
-    all.h[1] = freeflex::add_scaled(all.h[1], plan.period * start, axis);
-    all.h[2] = freeflex::add_scaled(all.h[2], 0.5 * plan.period * (end - start), axis);
+    all.h[1] = freeflex::add_scaled(all.h[1], period() * start, axis);
+    all.h[2] = freeflex::add_scaled(all.h[2], 0.5 * period() * (end - start), axis);
   }
   return all;
 }

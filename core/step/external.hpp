@@ -25,11 +25,16 @@ struct External {
   /// What the loads do to the body as a whole, below the coupled rungs.
   StepLoads rigid() const noexcept;
 
-  /// Torque of the motor of a wheel [N m], and what its momentum gains over the step [N m s]   (THEORY X167).
+  /// [s] of the part.
+  double period() const noexcept { return plan.period / plan.coupled.num_parts; }
+  /// Torque of the motor of a wheel [N m], straight from start to end, and what its momentum gains over the
+  /// part [N m s]   (THEORY X167).
   double wheel_torque(std::size_t wheel, Instant instant) const noexcept;
   double wheel_gain(std::size_t wheel) const noexcept;
   /// Momentum of the wheels over the step.  \param momentum  [N m s] (num_wheels) at its start
   WheelMomentum wheels(std::span<const double> momentum) const noexcept;
+  /// Of one wheel [N m s].
+  double wheel_momentum(std::size_t wheel, double at_start, Instant instant) const noexcept;
 
   /// Generalized forces Q [N] (num_padded), below the coupled rungs; what depends on the elastic motion
   /// apart.  \param momentum  [N m s] (num_wheels) of wheels at the start of the step

@@ -222,6 +222,13 @@ struct PlanTurn {
   Array rows;                         // [1/m] (3 x num_padded) theta = rows q
 };
 
+/// A body whose centre is beside its point, which moves at second order of its turn   (THEORY X198).
+struct PlanOffset {
+  double mass = 0.0;  // [kg]
+  Vec3 offset{};      // [m] of its centre
+  Array rows;         // [1/m] (3 x num_padded) theta = rows q
+};
+
 /// How the coupled rungs have the kinetic energy, and how loads act as bodies turn   (THEORY X190 to X197).
 struct PlanKinetics {
   enum class Form : std::int32_t {
@@ -235,6 +242,7 @@ struct PlanKinetics {
   // [kg] (num_moving x num_tables x num_padded), mode k, then X_kl,a for x, y, z, Z_kl,ab as above, G_kl,a
   Array tables;
   std::vector<PlanTurn> turns;  // of every particle, in their order
+  std::vector<PlanOffset> offsets;
 };
 inline constexpr std::int32_t kPointTables = 9, kBodyTables = 12;  // PlanKinetics::num_tables
 
@@ -325,6 +333,13 @@ enum class LacksModes : std::uint8_t {
   kNotKept = 2,    // the set-up found the lowest alone: nothing of the others is known
 };
 
+/// What accelerations do to bodies that turn, on rungs that lack it, and what is inside of superelements
+/// (THEORY X143, X198).
+struct PlanBodyNeglect {
+  Array push_rows;  // [kg] (pairs x 6) stiffness per acceleration and per angular acceleration; or empty
+  double inner_load = 0.0;  // [m s^2] displacement per square of the spin that inner masses may have
+};
+
 /// What the rung neglects of the motion: nothing that steps it, but what judges it   (THEORY X140, X141).
 /// Products of the spin stand in the order xx, yy, zz, xy, xz, yz of w w^T.
 struct PlanNeglect {
@@ -359,6 +374,7 @@ struct PlanNeglect {
   // centrifugal load; both empty on rungs that have it
   Array spin_loads;     // [kg m] (num_elastic x 6)
   Array spin_left_out;  // [m^2 s^4] (6 x 6) square of the static answer of modes left out, per two products
+  PlanBodyNeglect bodies;
 };
 
 struct Plan {

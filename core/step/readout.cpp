@@ -5,6 +5,7 @@
 #include "core/step/coupled.hpp"
 #include "core/step/field.hpp"
 #include "core/step/kernels.hpp"
+#include "core/step/stage.hpp"
 #include "core/step/vector.hpp"
 
 namespace freeflex {
@@ -45,6 +46,7 @@ Mat3 rotation_matrix(const Quat& q) noexcept {
 }
 
 Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept {
+  if (is_coupled(plan)) return turned_wheel_momentum(plan, state.wheel_momentum, state.q.data());
   Vec3 h{};
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k)
     h = add_scaled(h, state.wheel_momentum[k], plan.wheels.all[k].axis);
@@ -160,7 +162,8 @@ Invariants read_invariants(const Plan& given, const MotionState& state) noexcept
   if (is_coupled(plan)) {
     // twice the energy is w . H + M sum q_l' p_l (X91); each bar's differs from the linear one
     invariants.kinetic_elastic =
-        0.5 * plan.mass * dot_lanes(state.q_dot.data(), state.coupled.momentum.data(), n);
+        0.5 * (plan.mass * dot_lanes(state.q_dot.data(), state.coupled.momentum.data(), n) +
+               wheel_energy(plan, state.wheel_momentum, state.q.data(), state.q_dot.data()));
     for (const PlanBar& bar : plan.coupled.bars) {
       if (bar.stiffness == 0.0) continue;
       const Vec3 d = difference(plan, bar, state.q);

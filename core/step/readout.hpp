@@ -10,7 +10,8 @@ namespace freeflex {
 /// Rotation matrix of a unit quaternion, body to world.
 Mat3 rotation_matrix(const Quat& q_WB) noexcept;
 
-/// Momentum of the wheels, body axes [N m s], axes as at rest: zero without any   (THEORY X167).
+/// Momentum of the wheels, body axes [N m s], axes as at rest, on coupled rungs as their bodies have turned:
+/// zero without any   (THEORY X167, X168).
 Vec3 wheel_momentum_B(const Plan& plan, const MotionState& state) noexcept;
 
 /// Angular velocity of the floating frame, body axes [rad/s]: w = I^-1 R_WB^T H_W (THEORY X6), H_W less the

@@ -14,6 +14,7 @@ struct Place {
   Mat3 R_WB;
   Vec3 p_WB;  // [m]
   Instant instant;
+  std::span<const double> wheels;  // [N m s] (num_wheels) their momentum there
 };
 
 /// What the motion gains there. Arrays of the caller: rate_q [m/s], rate_p [m/s^2] (num_padded).
@@ -39,6 +40,24 @@ void evaluate_incomplete(const External& external, const Place& place, Workspace
 /// set_coupled_motion.
 Vec3 momenta_by_tables(const Plan& plan, const Vec3& w_B, const double* q, const double* q_dot,
                        double* p) noexcept;
+
+/// Bodies with an offset, whose centres the resultant of all loads accelerates   (THEORY X198). Added to
+/// rate_p and Q.  \pre gain.force_W
+void add_offset_loads(const Plan& plan, const Place& place, Gain& gain) noexcept;
+
+/// Momentum of the wheels, axes turned with their bodies [N m s], body axes   (THEORY X168).
+Vec3 turned_wheel_momentum(const Plan& plan, std::span<const double> momentum, const double* q) noexcept;
+/// [J] what (w . H + M q'.p) has beside twice the kinetic energy, momenta less those of wheels   (X168).
+double wheel_energy(const Plan& plan, std::span<const double> momentum, const double* q,
+                    const double* q_dot) noexcept;
+/// p_l += sign h theta_l . (a x theta) / (2 M) [m/s] (num_padded), which the momenta lack   (X168).
+void add_wheel_momenta(const Plan& plan, std::span<const double> momentum, const double* q, double sign,
+                       double* p) noexcept;
+/// Generalized forces of the wheels [N] (num_padded), frame turning at w   (X168).
+void add_wheel_forces(const External& external, const Place& place, const Vec3& w, const double* q_dot,
+                      double* Q) noexcept;
+/// Rate of turned_wheel_momentum [N m], and added to Q that of M add_wheel_momenta [N]   (X168).
+Vec3 add_wheel_rates(const External& external, const Place& place, const double* q_dot, double* Q) noexcept;
 
 /// Loads on what carries mass: histories, commands, and what followers add as they turn, theta x f   (X73).
 void gather_forces(const External& external, const Place& place, CoupledWorkspace& w) noexcept;

@@ -35,7 +35,7 @@ void set_initial(const Plan& plan, State& state) {
     state.wheel_momentum[k] = plan.wheels.all[k].momentum;
     state.wheel_momentum_low[k] = 0.0;
   }
-  if (!plan.wheels.all.empty())
+  if (!plan.wheels.all.empty() && !is_coupled(plan))
     state.H_W = add(state.H_W, multiply(rotation_matrix(initial.q_WB), wheel_momentum_B(plan, state)));
   // back from the wide plan; no larger than what is there
   const auto n = static_cast<std::size_t>(plan.num_padded);
@@ -89,6 +89,7 @@ Workspace make_workspace(const Plan& plan) {
   workspace.scratch.resize(mixing_scratch_size(plan));
   if (is_coupled(plan)) workspace.coupled = make_coupled_workspace(plan);
   if (plan.coupled.num_parts > 1) workspace.part = make_state(plan);
+  for (auto* v : {&workspace.next_wheel, &workspace.next_wheel_low}) v->resize(plan.wheels.all.size());
   workspace.next_slots.resize(kMaxSlots);
   workspace.next_pattern = make_roomy_pattern(plan);
   workspace.next_arms.reserve(kArmSize * kMostShadowedModes);

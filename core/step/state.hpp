@@ -93,6 +93,10 @@ struct CoupledWorkspace {
   Array sums, sums_dot;    // (num_tables, 6 x num_padded) tables times q, times q'
   Array spare;             // (num_padded)
   std::vector<Vec3> arms;  // [kg m] (num_points)
+  // of a stage: momenta of wheels [N m s] (num_wheels); theirs of the modes [m/s], then its rate
+  // (num_padded); empty without any   (THEORY X168)
+  std::vector<double> wheels;
+  Array wheel_share;
   CoupledState next;
 };
 
@@ -103,6 +107,7 @@ struct Workspace {
   Array Q_right;  // [N] (num_padded) at the right limit of this tick
   Array Q_left;   // [N] (num_padded) at the left limit of the next
   Array next_q, next_q_low, next_q_dot, next_q_dot_low;
+  std::vector<double> next_wheel, next_wheel_low;  // [N m s] (num_wheels)
   Array predicted_q;             // [m] (num_padded) empty unless loads depend on the elastic motion
   Array kicked;                  // [m/s] (num_padded) q_dot after half a kick; empty but for split mixing
   Array scratch;                 // see mixing_scratch_size

@@ -153,10 +153,19 @@ Result advance_dependent(const External& external, const MotionState& state, con
   return result;
 }
 
+/// Momenta of wheels at the end of a step or part of one, in the workspace   (X167).
+void turn_wheels(const External& external, const MotionState& from, Workspace& workspace) noexcept {
+  std::copy(from.wheel_momentum.begin(), from.wheel_momentum.end(), workspace.next_wheel.begin());
+  std::copy(from.wheel_momentum_low.begin(), from.wheel_momentum_low.end(), workspace.next_wheel_low.begin());
+  for (std::size_t k = 0; k < workspace.next_wheel.size(); ++k)
+    add_compensated(workspace.next_wheel[k], workspace.next_wheel_low[k], external.wheel_gain(k));
+}
+
 /// The rungs below the coupled ones: the body first, the modes beside it.
 Result advance_separated(const External& external, const MotionState& state, bool is_changed,
                          Workspace& workspace) noexcept {
   const Plan& plan = external.plan;
+  turn_wheels(external, state, workspace);
   const Mat3 R_start = rotation_matrix(state.q_WB);
   const bool has_dependent = has_dependent_loads(plan);
   // loads at the start are those of the end of the last step unless something jumped
@@ -183,12 +192,15 @@ Result advance_coupled(const External& external, const MotionState& state, bool 
     result.is_finite = advance_coupled_rung(at, *from, is_fresh && part == 0, workspace, result.frame,
                                             result.force_W, result.moment_B) &&
                        is_finite(result.frame);
+    turn_wheels(at, *from, workspace);
     if (part == last || !result.is_finite) return result;
     MotionState& next = workspace.part;
     static_cast<Frame&>(next) = result.frame;
     next.force_W = result.force_W;
     next.q.swap(workspace.next_q);
     std::swap(next.coupled, workspace.coupled.next);
+    next.wheel_momentum.swap(workspace.next_wheel);
+    next.wheel_momentum_low.swap(workspace.next_wheel_low);
     from = &next;
   }
 }
@@ -196,8 +208,8 @@ Result advance_coupled(const External& external, const MotionState& state, bool 
 /// Moves the next state in; nothing allocates.
 void commit(const External& external, const Result& result, State& state, Workspace& workspace) noexcept {
   const Plan& plan = external.plan;
-  for (std::size_t k = 0; k < plan.wheels.all.size(); ++k)
-    add_compensated(state.wheel_momentum[k], state.wheel_momentum_low[k], external.wheel_gain(k));
+  state.wheel_momentum.swap(workspace.next_wheel);
+  state.wheel_momentum_low.swap(workspace.next_wheel_low);
   static_cast<Frame&>(state) = result.frame;
   state.q.swap(workspace.next_q);
   state.q_low.swap(workspace.next_q_low);

@@ -120,6 +120,8 @@ std::vector<TurningBody> turning_bodies(const Scene& scene, const Structure& str
     TurningBody body;
     body.theta = structure.turns.middleRows<3>(freedoms.rotation(point) - freedoms.num_displacements());
     body.arms.setZero();
+    body.arm.setZero();
+    for (std::size_t k = p; k < end; ++k) body.arm += carried[k].mass * carried[k].arm;
     for (std::size_t k = p; k < end; ++k)
       body.arms += carried[k].mass * structure.particles.r.col(static_cast<Eigen::Index>(k)) *
                    carried[k].arm.transpose();
@@ -136,10 +138,23 @@ Eigen::MatrixXd second_order(const TurningBody& body, int a, int b) {
          body.arms(a, b) * (body.theta.transpose() * body.theta);
 }
 
-Eigen::Matrix3d second_order_of_pair(const TurningBody& body, Eigen::Index k, Eigen::Index l) {
+namespace {
+
+// D_kl, symmetric
+Eigen::Matrix3d moves_arms(const TurningBody& body, Eigen::Index k, Eigen::Index l) {
   const Eigen::Vector3d theta = body.theta.col(k), other = body.theta.col(l);
   const Eigen::Matrix3d outer = theta * other.transpose();
-  return body.arms * (0.5 * (outer + outer.transpose()) - theta.dot(other) * Eigen::Matrix3d::Identity());
+  return 0.5 * (outer + outer.transpose()) - theta.dot(other) * Eigen::Matrix3d::Identity();
+}
+
+}  // namespace
+
+Eigen::Matrix3d second_order_of_pair(const TurningBody& body, Eigen::Index k, Eigen::Index l) {
+  return body.arms * moves_arms(body, k, l);
+}
+
+Eigen::Vector3d moved_centre(const TurningBody& body, Eigen::Index k, Eigen::Index l) {
+  return moves_arms(body, k, l) * body.arm;
 }
 
 }  // namespace freeflex

@@ -39,6 +39,7 @@ Particles find_particles(const Scene& scene, const Freedoms& freedoms, const Str
 struct TurningBody {
   Eigen::Matrix3Xd theta;  // [1/m] (3 x n) its elastic rotation
   Eigen::Matrix3d arms;    // [kg m^2] sum m r a^T over its particles
+  Eigen::Vector3d arm;     // [kg m] sum m a
 };
 std::vector<TurningBody> turning_bodies(const Scene& scene, const Structure& structure);
 
@@ -47,5 +48,7 @@ std::vector<TurningBody> turning_bodies(const Scene& scene, const Structure& str
 Eigen::MatrixXd second_order(const TurningBody& body, int a, int b);
 /// The same for one pair of modes, all axes: row a, column b.
 Eigen::Matrix3d second_order_of_pair(const TurningBody& body, Eigen::Index k, Eigen::Index l);
+/// sum m g_kl [kg] over a body's particles.
+Eigen::Vector3d moved_centre(const TurningBody& body, Eigen::Index k, Eigen::Index l);
 
 }  // namespace freeflex

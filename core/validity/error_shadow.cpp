@@ -132,8 +132,31 @@ void ErrorShadow::find_forces(const MotionState& state) noexcept {
   }
   for (std::size_t c = 0; c < n && !neglect.inertia_rows.empty(); ++c)
     force_[c] += dot(gradient(neglect.inertia_rows.data() + 6 * c, w_), error_);
+  for (const PlanWheel& wheel : plan_.wheels.all) push_by_wheel(wheel, state);
   for (std::size_t c = 0; c < n && spins_; ++c)
     for (std::size_t b = 0; b < n; ++b) force_[c] += coriolis_[c * n + b] * (state.q_dot[b] + rate_[b]);
+}
+
+/// Elastic turn of a body: that of the rung times `own`, and its error.
+Vec3 ErrorShadow::turn_at(const double* rows, const MotionState& state, double own) const noexcept {
+  const std::size_t padded = index(plan_.num_padded);
+  Vec3 theta = scale(own, contract_rows(rows, state.q.data(), padded));
+  for (std::size_t axis = 0; axis < 3; ++axis)
+    for (std::size_t c = 0; c < size(); ++c) theta[axis] += rows[axis * padded + c] * delta_[c];
+  return theta;
+}
+
+/// X148: -theta_l . (dw x h a), what the spin is off by, and what an axis that has turned makes of the spin
+/// (X168).
+void ErrorShadow::push_by_wheel(const PlanWheel& wheel, const MotionState& state) noexcept {
+  const double* const rows = turn_rows(plan_, wheel.turning);
+  const std::size_t padded = index(plan_.num_padded);
+  const double h = state.wheel_momentum[index(static_cast<std::int32_t>(&wheel - plan_.wheels.all.data()))];
+  const Vec3 theta = turn_at(rows, state, is_coupled(plan_) ? 0.0 : 1.0), &a = wheel.axis;
+  const Vec3 turned = scale(0.5, add(cross(cross(theta, a), w_), cross(a, cross(w_, theta))));
+  const Vec3 torque = scale(h, sub(turned, cross(error_, a)));
+  for (std::size_t c = 0; c < size(); ++c)
+    force_[c] += rows[c] * torque[0] + rows[padded + c] * torque[1] + rows[2 * padded + c] * torque[2];
 }
 
 /// X148: loads act on displaced points, and those that are fixed in the world on a body that has turned
@@ -197,8 +220,7 @@ void ErrorShadow::turn_body(const State& state) noexcept {
   Vec3 added = sub(ring_momentum(state), multiply_transposed(R_WB, H_W_));
   for (std::size_t k = 0; k < plan_.wheels.all.size(); ++k) {  // the axis turns with its body   (X167)
     const PlanWheel& wheel = plan_.wheels.all[k];
-    const Vec3 theta =
-        contract_rows(turn_rows(plan_, wheel.turning), state.q.data(), index(plan_.num_padded));
+    const Vec3 theta = turn_at(turn_rows(plan_, wheel.turning), state, is_coupled(plan_) ? 0.0 : 1.0);
     H = add_scaled(H, state.wheel_momentum[k], wheel.axis);
     added = add_scaled(added, state.wheel_momentum[k], cross(theta, wheel.axis));
   }

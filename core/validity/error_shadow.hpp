@@ -47,6 +47,8 @@ class ErrorShadow {
   void advance_all() noexcept;
   void kick_half(const Array& delta, bool is_second, Array& rate) noexcept;
   Vec3 ring_momentum(const MotionState& state) const noexcept;
+  Vec3 turn_at(const double* rows, const MotionState& state, double own) const noexcept;
+  void push_by_wheel(const PlanWheel& wheel, const MotionState& state) noexcept;
 
   struct Pair {
     std::size_t pair, l, u;  // index into PlanNeglect::pairs, modes

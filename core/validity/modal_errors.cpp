@@ -63,6 +63,32 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
         partners_.push_back({pair, judged_place(plan.neglect.pairs[pair][1])});
   }
   first_pair_.push_back(partners_.size());
+  if (!is_coupled(plan)) weigh_wheels();
+}
+
+/// Gyroscopic coupling of modes beyond those whose error is integrated: of two that turn alike and stand
+/// close it turns the phase by h |a x theta_l|^2 / (2 M), which is as much as it can   (X148).
+void ModalErrors::weigh_wheels() {
+  const std::size_t num_judged = modes_.size(), padded = static_cast<std::size_t>(plan_.num_padded);
+  wheel_phases_.assign((num_judged + 1) * plan_.wheels.all.size(), 0.0);
+  std::vector<std::size_t> place(flexibility_.size(), num_judged);
+  for (std::size_t l = 0; l < num_judged; ++l) place[static_cast<std::size_t>(plan_.neglect.pairs[l][0])] = l;
+  for (std::size_t k = 0; k < plan_.wheels.all.size(); ++k) {
+    const PlanWheel& wheel = plan_.wheels.all[k];
+    const double* const rows = turn_rows(plan_, wheel.turning);
+    for (std::size_t mode = 0; mode < place.size(); ++mode) {
+      const Vec3 across = cross(wheel.axis, {rows[mode], rows[padded + mode], rows[2 * padded + mode]});
+      double& phase = wheel_phases_[k * (num_judged + 1) + place[mode]];
+      if (place[mode] >= shadow_.size()) phase = std::max(phase, 0.5 * dot(across, across) / plan_.mass);
+    }
+  }
+}
+
+double ModalErrors::wheel_phase(std::size_t l, const MotionState& state) const noexcept {
+  double sum = 0.0;
+  for (std::size_t k = 0; k < state.wheel_momentum.size() && !wheel_phases_.empty(); ++k)
+    sum += std::abs(state.wheel_momentum[k]) * wheel_phases_[k * (modes_.size() + 1) + l];
+  return sum;
 }
 
 /// Judged mode of a mode of the plan.
@@ -77,6 +103,7 @@ void ModalErrors::clear() noexcept {
     mode.ring = 0.0, mode.most = mode.driven = mode.still = mode.spread = mode.unseen = 0.0;
   std::fill(second_.begin(), second_.end(), 0.0);
   std::fill(swing_.begin(), swing_.end(), std::complex<double>{});
+  rest_hidden_ = 0.0;
   rest_ = fastest_ = softest_ = quartic_ = next_quartic_ = 0.0;
   chunk_ = 0;
   is_first_ = true;
@@ -119,6 +146,12 @@ void ModalErrors::take(const State& state) noexcept {
     // rms over the mass: a force on one light point is large where it acts
     const double acceleration = (std::sqrt(loads) + norm(state.force_W)) / plan_.mass;
     shadow_.set_spin(w_, products_, state.wheel_momentum);
+    if (!plan_.neglect.bodies.push_rows.empty()) {
+      const Mat3 R_WB = rotation_matrix(state.q_WB);
+      push_ = scale(1.0 / plan_.mass, multiply_transposed(R_WB, state.force_W));
+      w_dot_ = multiply(plan_.inverse_inertia,
+                        sub(state.moment_B, cross(w_, multiply_transposed(R_WB, state.H_W))));
+    }
     // before the first step no load stands in Q
     const std::int64_t age = state.tick - state.epoch_start_tick;
     for (Follower& follower : followers_)
@@ -142,7 +175,7 @@ void ModalErrors::settle(const State& state) noexcept {
     l < shadow_.size() ? look_at_shadowed(l, state) : look_at(l, state);
   shadow_.settle(state);
   for (Mode& mode : modes_) mode.ring = mode.unseen = 0.0;
-  rest_ = 0.0;
+  rest_ = rest_hidden_ = 0.0;
   finish_round(state);
 }
 
@@ -157,6 +190,9 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
     for (std::size_t u = 0; u < n; ++u) sum += rate_row[u] * creep_[u];
   }
   for (std::size_t k = 0; k < 6; ++k) sum += plan_.neglect.spin_rows[6 * pair + k] * products_[k];
+  if (const Array& rows = plan_.neglect.bodies.push_rows; !rows.empty())
+    for (std::size_t k = 0; k < 3; ++k)
+      sum += rows[6 * pair + k] * push_[k] + rows[6 * pair + 3 + k] * w_dot_[k];
   // what followers add stands in the plan, to first order and of the lowest modes
   const auto [l, u] = plan_.neglect.pairs[pair];
   for (const Follower& follower : followers_) {
@@ -225,7 +261,7 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   mode.spread = std::abs(share) * (length(swing_[l]) + std::abs(still_[at])) +
                 std::sqrt(2.0 * std::max(0.0, coriolis_reach(l))) * length(swing_[l]);
   fastest_ = std::max(fastest_, 0.5 * omega * std::abs(share));
-  hide(l);
+  hide(l, state);
 }
 
 /// One of those whose error is integrated: what other modes and the spin give its stiffness, and how it
@@ -258,7 +294,7 @@ void ModalErrors::look_at_shadowed(std::size_t l, const MotionState& state) noex
   softest_ = std::max(softest_, -share);
   fastest_ = std::max(fastest_, 0.5 * omega * std::abs(share));
   mode.spread = std::sqrt(2.0 * std::max(0.0, coriolis_reach(l))) * length(swing_[l]);
-  hide(l);
+  hide(l, state);
 }
 
 /// What Coriolis forces make far modes swing along, square of its share   (X141).
@@ -270,12 +306,13 @@ double ModalErrors::coriolis_reach(std::size_t l) const noexcept {
 }
 
 /// Ringing's error by what nothing tells.
-void ModalErrors::hide(std::size_t l) noexcept {
+void ModalErrors::hide(std::size_t l, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
   const double omega = plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])];
   const double unseen = unseen_share_ / (omega_1_ * omega);
-  mode.unseen = std::min(
-      2.0 * mode.most, (mode.unseen + 0.5 * omega * unseen * round_ * length(swing_[l])) * length(mode.turn));
+  mode.unseen = std::min(2.0 * mode.most, (mode.unseen + (0.5 * omega * unseen + wheel_phase(l, state)) *
+                                                             round_ * length(swing_[l])) *
+                                              length(mode.turn));
 }
 
 /// A mode without stiffness has what prestress gives it alone: error and its rate stand in `ring`.
@@ -353,6 +390,10 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
   const double other_swing = std::sqrt(std::max(0.0, swing - judged_swing));
   rest_ =
       std::min(2.0 * other_swing, (rest_ + fastest_ * round_ * other_swing) * std::exp(-slowest * round_));
+  rest_hidden_ =
+      std::min(2.0 * other_swing, (rest_hidden_ + wheel_phase(modes_.size(), state) * round_ * other_swing) *
+                                      std::exp(-slowest * round_));
+  hidden += square(rest_hidden_) + square(plan_.neglect.bodies.inner_load * dot(w_, w_));
   fastest_ = 0.0;
   quartic_ = std::exchange(next_quartic_, 0.0);
   size_.softening = std::exchange(softest_, 0.0);

@@ -62,7 +62,9 @@ class ModalErrors {
   void drive(std::size_t l, const std::complex<double>& share, double most) noexcept;
   void look_at_shadowed(std::size_t l, const MotionState& state) noexcept;
   double coriolis_reach(std::size_t l) const noexcept;
-  void hide(std::size_t l) noexcept;
+  void weigh_wheels();
+  double wheel_phase(std::size_t l, const MotionState& state) const noexcept;
+  void hide(std::size_t l, const MotionState& state) noexcept;
   void look_at_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept;
   double stiffness_of(std::size_t pair) const noexcept;
   void look_at_left_out() noexcept;
@@ -85,8 +87,13 @@ class ModalErrors {
   std::vector<double> second_;               // [N] generalized forces of second order
   std::vector<std::complex<double>> swing_;  // [m] ringing of the judged modes, as `ring`
   std::vector<Follower> followers_;
-  std::array<double, 6> products_{};           // [1/s^2] of the spin
-  Vec3 w_{};                                   // [rad/s]
+  std::array<double, 6> products_{};  // [1/s^2] of the spin
+  Vec3 w_{};                          // [rad/s]
+  Vec3 push_{}, w_dot_{};             // [m/s^2], [rad/s^2] accelerations of the frame by loads
+  // [1/s per N m s] phase that the momentum of a wheel may give: (num_wheels) for each judged mode, then the
+  // most for any other mode; empty on coupled rungs
+  std::vector<double> wheel_phases_;
+  double rest_hidden_ = 0.0;                   // [m] ringing error of all other modes by wheels
   double unseen_share_ = 0.0;                  // [1/s^2] of omega_1 omega_l: stiffness that could be there
   double quartic_ = 0.0, next_quartic_ = 0.0;  // [sqrt(N m)] root_quartic times squares of amplitudes
   double softest_ = 0.0;                       // [-] largest share of its stiffness that a judged mode loses

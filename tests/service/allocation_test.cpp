@@ -133,7 +133,7 @@ Scene with_wheels(Fidelity fidelity) {
 }
 
 TEST(Loop, AllocatesNothingWithWheelsTorquesAndSpreadMass) {
-  for (const Fidelity fidelity : {Fidelity::kSeparated, Fidelity::kSpinLoaded}) {
+  for (const Fidelity fidelity : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
     const Plan plan = lean_plan_of(with_wheels(fidelity));
     ASSERT_EQ(plan.wheels.all.size(), 2u);
     Rig rig(plan, {.until_tick = 400, .limits = {.sender_share = 1.0}});

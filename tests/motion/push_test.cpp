@@ -1,0 +1,276 @@
+// Bodies whose centres stand beside their points, pushed; wheels and superelements that the word must know.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cstdio>
+
+#include "core/plan/make_plan.hpp"
+#include "core/validity/judgement.hpp"
+#include "tests/motion/rung_cases.hpp"
+#include "tests/motion/turns.hpp"
+#include "tests/motion/watched.hpp"
+#include "tests/setup/make_scene.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Eigen::Vector3d;
+
+constexpr double kMass = 10.0, kArm = 0.5, kInertia = 0.1, kSpring = 40.0, kHub = 1e4, kTurn = 1e5;
+
+// a body ahead of a joint on a heavy hub: beam of 2 mm, EI / L = 40 N m/rad, its centre half a metre further
+Scene pendulum(double thrust, Fidelity fidelity) {
+  Scene scene;
+  add_point(scene, kHub, {0.0, 0.0, 0.0});
+  scene.points[0].inertia = Vector3d(kTurn, kTurn, kTurn).asDiagonal();
+  add_point(scene, kMass, {0.002, 0.0, 0.0});
+  scene.points[1].inertia = Vector3d(kInertia, kInertia, kInertia).asDiagonal();
+  scene.points[1].offset = {kArm, 0.0, 0.0};
+  const double bending = kSpring * 0.002;
+  add_link(scene, 0, 1, Beam{4e4, 4.0, bending, bending, {0.0, 1.0, 0.0}});
+  Load load;
+  load.name = "thrust";
+  load.axes = Axes::kBody;
+  load.forces.push_back({0, {thrust, 0.0, 0.0}});
+  if (thrust != 0.0) scene.loads.push_back(load);
+  scene.fidelity = fidelity;
+  scene.rate = 2000.0;
+  scene.publication.points = scene.pushable = {0, 1};
+  return scene;
+}
+
+// turns of the joint over four seconds, from a small one at rest
+std::vector<double> turns_of(const Scene& scene) {
+  const Structure structure = build(scene);
+  const Freedoms freedoms(scene);
+  Plan plan = compile(scene);
+  plan.initial.q[0] = 1e-5;
+  Simulation simulation(std::move(plan));
+  std::vector<double> turns;
+  for (int tick = 0; tick < 8000; ++tick) {
+    const Vector3d turn =
+        turn_of(structure, freedoms, 1, simulation.state) - turn_of(structure, freedoms, 0, simulation.state);
+    turns.push_back(std::abs(turn.z()) > std::abs(turn.y()) ? turn.z() : turn.y());
+    simulation.run(1);
+  }
+  return turns;
+}
+
+// An inverted pendulum in an accelerating frame: (J + mu d'^2) theta'' + (k - m a d) theta = 0, mu the
+// reduced mass, a = F / M, d' with half of the beam that it turns about. The hub's own inertia changes it by
+// 1e-5.
+TEST(Push, ABodyAheadOfItsJointIsAnInvertedPendulum) {
+  const double mu = kMass * kHub / (kMass + kHub), arm = kArm + 0.001;
+  // of the coupled rung alone: the rungs below do not have it
+  for (const double share : {-0.5, 0.25, 0.75}) {
+    const double a = share * kSpring / (kMass * kArm), thrust = a * (kHub + kMass);
+    const std::vector<double> turns = turns_of(pendulum(thrust, Fidelity::kCoupled));
+    // the frequency from zeros, the first to the last
+    std::vector<double> zeros;
+    for (std::size_t k = 1; k < turns.size(); ++k)
+      if (turns[k - 1] * turns[k] < 0.0)
+        zeros.push_back(static_cast<double>(k - 1) + turns[k - 1] / (turns[k - 1] - turns[k]));
+    ASSERT_GE(zeros.size(), 2u);
+    const double found =
+        M_PI * static_cast<double>(zeros.size() - 1) / (zeros.back() - zeros.front()) * 2000.0;
+    const double expected =
+        std::sqrt((kSpring - kMass * a * kArm) * (1.0 / (kInertia + mu * arm * arm) + 1.0 / kTurn));
+    std::printf("thrust takes %.2f of the stiffness: %.6f rad/s, closed form %.6f\n", share, found, expected);
+    EXPECT_NEAR(found, expected, 2e-4 * expected);
+  }
+}
+
+// what the rung below lacks its word knows, to the size
+TEST(Push, TheWordKnowsWhatThrustDoesToBodiesAheadOfTheirJoints) {
+  for (const double share : {0.001, 0.02, 0.25, 1.2}) {
+    const double thrust = share * kSpring / (kMass * kArm) * (kHub + kMass);
+    std::array<Plan, 2> plans{compile(pendulum(thrust, Fidelity::kCoupled)),
+                              compile(pendulum(thrust, Fidelity::kSeparated))};
+    for (Plan& plan : plans) plan.initial.q[0] = 1e-5;
+    Simulation truth(plans[0]), separated(plans[1]);
+    Judgement judgement(separated.plan);
+    Budget none;
+    double worst = 0.0;
+    const auto n = static_cast<Eigen::Index>(truth.plan.num_elastic);
+    for (int tick = 0; tick < 8000; ++tick) {
+      truth.run(1);
+      separated.run(1);
+      judgement.take(separated.state, none);
+      worst = std::max(worst, (Eigen::Map<const Eigen::VectorXd>(truth.state.q.data(), n) -
+                               Eigen::Map<const Eigen::VectorXd>(separated.state.q.data(), n))
+                                  .norm());
+    }
+    const Verdict verdict = judgement.now();
+    std::printf("thrust takes %.3f of the stiffness: off by %.1e of %.1e m, %s at %.1e m\n", share, worst,
+                verdict.scale, name_of(verdict.word), verdict.error);
+    EXPECT_EQ(verdict.word, share > 0.1    ? Verdict::Word::kOutside
+                            : share > 0.01 ? Verdict::Word::kWatch
+                                           : Verdict::Word::kGood);
+    if (share > 1.0) continue;
+    EXPECT_GT(verdict.error, 0.7 * worst);
+    EXPECT_LT(verdict.error, 1.5 * worst);
+  }
+}
+
+// a hub with panels on beams and a wheel, a turn of it after a kick: the coupled rung is the truth
+Scene hub_with_panels(double momentum, Fidelity fidelity) {
+  Scene scene;
+  add_point(scene, 300.0, {0.0, 0.0, 0.0});
+  scene.points[0].inertia = Vector3d(95.0, 110.0, 90.0).asDiagonal();
+  for (const double y : {4.0, -4.0}) {
+    const int tip = add_point(scene, 10.0, {0.0, y, 0.0});
+    scene.points.back().inertia = Vector3d(2.0, 2.0, 2.0).asDiagonal();
+    add_link(scene, 0, tip, Beam{1e5, 1e3, 2e3, 2e3, {0.0, 0.0, 1.0}});
+  }
+  scene.wheels.push_back({"wheel", 0, Vector3d::UnitZ(), momentum, {}});
+  Load kick;
+  kick.name = "kick";
+  kick.torques.push_back({0, {0.05, 0.0, 0.0}});
+  kick.history = PulseHistory{0.0, 0.2};
+  scene.loads.push_back(kick);
+  scene.fidelity = fidelity;
+  scene.rate = 500.0;
+  scene.publication.points = {0, 1, 2};
+  return scene;
+}
+
+TEST(Push, TheWordKnowsWhatAWheelDoesToTheHubThatCarriesIt) {
+  for (const double momentum : {0.5, 20.0, 50.0}) {
+    Simulation truth(hub_with_panels(momentum, Fidelity::kCoupled)),
+        separated(hub_with_panels(momentum, Fidelity::kSeparated));
+    Judgement judgement(separated.plan);
+    Budget none;
+    double worst = 0.0;
+    const auto n = static_cast<Eigen::Index>(truth.plan.num_elastic);
+    for (int tick = 0; tick < 30000; ++tick) {
+      truth.run(1);
+      separated.run(1);
+      judgement.take(separated.state, none);
+      worst = std::max(worst, (Eigen::Map<const Eigen::VectorXd>(truth.state.q.data(), n) -
+                               Eigen::Map<const Eigen::VectorXd>(separated.state.q.data(), n))
+                                  .norm());
+    }
+    const Verdict verdict = judgement.now();
+    std::printf("wheel of %g N m s: off by %.1e of %.1e m, %s at %.1e m\n", momentum, worst, verdict.scale,
+                name_of(verdict.word), verdict.error);
+    EXPECT_GT(verdict.error, 0.5 * worst);
+    EXPECT_LT(verdict.error, 3.0 * worst + 1e-3 * verdict.scale);
+  }
+}
+
+// a wheel on a stiff mount, whose modes are above those of many soft arms and beyond those whose error is
+// integrated
+TEST(Push, TheWordKnowsWhatAWheelDoesToManyModes) {
+  Scene scene;
+  add_point(scene, 2000.0, {0.0, 0.0, 0.0});
+  scene.points[0].inertia = Vector3d(5000.0, 5000.0, 5000.0).asDiagonal();
+  add_point(scene, 20.0, {0.0, 0.0, 1.0});
+  scene.points[1].inertia = Vector3d(1.0, 1.0, 1.0).asDiagonal();
+  add_link(scene, 0, 1, Beam{1e6, 2000.0, 2000.0, 2000.0, {1.0, 0.0, 0.0}});
+  for (int k = 0; k < 6; ++k) {
+    const int tip = add_point(scene, 1.0, {(k % 2 == 0 ? -3.0 : 3.0) - 0.1 * k, 0.5 * k - 1.0, -0.2 * k});
+    scene.points.back().inertia = Vector3d(0.5 + 0.02 * k, 0.5, 0.5).asDiagonal();
+    add_link(scene, 0, tip, Beam{300.0, 20.0, 40.0 + k, 50.0 + k, {0.1, 0.2, 1.0}});
+  }
+  scene.wheels.push_back({"wheel", 1, Vector3d::UnitZ(), 10.0, {}});
+  scene.rate = 1000.0;
+  scene.publication.points = {0, 1};
+  const Structure structure = build(scene);
+  const Freedoms freedoms(scene);
+  const auto rows = structure.turns.middleRows<3>(freedoms.rotation(1) - freedoms.num_displacements());
+  Eigen::Index mode = 0;
+  rows.topRows(2).rightCols(structure.omega.size() - 16).colwise().norm().maxCoeff(&mode);
+  std::array<Plan, 2> plans;
+  for (const Fidelity rung : {Fidelity::kCoupled, Fidelity::kSeparated}) {
+    scene.fidelity = rung;
+    Plan& plan = plans[rung == Fidelity::kCoupled ? 0 : 1];
+    plan = compile(scene);
+    plan.initial.q[static_cast<std::size_t>(mode) + 16] = 1e-6;
+  }
+  Simulation truth(plans[0]), separated(plans[1]);
+  Judgement judgement(separated.plan);
+  Budget none;
+  double worst = 0.0;
+  const auto n = static_cast<Eigen::Index>(truth.plan.num_elastic);
+  for (int tick = 0; tick < 10000; ++tick) {
+    truth.run(1);
+    separated.run(1);
+    judgement.take(separated.state, none);
+    worst = std::max(worst, (Eigen::Map<const Eigen::VectorXd>(truth.state.q.data(), n) -
+                             Eigen::Map<const Eigen::VectorXd>(separated.state.q.data(), n))
+                                .norm());
+  }
+  const Verdict verdict = judgement.now();
+  std::printf("wheel among %ld modes: %s, off by %.1e of %.1e m, up to %.1e m\n",
+              static_cast<long>(structure.omega.size()), name_of(verdict.word), worst, verdict.scale,
+              verdict.unseen);
+  EXPECT_GT(worst, 0.05 * verdict.scale);
+  EXPECT_EQ(verdict.word, Verdict::Word::kWatch);
+}
+
+// a particle of 5 kg on an inner coordinate, 8 m out, of which the matrices do not say where it is
+TEST(Push, TheWordKnowsThatTheInsideOfASuperelementSpinsToo) {
+  for (const double spin : {1e-5, 0.03}) {
+    Scene scene;
+    add_point(scene, 500.0, {0.0, 0.0, 0.0});
+    scene.points[0].inertia = Vector3d(5000.0, 5000.0, 5000.0).asDiagonal();
+    constexpr double kOut = 8.0, kParticle = 5.0, kOmega = 2.0;
+    Eigen::MatrixXd M = Eigen::MatrixXd::Zero(7, 7), K = M;
+    const Vector3d r(0.0, kOut, 0.0);
+    Eigen::MatrixXd moves(3, 7);
+    moves << Eigen::Matrix3d::Identity(), -Eigen::Matrix3d::Identity(), Vector3d::UnitZ();
+    for (int axis = 0; axis < 3; ++axis) moves.col(3 + axis) = Vector3d::Unit(axis).cross(r);
+    M = kParticle * moves.transpose() * moves;
+    K(6, 6) = kParticle * kOmega * kOmega;
+    MatrixLink matrix;
+    matrix.matrix = K.sparseView();
+    matrix.mass = M.sparseView();
+    matrix.has_rotations = true;
+    matrix.num_inner = 1;
+    add_link(scene, {0}, matrix);
+    scene.initial.angular_velocity = spin * Vector3d(0.0, 0.6, 0.8);
+    scene.initial.modes = {{1, 3e-5, 0.0}};
+    scene.rate = 200.0;
+    scene.fidelity = Fidelity::kSpinLoaded;
+    scene.publication.points = {0};
+    Watched watched(scene);
+    Judgement judgement(watched.plan);
+    judgement.take(watched.state, watched.budget);
+    for (int tick = 0; tick < 1000; ++tick) {
+      watched.run(1);
+      judgement.take(watched.state, watched.budget);
+    }
+    const Verdict verdict = judgement.now();
+    // m w_y w_z 8 m on the inner coordinate, over its stiffness; root mean square over the mass
+    const double missing =
+        0.48 * spin * spin * kOut / (kOmega * kOmega) * std::sqrt(kParticle / (500.0 + kParticle));
+    std::printf("spin %g rad/s: %s, up to %.1e m, %.1e m of %.1e m is missing\n", spin, name_of(verdict.word),
+                verdict.unseen, missing, verdict.scale);
+    EXPECT_GT(verdict.unseen, missing);
+    EXPECT_EQ(verdict.word, spin > 1e-3 ? Verdict::Word::kWatch : Verdict::Word::kGood);
+  }
+}
+
+// a load on a massless tip bends the beam that carries it, which no mode has
+TEST(Push, ALoadOnAMasslessPointIsWarnedOf) {
+  Scene scene;
+  for (const double x : {0.0, 1.0}) add_point(scene, 2.0, {x, 0.0, 0.0});
+  add_point(scene, 0.0, {2.0, 0.0, 0.0});
+  for (int k = 0; k < 2; ++k) add_link(scene, k, k + 1, Beam{1e5, 1e3, 2e3, 2e3, {0.0, 0.0, 1.0}});
+  scene.pushable = {0};
+  const auto warned = [&] {
+    Faults faults;
+    EXPECT_TRUE(make_plan(scene, build(scene), faults).has_value());
+    return std::any_of(faults.begin(), faults.end(), [](const Fault& fault) {
+      return fault.message.find("has no mass: what a load there bends") != std::string::npos;
+    });
+  };
+  EXPECT_FALSE(warned());
+  scene.pushable.push_back(2);
+  EXPECT_TRUE(warned());
+  std::get<Beam>(scene.links.back().kind).mass_per_length = 0.1;
+  EXPECT_FALSE(warned());
+}
+
+}  // namespace
+}  // namespace freeflex::testing
