@@ -1,62 +1,9 @@
-// The word on structures with bodies beside a truth that knows nothing of them: the same masses held by rigid
-// bodies, at true geometry.
-#include "tests/motion/body_clones.hpp"
-#include "tests/motion/word_truth.hpp"
+#include "tests/motion/word_bodies.hpp"
 
 namespace freeflex::testing {
 namespace {
 
-struct BodyCounts {
-  int all = 0, good = 0, false_good = 0, harmless = 0, silly = 0;
-  double worst_good = 0.0;
-};
-
-void judge_bodies(std::uint64_t seed, BodyCounts& counts) {
-  const RandomBodies random(seed);
-  Scene bodies = random.scene();
-  const auto whole = true_displacements(as_point_masses(bodies), random.end());
-  const auto num_points = static_cast<Eigen::Index>(bodies.points.size());
-  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded}) {
-    bodies.fidelity = rung;
-    Simulation simulation(bodies);
-    Judgement judgement(simulation.plan);
-    Budget none;
-    judgement.take(simulation.state, none);
-    const auto ticks = std::llround(random.end() * bodies.rate);
-    while (simulation.state.tick < ticks) {
-      simulation.run(1);
-      judgement.take(simulation.state, none);
-    }
-    const Verdict& verdict = judgement.now();
-    double error = HUGE_VAL;
-    if (whole) {
-      const Eigen::Matrix3Xd truth = whole->leftCols(num_points);
-      error = rms_over_mass(bodies, simulation.displacements_B() - truth) /
-              std::max(verdict.scale, rms_over_mass(bodies, truth));
-    }
-    std::printf("%llu %-11s error %.2e of the scale, estimate %.2e, unseen %.2e: %s\n",
-                static_cast<unsigned long long>(seed), name_of(rung), error, verdict.error / verdict.scale,
-                verdict.unseen / verdict.scale, name_of(verdict.word));
-    ++counts.all;
-    const bool is_good = verdict.word == Verdict::Word::kGood;
-    counts.good += is_good;
-    counts.false_good += is_good && error > 0.05;
-    counts.harmless += error < 0.01;
-    counts.silly += verdict.word == Verdict::Word::kOutside && error < 0.01;
-    if (is_good) counts.worst_good = std::max(counts.worst_good, error);
-  }
-}
-
-void expect_honest(std::uint64_t first, std::uint64_t last) {
-  BodyCounts counts;
-  for (std::uint64_t seed = first; seed <= last; ++seed) judge_bodies(seed, counts);
-  std::printf("%d words, %d good, largest error of them %.3f, %d of %d harmless ones outside\n", counts.all,
-              counts.good, counts.worst_good, counts.silly, counts.harmless);
-  EXPECT_EQ(counts.false_good, 0);
-  EXPECT_EQ(counts.silly, 0);
-  EXPECT_GT(counts.good, 0);
-}
-
+// sixty more in tests/motion/word_long_test
 TEST(WordOnBodies, IsNotGoodWhereItIsWrong) { expect_honest(1, 8); }
 
 }  // namespace

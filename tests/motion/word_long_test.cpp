@@ -2,7 +2,7 @@
 // second seed, on which nothing was set.
 #include <gtest/gtest.h>
 
-#include "tests/motion/word_truth.hpp"
+#include "tests/motion/word_bodies.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -18,6 +18,8 @@ TEST(WordLong, IsTrueOfThreeHundredOthers) {
   for (std::uint64_t seed = 0; seed < 300; ++seed) judge_scene(27182818'000 + seed, counts);
   expect_true_words(counts);
 }
+
+TEST(WordLong, OfSixtyRandomStructuresWithBodiesIsNotGoodWhereItIsWrong) { expect_honest(201, 260); }
 
 }  // namespace
 }  // namespace freeflex::testing

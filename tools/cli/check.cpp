@@ -96,9 +96,9 @@ int check(const CheckOptions& options) {
               counted(warnings, "warning").c_str());
   if (checked.kept.is_part)
     std::printf(
-        "  the lowest %d elastic modes are kept (modes:); none is missing below %.6g Hz, counted by "
+        "  only the lowest elastic modes are set up (modes:); none is missing below %.6g Hz, counted by "
         "inertia\n",
-        plan->num_elastic, checked.kept.counted_below);
+        checked.kept.counted_below);
   const io::SceneListing listing = io::scene_listing(*plan);
   if (const auto num_points = static_cast<std::int32_t>(plan->points.size()); listing.points < num_points)
     std::printf("  %s published, %d take commands, %d of %d listed on the bus: above %d only what is named\n",
