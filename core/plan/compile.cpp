@@ -312,7 +312,7 @@ std::optional<Plan> compile(const Scene& scene, const Structure& whole, const Pl
   compile_points(scene, structure, shapes, spec.has_every_row, plan);
   if (!are_point_masses(scene)) compile_turning(scene, structure, plan);
   compile_wheels(scene, plan);
-  compile_field(structure, structure.particles.shapes.rows() > 0 ? structure.particles.shapes : shapes, plan);
+  compile_field(structure, has_particles(structure) ? structure.particles.shapes : shapes, plan);
   compile_links(scene, structure, plan);
   compile_groups(scene, structure, plan);
   plan.force_limit = scene.force_limit;

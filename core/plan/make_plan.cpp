@@ -37,21 +37,43 @@ void warn_of_late_loads(const Scene& scene, const char* judge, double horizon, F
                             " judges, and counts for nothing there; take a longer horizon"));
 }
 
-// Says which loads act where nothing that has mass moves at once: what they bend there is in no mode (X162).
-void warn_of_massless_loads(const Scene& scene, Faults& faults) {
+// Of some points, each once, those where nothing that has mass moves at once.
+std::vector<int> massless_of(const Scene& scene, std::vector<int> points) {
   std::vector<bool> is_loose(scene.points.size());
   for (std::size_t i = 0; i < scene.points.size(); ++i) is_loose[i] = scene.points[i].mass == 0.0;
   for (const Link& link : scene.links)
     if (std::holds_alternative<Rigid>(link.kind) || has_mass(link))
       for (const int point : link.points) is_loose[static_cast<std::size_t>(point)] = false;
-  std::vector<int> points(scene.pushable);
-  for (const Load& load : scene.loads)
-    for (const PointLoad& each : load.forces) points.push_back(each.point);
   std::erase_if(points, [&](int point) { return !is_loose[static_cast<std::size_t>(point)]; });
   std::ranges::sort(points);
   points.erase(std::unique(points.begin(), points.end()), points.end());
+  return points;
+}
+
+constexpr int kNamed = 8;  // points in a message
+
+// Links hold such points where the others are: what they are given at the start is no motion.
+void warn_of_massless_start(const Scene& scene, Faults& faults) {
+  std::vector<int> given;
+  for (const auto& each : scene.initial.points)
+    if (!each.displacement.isZero(0.0) || !each.velocity.isZero(0.0)) given.push_back(each.point);
+  const std::vector<int> points = massless_of(scene, std::move(given));
+  if (!points.empty())
+    add_warning(
+        faults, scene.initial.origin,
+        join_text("the initial displacement and velocity of ", points.size() == 1 ? "point " : "points ",
+                  point_names(scene, points, kNamed), points.size() == 1 ? ", which has" : ", which have",
+                  " no mass, have no effect: links hold such points where the others are; give those "
+                  "the displacement, or these a mass"));
+}
+
+// Says which loads act where nothing that has mass moves at once: what they bend there is in no mode (X162).
+void warn_of_massless_loads(const Scene& scene, Faults& faults) {
+  std::vector<int> loaded(scene.pushable);
+  for (const Load& load : scene.loads)
+    for (const PointLoad& each : load.forces) loaded.push_back(each.point);
+  const std::vector<int> points = massless_of(scene, std::move(loaded));
   if (points.empty()) return;
-  constexpr int kNamed = 8;
   add_warning(
       faults, scene.points[static_cast<std::size_t>(points.front())].origin,
       join_text(points.size() == 1 ? "point " : "points ", point_names(scene, points, kNamed),
@@ -63,6 +85,18 @@ void warn_of_massless_loads(const Scene& scene, Faults& faults) {
 
 // what needs every mode of a structure that has the lowest alone
 void check_kept(const Scene& scene, const Structure& structure, Faults& faults) {
+  if (scene.modes.below > 0.0 && structure.omega.size() == 0)
+    add_warning(faults, scene.modes.origin,
+                join_text("modes: no elastic mode is below ", scene.modes.below, " Hz, nor below ",
+                          structure.kept.counted_below,
+                          " Hz: this structure moves as a rigid body; give more, in Hz, or count"));
+  if (!scene.modes.is_asked() && structure.kept.is_part && structure.omega.size() == 0)
+    add_warning(faults, scene.points.front().origin,
+                join_text("no elastic mode is below half the rate, ", 0.5 * scene.rate,
+                          " Hz, the lowest of a structure "
+                          "of so many points that are taken by default, nor below ",
+                          structure.kept.counted_below,
+                          " Hz: this structure moves as a rigid body; ask for more with modes: {count: N}"));
   if (!structure.kept.is_part || scene.automatic || !traits_of(scene.fidelity).has_true_geometry) return;
   add_error(
       faults, scene.modes.origin,
@@ -147,6 +181,7 @@ std::optional<Plan> make_checked_plan(const Scene& scene, const Structure& struc
   check_start(scene, structure, faults);
   check_kept(scene, structure, faults);
   warn_of_massless_loads(scene, faults);
+  warn_of_massless_start(scene, faults);
   if (scene.leave_out.tolerance > 0.0)
     warn_of_late_loads(scene, "leave_out: tolerance", scene.leave_out.horizon, faults);
   if (scene.automatic) warn_of_late_loads(scene, "fidelity: auto", scene.automatic->horizon, faults);

@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 #include <utility>
 
 #include "core/plan/histories.hpp"
@@ -172,6 +173,18 @@ double inner_load(const Scene& scene, const Structure& whole, const std::vector<
   return std::sqrt(sum);
 }
 
+// Forces in a link whose inside nothing tells act on what the mode moves there: a light point between heavy
+// ends swings far beyond the rms over the mass. A free beam moves its ends by 2.
+double unseen_factor(const Scene& scene, const Structure& whole, int mode) {
+  constexpr double kOfABeam = 4.0;
+  double most = 0.0;
+  for (const Link& link : scene.links)
+    if (std::holds_alternative<MatrixLink>(link.kind) || std::holds_alternative<Rigid>(link.kind))
+      for (const int point : link.points)
+        most = std::max(most, whole.shapes.block<3, 1>(3 * Eigen::Index{point}, mode).squaredNorm());
+  return std::max(1.0, most / kOfABeam);
+}
+
 template <typename Row>
 void append(const Row& row, Array& rows) {
   rows.insert(rows.end(), row.begin(), row.end());
@@ -180,19 +193,43 @@ void append(const Row& row, Array& rows) {
 // [-] of the rate: a sine of a higher frequency is not followed from tick to tick
 constexpr double kMostCycles = 0.1;
 
-bool outruns_ticks(const History& history, double rate) {
-  if (const auto* sine = std::get_if<SineHistory>(&history)) return sine->frequency > kMostCycles * rate;
-  const auto* table = std::get_if<TableHistory>(&history);
-  if (table == nullptr) return false;
-  for (std::size_t k = 1; k < table->times.size(); ++k)
-    if ((table->times[k] - table->times[k - 1]) * rate < 1.0 && table->values[k] != table->values[k - 1])
+// A load is straight from tick to tick: beside its own frequency f it has parts at k rate -+ f, smaller by
+// the square of the quotient, at which a mode may ring.
+bool meets_image(const SineHistory& sine, double rate, const Eigen::VectorXd& omega) {
+  constexpr double kHeard = 0.02;  // [-] of the static answer
+  return std::any_of(omega.begin(), omega.end(), [&](double one) {
+    const double mode = one / (2.0 * std::numbers::pi), turns = std::round(mode / rate);
+    const auto is_heard = [&](double image) {
+      const double apart = std::abs(mode - image), share = sine.frequency / image * sine.frequency / image;
+      return image > 0.5 * rate && share * mode > 2.0 * kHeard * apart;
+    };
+    return is_heard(turns * rate - sine.frequency) || is_heard(turns * rate + sine.frequency);
+  });
+}
+
+// A table is straight from tick to tick as well: what bends between ticks is cut off.
+bool bends_between_ticks(const TableHistory& table, double rate) {
+  constexpr double kClose = 10.0, kOnTick = 1e-6;  // [ticks]
+  for (std::size_t k = 1; k < table.times.size(); ++k) {
+    const double begin = table.times[k - 1] * rate, end = table.times[k] * rate;
+    const auto is_between = [](double tick) { return std::abs(tick - std::round(tick)) > kOnTick; };
+    if (table.values[k] != table.values[k - 1] && end - begin < kClose &&
+        (is_between(begin) || is_between(end)))
       return true;
+  }
   return false;
 }
 
+bool outruns_ticks(const History& history, double rate, const Eigen::VectorXd& omega) {
+  if (const auto* sine = std::get_if<SineHistory>(&history))
+    return sine->frequency > kMostCycles * rate || meets_image(*sine, rate, omega);
+  const auto* table = std::get_if<TableHistory>(&history);
+  return table != nullptr && bends_between_ticks(*table, rate);
+}
+
 // X147: third derivatives of the strain energy along the lowest modes that the plan has
-void fill_shadow(const Prestress& prestress, const Eigen::MatrixXd& rows, const std::vector<int>& modes,
-                 PlanNeglect& neglect) {
+void fill_shadow(const Prestress& prestress, const Eigen::MatrixXd& rows, const Eigen::MatrixXd& quartic,
+                 const std::vector<int>& modes, PlanNeglect& neglect) {
   const auto row_of = [&](int l, int u) {
     const Prestress::Pair pair{std::min(l, u), std::max(l, u)};
     return std::find(prestress.pairs.begin(), prestress.pairs.end(), pair) - prestress.pairs.begin();
@@ -200,6 +237,9 @@ void fill_shadow(const Prestress& prestress, const Eigen::MatrixXd& rows, const 
   const auto n = static_cast<std::size_t>(
       std::lower_bound(modes.begin(), modes.end(), prestress.num_shadowed) - modes.begin());
   neglect.num_shadowed = static_cast<std::int32_t>(n);
+  for (Eigen::Index form = 0; form < quartic.rows(); form += quartic.cols())
+    for (std::size_t a = 0; a < n; ++a)
+      for (std::size_t b = 0; b < n; ++b) neglect.quartic.forms.push_back(quartic(form + modes[a], modes[b]));
   Eigen::MatrixXi row(n, n);
   for (std::size_t a = 0; a < n; ++a)
     for (std::size_t b = 0; b < n; ++b)
@@ -224,7 +264,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   neglect.is_known = true;
   neglect.tolerance = scene.tolerance;
   for (std::size_t k = 0; k < scene.loads.size(); ++k)
-    if (outruns_ticks(scene.loads[k].history, scene.rate))
+    if (outruns_ticks(scene.loads[k].history, scene.rate, whole.omega))
       neglect.fast_loads.push_back(static_cast<std::int32_t>(k));
   neglect.is_rigid = !rung.has_modes && whole.omega.size() > 0;
   if (!rung.has_modes) return;
@@ -264,6 +304,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
       const Eigen::VectorXd& root =
           rung.has_true_geometry ? prestress.bent_root_quartic : prestress.root_quartic;
       neglect.root_quartic.push_back(root[l]);
+      if (prestress.has_unseen) neglect.bodies.unseen_factor.push_back(unseen_factor(scene, whole, l));
       ++neglect.num_judged;
     }
     const auto pair = static_cast<Eigen::Index>(k);
@@ -280,7 +321,8 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
     if (!bodies.empty() && !rung.couples) append(push_row(bodies, l, u), neglect.bodies.push_rows);
     append(Eigen::Vector3d(crosses.col(u)), neglect.coriolis_rows);
   }
-  fill_shadow(prestress, rows, spec.modes, neglect);
+  fill_shadow(prestress, rows, rung.has_true_geometry ? prestress.bent_quartic : prestress.quartic,
+              spec.modes, neglect);
   for (std::int32_t c = 0; c < neglect.num_shadowed; ++c)
     append(of_spin(field_of(whole, spec.modes[static_cast<std::size_t>(c)])), neglect.inertia_rows);
   for (std::size_t k = 0; k < scene.loads.size(); ++k) {

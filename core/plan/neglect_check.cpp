@@ -30,7 +30,10 @@ std::string find_neglect_inconsistency(const Plan& plan) {
           are_finite(neglect.inertia_rows) &&
           neglect.load_arms.size() == plan.histories.size() * neglect.inertia_rows.size() / 6 * kArmSize &&
           are_finite(neglect.load_arms) &&
-          neglect.shadow_rows.size() == num_shadowed * (num_shadowed + 1) / 2 * num_shadowed,
+          neglect.shadow_rows.size() == num_shadowed * (num_shadowed + 1) / 2 * num_shadowed &&
+          (num_shadowed == 0 ? neglect.quartic.forms.empty()
+                             : neglect.quartic.forms.size() % (num_shadowed * num_shadowed) == 0) &&
+          are_finite(neglect.quartic.forms),
       "what is judged by its own motion does not have the size of its modes");
   for (std::size_t l = 0; l < num_shadowed && error.empty(); ++l)
     require(neglect.pairs[l][0] == static_cast<std::int32_t>(l),
@@ -52,7 +55,10 @@ std::string find_neglect_inconsistency(const Plan& plan) {
               are_finite(neglect.spin_loads) && are_finite(neglect.spin_left_out) &&
               are_finite(neglect.root_quartic) && are_finite(neglect.shadow_rows) &&
               are_finite(neglect.bodies.push_rows) && std::isfinite(neglect.bodies.inner_load) &&
-              are_finite(neglect.left_out_rows) && are_finite(neglect.left_out_spin),
+              (neglect.bodies.unseen_factor.empty() ||
+               neglect.bodies.unseen_factor.size() == static_cast<std::size_t>(neglect.num_judged)) &&
+              are_finite(neglect.bodies.unseen_factor) && are_finite(neglect.left_out_rows) &&
+              are_finite(neglect.left_out_spin),
           "what the rung neglects is not finite");
   return error;
 }

@@ -218,7 +218,12 @@ void fields(Archive& archive, T& l) {
 
 template <typename Archive, Is<PlanBodyNeglect> T>
 void fields(Archive& archive, T& b) {
-  all_of<PlanBodyNeglect>(archive, b.push_rows, b.inner_load);
+  all_of<PlanBodyNeglect>(archive, b.push_rows, b.inner_load, b.unseen_factor);
+}
+
+template <typename Archive, Is<PlanQuartic> T>
+void fields(Archive& archive, T& q) {
+  all_of<PlanQuartic>(archive, q.forms);
 }
 
 template <typename Archive, Is<PlanNeglect> T>
@@ -227,7 +232,7 @@ void fields(Archive& archive, T& n) {
                       n.num_judged, n.pairs, n.load_rows, n.rate_rows, n.spin_rows, n.coriolis_rows,
                       n.coriolis_reach, n.spin_loads, n.spin_left_out, n.root_quartic, n.num_shadowed,
                       n.left_out, n.inertia_rows, n.load_arms, n.shadow_rows, n.left_out_rows,
-                      n.left_out_spin, n.bodies);
+                      n.left_out_spin, n.bodies, n.quartic);
 }
 
 template <typename Archive, Is<Plan> T>
@@ -338,6 +343,9 @@ class Reader {
   }
   void operator()(PlanBodyNeglect& bodies) {
     if (has_particles_) fields(*this, bodies);
+  }
+  void operator()(PlanQuartic& quartic) {
+    if (has_particles_) fields(*this, quartic);
   }
   void operator()(TorqueSums& torque) {
     if (has_particles_) fields(*this, torque);

@@ -177,7 +177,11 @@ std::string mass_matrix_problem(const Scene& scene, const Link& link) {
 
 std::array<Eigen::Vector3d, 4> corners_of(const PointMass& body) {
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(second_moment(body));
-  const Eigen::Vector3d S = eigen.eigenvalues().cwiseMax(0.0);
+  // what a moment about the point and that of the mass at the centre leave by rounding has no extent: a line
+  constexpr double kRounding = 1e-13;
+  const double least =
+      kRounding * (eigen.eigenvalues().cwiseMax(0.0).sum() + body.mass * body.offset.squaredNorm());
+  const Eigen::Vector3d S = eigen.eigenvalues().unaryExpr([&](double s) { return s > least ? s : 0.0; });
   const Eigen::Matrix3d arms = eigen.eigenvectors() * (S / body.mass).cwiseSqrt().asDiagonal();
   static const std::array<Eigen::Vector3d, 4> kSigns{
       Eigen::Vector3d{1.0, 1.0, 1.0}, {1.0, -1.0, -1.0}, {-1.0, 1.0, -1.0}, {-1.0, -1.0, 1.0}};

@@ -33,7 +33,7 @@ void Checker::check_points() {
       std::all_of(scene.points.begin(), scene.points.end(),
                   [](const PointMass& each) { return each.mass == 0.0; }) &&
       std::none_of(scene.links.begin(), scene.links.end(), [](const Link& link) { return has_mass(link); }))
-    error(scene.points.front().origin, "nothing has mass; a free structure needs a point or a link that has");
+    error(scene.points.front().origin, kNoMass);
   check_num_points(scene, true, faults);
 }
 

@@ -5,6 +5,9 @@
 
 namespace freeflex {
 
+/// Of a scene in which no mass was found: beside other faults it may only follow from them.
+inline constexpr const char* kNoMass = "nothing has mass; a free structure needs a point or a link that has";
+
 /// Appends every fault of points, links, groups, damping, loads, initial state and publication: values out of
 /// range, indices that name nothing, links of no length.
 void check_scene(const Scene& scene, Faults& faults);

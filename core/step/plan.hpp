@@ -338,6 +338,14 @@ enum class LacksModes : std::uint8_t {
 struct PlanBodyNeglect {
   Array push_rows;  // [kg] (pairs x 6) stiffness per acceleration and per angular acceleration; or empty
   double inner_load = 0.0;  // [m s^2] displacement per square of the spin that inner masses may have
+  // [-] (judged) how much more than a free beam a mode moves points of links whose inside nothing tells;
+  // empty without such links
+  Array unseen_factor;
+};
+
+/// Fourth order of the strain energy among the first modes: V_4 = 1/8 sum_r (x^T H_r x)^2   (THEORY X146).
+struct PlanQuartic {
+  Array forms;  // [sqrt(N)/m^2] (forms x num_shadowed x num_shadowed) symmetric; empty: of an old plan file
 };
 
 /// What the rung neglects of the motion: nothing that steps it, but what judges it   (THEORY X140, X141).
@@ -375,6 +383,7 @@ struct PlanNeglect {
   Array spin_loads;     // [kg m] (num_elastic x 6)
   Array spin_left_out;  // [m^2 s^4] (6 x 6) square of the static answer of modes left out, per two products
   PlanBodyNeglect bodies;
+  PlanQuartic quartic;
 };
 
 struct Plan {

@@ -167,7 +167,7 @@ bool BlockLanczos::step() {
   return true;
 }
 
-RitzPairs BlockLanczos::pairs(double tolerance, Eigen::Index count) const {
+RitzPairs BlockLanczos::pairs(double tolerance) const {
   RitzPairs found;
   const Eigen::Index known = last_;
   Eigen::MatrixXd T = projected_.topLeftCorner(known, known);
@@ -180,23 +180,18 @@ RitzPairs BlockLanczos::pairs(double tolerance, Eigen::Index count) const {
     return std::abs(eigen.eigenvalues()[a]) > std::abs(eigen.eigenvalues()[b]);
   });
   found.theta = eigen.eigenvalues()(order);
-  const Eigen::MatrixXd S = eigen.eigenvectors()(Eigen::all, order);
-  found.error = next_.rows() == 0
-                    ? Eigen::VectorXd::Zero(known)
-                    : Eigen::VectorXd((next_ * S.middleRows(last_begin_, next_.cols())).colwise().norm());
-  found.is_complete = is_complete_;
+  found.shares = eigen.eigenvectors()(Eigen::all, order);
+  found.error =
+      next_.rows() == 0
+          ? Eigen::VectorXd::Zero(known)
+          : Eigen::VectorXd((next_ * found.shares.middleRows(last_begin_, next_.cols())).colwise().norm());
   const double rounding =
       16.0 * std::numeric_limits<double>::epsilon() * (known > 0 ? std::abs(found.theta[0]) : 0.0);
   while (found.num_converged < known &&
          found.error[found.num_converged] <=
              std::max(tolerance * std::abs(found.theta[found.num_converged]), rounding))
     ++found.num_converged;
-  count = std::min(count, known);
-  if (count <= 0) return found;
-  found.vectors = basis_.times(S.leftCols(count));
   return found;
 }
-
-RitzPairs BlockLanczos::values(double tolerance) const { return pairs(tolerance, 0); }
 
 }  // namespace freeflex

@@ -7,13 +7,12 @@
 
 namespace freeflex {
 
-/// Ritz values and vectors; the size of theta falls, vectors are M-orthonormal.
+/// Ritz values; the size of theta falls.
 struct RitzPairs {
-  Eigen::VectorXd theta;     // (count)
-  Eigen::VectorXd error;     // (count) |T x - theta x| in the mass metric
-  Eigen::MatrixXd vectors;   // (n x count)
-  int num_converged = 0;     // of the largest, without a gap
-  bool is_complete = false;  // the whole space is in them
+  Eigen::VectorXd theta;   // (count)
+  Eigen::VectorXd error;   // (count) |T x - theta x| in the mass metric
+  Eigen::MatrixXd shares;  // (columns x count) of each column of the basis in each vector
+  int num_converged = 0;   // of the largest, without a gap
 };
 
 /// Columns that grow in number and are never moved: what is there already is not copied.
@@ -52,10 +51,12 @@ class BlockLanczos {
   Eigen::Index num_columns() const { return basis_.size(); }
   bool is_complete() const { return is_complete_; }
   bool has_failed() const { return has_failed_; }
-  /// Values and their errors alone, of those so far. \param tolerance  [-] of theta that counts as converged
-  RitzPairs values(double tolerance) const;
-  /// With the vectors of the first `count`.
-  RitzPairs pairs(double tolerance, Eigen::Index count) const;
+  /// Of those so far. \param tolerance  [-] of theta that counts as converged
+  RitzPairs pairs(double tolerance) const;
+  /// Of the first `count`, M-orthonormal (n x count).
+  Eigen::MatrixXd vectors(const RitzPairs& pairs, Eigen::Index count) const {
+    return basis_.times(pairs.shares.leftCols(count));
+  }
 
  private:
   // makes columns M-orthonormal to all and to each other, drops those that are not new; first: where the

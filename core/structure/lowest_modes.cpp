@@ -158,7 +158,7 @@ bool LowestModes::choose_shift() {
     BlockLanczos trial(op_, system_.num_all(), kBlock, 17);
     for (int step = 0; step < 3 && trial.step(); ++step) continue;
     if (trial.has_failed()) return fail("the structure cannot be solved: " + inverse_->problem());
-    const RitzPairs few = trial.values(kConverged);
+    const RitzPairs few = trial.pairs(kConverged);
     if (few.theta.size() == 0) return fail("the structure cannot be solved");
     // the sixth lowest of them: mechanisms are seldom so many
     const Eigen::Index at = std::min<Eigen::Index>(5, few.theta.size() - 1);
@@ -196,7 +196,10 @@ bool LowestModes::choose_count(const ModesWanted& wanted) {
     if (wanted.count == 0 && *inside > kMaxElastic)
       return fail(join_text("below ", wanted.below, " Hz the structure has ", *inside, " modes, at most ",
                             kMaxElastic, " are taken; take a lower frequency"));
-    if (wanted.count == 0 || *inside <= wanted.count) count_ = *inside;
+    if (wanted.count == 0 || *inside <= wanted.count) {
+      count_ = *inside;
+      asked_below_ = 2.0 * std::numbers::pi * wanted.below;
+    }
     if (!factor_at(lowest_sigma_)) return false;
   }
   return fits(kFirstColumns + 8 * kBlock);
@@ -266,9 +269,11 @@ std::optional<Eigen::MatrixXd> LowestModes::find_vectors(Eigen::Index below, Eig
     const bool is_slow = is_first && num >= kBlock && (columns >= kFirstColumns || num < columns / 5);
     return (ritz.theta.head(num).array() < 0.0).count() >= below && (num >= enough || is_slow);
   };
+  bool is_latest = false;
   while (lanczos.step()) {
-    if (lanczos.num_columns() < look) continue;
-    ritz = lanczos.values(kConverged);
+    is_latest = lanczos.num_columns() >= look;
+    if (!is_latest) continue;
+    ritz = lanczos.pairs(kConverged);
     if (is_done()) break;
     const Eigen::Index so_far = std::min(target, before + ritz.num_converged);
     const double share = static_cast<double>(std::max<Eigen::Index>(so_far, 1)) / static_cast<double>(target);
@@ -282,10 +287,9 @@ std::optional<Eigen::MatrixXd> LowestModes::find_vectors(Eigen::Index below, Eig
     fail("the structure cannot be solved: " + inverse_->problem());
     return std::nullopt;
   }
-  ritz = lanczos.values(kConverged);
+  if (!is_latest) ritz = lanczos.pairs(kConverged);
   is_complete_ = lanczos.is_complete();
-  ritz = lanczos.pairs(kConverged, is_complete_ ? ritz.theta.size() : ritz.num_converged);
-  return std::move(ritz.vectors);
+  return lanczos.vectors(ritz, is_complete_ ? ritz.theta.size() : ritz.num_converged);
 }
 
 // frequencies by the factor   (X175)
@@ -362,7 +366,9 @@ int LowestModes::count_missing() {
       widest = gap;
       at = k;
     }
-  counted_below_ = at < omega_.size() ? 0.5 * (omega_[at - 1] + omega_[at]) : 1.5 * omega_[at - 1];
+  counted_below_ = at == 0              ? 0.5 * omega_[0]
+                   : at < omega_.size() ? 0.5 * (omega_[at - 1] + omega_[at])
+                                        : 1.5 * omega_[at - 1];
   const std::optional<int> counted = count_below(counted_below_);
   if (!counted) return -1;
   const int missing = *counted - static_cast<int>(at);
@@ -372,7 +378,11 @@ int LowestModes::count_missing() {
                    " were found: stiffnesses are too far apart for a count; take another band"));
     return -1;
   }
-  if (missing == 0) omega_ = omega_.head(keep_).eval();
+  if (missing > 0) return missing;
+  // where the gap is beyond the band, all below it are there, and the first that is not kept is known
+  if (at > keep_) counted_below_ = (1.0 - kTogether) * next_;
+  counted_below_ = std::max(counted_below_, asked_below_);
+  omega_ = omega_.head(keep_).eval();
   return missing;
 }
 

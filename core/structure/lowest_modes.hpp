@@ -75,6 +75,7 @@ class LowestModes {
   Eigen::VectorXd omega_;             // rising
   Eigen::Index keep_ = 0;
   double next_ = 0.0, counted_below_ = 0.0;
+  double asked_below_ = 0.0;  // [rad/s] where modes wanted were counted; 0: by number
 };
 
 }  // namespace freeflex

@@ -6,6 +6,7 @@
 
 #include "core/structure/axial_prestress.hpp"
 #include "core/structure/link_factor.hpp"
+#include "core/structure/quartic.hpp"
 #include "core/structure/sparse_system.hpp"
 #include "core/structure/true_deformation.hpp"
 
@@ -176,6 +177,7 @@ struct PairStiffness {
   Eigen::MatrixXd axial, bent;                  // (pairs x answers)
   Eigen::MatrixXd axial_rate, bent_rate;        // the same by what dashpots and viscous links resist
   Eigen::VectorXd axial_quartic, bent_quartic;  // sum D h_lu^2, [N/m^3] (pairs)
+  SquareSums axial_squares, bent_squares;       // of the pairs wanted
   bool has_unseen = false;
 };
 
@@ -214,6 +216,7 @@ class AxialSums {
     if (!c.isZero(0.0))
       damped_ += products(orders.second, orders.second.cols(), c.asDiagonal() * orders.first);
     stiffness_.axial_quartic += orders.second.cwiseAbs2().transpose() * D;
+    stiffness_.axial_squares.add(orders.second, D);
     links_.clear();
   }
   const Scene& scene_;
@@ -225,9 +228,11 @@ class AxialSums {
 };
 
 // \param answers  [m] (n x answers) elastic coordinates that strain the links
+// \param squared  pairs whose products are wanted
 PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const Structure& structure,
-                           const std::vector<Prestress::Pair>& pairs, const Eigen::MatrixXd& answers) {
-  PairStiffness stiffness;
+                           const std::vector<Prestress::Pair>& pairs, const Eigen::MatrixXd& answers,
+                           const std::vector<int>& squared) {
+  PairStiffness stiffness{{}, {}, {}, {}, {}, {}, SquareSums(squared), SquareSums(squared)};
   stiffness.axial = Eigen::MatrixXd::Zero(static_cast<Eigen::Index>(pairs.size()), answers.cols());
   stiffness.bent = stiffness.axial_rate = stiffness.bent_rate = stiffness.axial;
   stiffness.axial_quartic = stiffness.bent_quartic = Eigen::VectorXd::Zero(stiffness.axial.rows());
@@ -270,6 +275,7 @@ PairStiffness stiffness_of(const Scene& scene, const LinkFactor& factor, const S
     if (damps) continue;
     (kind.is_axial ? stiffness.axial : stiffness.bent) += added;
     (kind.is_axial ? stiffness.axial_quartic : stiffness.bent_quartic) += h.cwiseAbs2().transpose() * D;
+    (kind.is_axial ? stiffness.axial_squares : stiffness.bent_squares).add(h, D);
   }
   axial.finish(answers);
   return stiffness;
@@ -309,8 +315,8 @@ Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Str
   Prestress prestress;
   choose_pairs(structure, prestress);
   const Eigen::Index n = structure.omega.size();
-  PairStiffness stiffness =
-      stiffness_of(scene, factor, structure, prestress.pairs, Eigen::MatrixXd::Identity(n, n));
+  PairStiffness stiffness = stiffness_of(scene, factor, structure, prestress.pairs,
+                                         Eigen::MatrixXd::Identity(n, n), shadowed_pairs(prestress));
   prestress.has_unseen = stiffness.has_unseen;
   prestress.rows = stiffness.axial + stiffness.bent;
   prestress.bent_rows = std::move(stiffness.bent);
@@ -320,6 +326,10 @@ Prestress find_prestress(const Scene& scene, const LinkFactor& factor, const Str
       root_quartic(structure, prestress, stiffness.axial_quartic + stiffness.bent_quartic, prestress.rows);
   prestress.bent_root_quartic =
       root_quartic(structure, prestress, stiffness.bent_quartic, prestress.bent_rows);
+  const Eigen::MatrixXd bent = stiffness.bent_squares.finish();
+  prestress.quartic =
+      quartic_forms(structure, prestress, stiffness.axial_squares.finish() + bent, prestress.rows);
+  prestress.bent_quartic = quartic_forms(structure, prestress, bent, prestress.bent_rows);
   return prestress;
 }
 
@@ -348,7 +358,7 @@ std::vector<FollowerStiffness> find_follower_stiffness(const Scene& scene, const
     for (int l = 0; l < num_modes; ++l) all.back().modes.push_back(l);
   }
   if (all.empty()) return all;
-  const PairStiffness stiffness = stiffness_of(scene, factor, structure, pairs, answers);
+  const PairStiffness stiffness = stiffness_of(scene, factor, structure, pairs, answers, {});
   for (std::size_t k = 0; k < all.size(); ++k)
     for (std::size_t pair = 0; pair < pairs.size(); ++pair) {
       const auto [l, u] = pairs[pair];
@@ -394,6 +404,8 @@ void turn_prestress(const Eigen::MatrixXd& turn, int first, Prestress& prestress
     if (num_judged > 0)
       root->segment(first, num_judged).setConstant(root->segment(first, num_judged).maxCoeff());
   }
+  turn_quartic_forms(turn, first, prestress.quartic);
+  turn_quartic_forms(turn, first, prestress.bent_quartic);
   for (Eigen::MatrixXd* rows :
        {&prestress.rows, &prestress.bent_rows, &prestress.rate_rows, &prestress.bent_rate_rows}) {
     rows->middleCols(first, count) = (rows->middleCols(first, count) * turn).eval();

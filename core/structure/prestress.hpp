@@ -26,6 +26,9 @@ struct Prestress {
   // [sqrt(N/m^3)] (num_modes) sqrt(beta_l): a mode's own displacement q adds beta_l q^2 when the others give
   // way (THEORY X146); of all links, and without springs, bars and dashpots
   Eigen::VectorXd root_quartic, bent_root_quartic;
+  // [sqrt(N)/m^2] ((forms num_shadowed) x num_shadowed) of the modes whose error is integrated, when those
+  // that are not give way: quartic_forms(); of all links, and without springs, bars and dashpots
+  Eigen::MatrixXd quartic, bent_quartic;
 };
 
 /// Stiffness that the internal forces of one follower load give the lowest modes, at amplitude 1 (THEORY

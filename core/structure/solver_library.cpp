@@ -3,11 +3,19 @@
 #include <dlfcn.h>
 
 #include <cstdlib>
+#include <string>
 
 #include "core/scene/faults.hpp"
 
 namespace freeflex {
 namespace {
+
+// The loader says in words alone what it lacks; those of glibc 2.36 where a mapping or an allocation fails.
+bool is_of_memory(const std::string& why) {
+  for (const char* const word : {"map segment", "map zero-fill", "allocate", "out of memory"})
+    if (why.find(word) != std::string::npos) return true;
+  return false;
+}
 
 SolverLibrary load() {
   constexpr int kKeep = 0;  // what the user has set
@@ -20,8 +28,11 @@ SolverLibrary load() {
   SolverLibrary library;
   void* const handle = dlopen(FREEFLEX_MUMPS_FILE, RTLD_NOW | RTLD_LOCAL);
   if (handle == nullptr) {
-    library.problem = join_text("the solver of large structures cannot be loaded (", dlerror(),
-                                "): install MUMPS, on Debian 12 the package libmumps-seq-5.5");
+    const std::string why = dlerror();
+    const std::string what = join_text("the solver of large structures cannot be loaded (", why, ")");
+    library.problem = is_of_memory(why)
+                          ? join_text("memory ran out: ", what, kMoreMemory)
+                          : join_text(what, ": install MUMPS, on Debian 12 the package libmumps-seq-5.5");
     return library;
   }
   library.mumps = reinterpret_cast<decltype(library.mumps)>(dlsym(handle, "dmumps_c"));

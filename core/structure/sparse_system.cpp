@@ -76,9 +76,9 @@ void orthonormalise(const SparseRows& mass, Eigen::MatrixXd& columns) {
 
 // X177. Vectors that the rows take to rounding, by inverse iteration on the Gram matrix of columns scaled to
 // one: as many candidates as that has small pivots, of which the rows themselves decide, for its eigenvalues
-// are squares. No rows when MUMPS fails.
+// are squares. No rows when MUMPS fails, and why.
 Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const Eigen::VectorXd& scale,
-                             SymmetricEntries gram) {
+                             SymmetricEntries gram, std::string& problem) {
   // [-] beside a matrix with ones on its diagonal: regular, and so small that three steps leave nothing else
   constexpr double kBeside = 1e-13;
   constexpr double kIsNull = 1e-11;  // [-] what rows make of a unit vector: rounding of their directions
@@ -86,19 +86,20 @@ Eigen::MatrixXd null_vectors(const std::vector<const SparseRows*>& rows, const E
   int count = 0;
   {
     Mumps ranked(gram);
-    if (!ranked.factor(kNoPivot)) return {};
+    if (!ranked.factor(kNoPivot)) return problem = ranked.problem(), Eigen::MatrixXd();
     count = ranked.num_null();
   }
   Eigen::MatrixXd null(size, count);
   if (count == 0) return null;
   for (int row = 0; row < size; ++row) gram.add(row, row, kBeside);
   Mumps factor(std::move(gram));
-  if (!factor.factor()) return {};
+  const auto failed = [&] { return problem = factor.problem(), Eigen::MatrixXd(); };
+  if (!factor.factor()) return failed();
   std::mt19937_64 engine(1);
   std::normal_distribution<double> normal;
   for (double& value : null.reshaped()) value = normal(engine);
   for (int step = 0; step < 3; ++step) {
-    if (!factor.solve(null)) return {};
+    if (!factor.solve(null)) return failed();
     const Eigen::HouseholderQR<Eigen::MatrixXd> qr(null);
     null.setIdentity();
     null.applyOnTheLeft(qr.householderQ());
@@ -134,11 +135,14 @@ void pin_loose(const Scene& scene, const SparseRows& unit_mass, SparseSystem& sy
       if (it.col() <= row)
         entries.add(row, static_cast<int>(it.col()), it.value() * scale[row] * scale[it.col()]);
   }
-  const Eigen::MatrixXd null = null_vectors(rows, scale, std::move(entries));
+  std::string problem;
+  const Eigen::MatrixXd null = null_vectors(rows, scale, std::move(entries), problem);
   if (null.rows() == 0)
     return add_error(faults, scene.points.front().origin,
-                     "the motions that neither mass nor links hold cannot be found; give joints of massless "
-                     "points a mass");
+                     problem.starts_with("memory ran out")
+                         ? problem
+                         : join_text("the motions that neither mass nor links hold cannot be found (",
+                                     problem, "); give joints of massless points a mass"));
   if (null.cols() == 0) return;
   std::vector<int> points;
   for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)

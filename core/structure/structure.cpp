@@ -287,7 +287,11 @@ std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Fau
   else
     find_all_modes(scene, factor, structure, faults);
   if (has_error(faults)) return std::nullopt;
-  if (!is_sparse && scene.modes.is_asked()) structure = keep_asked(scene, std::move(structure));
+  if (!is_sparse && scene.modes.is_asked()) {
+    structure = keep_asked(scene, std::move(structure));
+    check_modes(scene, static_cast<int>(structure.omega.size()), faults);
+    if (has_error(faults)) return std::nullopt;
+  }
   warn_of_mechanisms(scene, structure.mechanisms, faults);
   if (!say("forces of links", 0.0)) return std::nullopt;
   fill_rest(scene, factor, structure, faults);
@@ -298,8 +302,8 @@ std::optional<Structure> build_in_stages(const Scene& scene, SetupPath path, Fau
 }  // namespace
 
 bool takes_sparse_path(const Scene& scene) {
-  const auto num_points = static_cast<int>(scene.points.size());
-  return num_points > kMaxDensePoints || (scene.modes.is_asked() && num_points > kMostDenseOfPart);
+  return static_cast<int>(scene.points.size()) > kMaxDensePoints ||
+         (scene.modes.is_asked() && Freedoms(scene).num_all() > kMostDenseOfPart);
 }
 
 std::optional<Structure> build_structure(const Scene& scene, Faults& faults, const SetupProgress& progress) {

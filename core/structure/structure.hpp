@@ -91,9 +91,14 @@ struct Structure {
   std::vector<FollowerStiffness> follower_stiffness;  // of loads in local axes
 };
 
+/// What carries the mass is not the points themselves. Of masses that matrices alone have there are no
+/// particles (0 x n).
+inline bool has_particles(const Structure& structure) {
+  return structure.particles.shapes.rows() == 3 * structure.particles.mass.size();
+}
 /// Displacements of what carries the mass: Structure::particles, or the points themselves.
 inline const Eigen::MatrixXd& particle_shapes(const Structure& structure) {
-  return structure.particles.shapes.rows() > 0 ? structure.particles.shapes : structure.shapes;
+  return has_particles(structure) ? structure.particles.shapes : structure.shapes;
 }
 
 /// Checks the physics of a scene as far as that needs no modes: values, references, mass properties and,
@@ -111,7 +116,7 @@ struct SetupProgress {
 
 /// Checks the physics of a scene and computes its structure   (THEORY X41-X67). Faults are appended; nullopt
 /// on an error. All modes by a dense factor, O(rows n^2), up to kMaxDensePoints points; of larger scenes, and
-/// of those of more than kMostDenseOfPart points that ask for some of their modes, those alone by a sparse
+/// of those of more than kMostDenseOfPart freedoms that ask for some of their modes, those alone by a sparse
 /// one   (THEORY X170-X176). See tests/bench for times.
 std::optional<Structure> build_structure(const Scene& scene, Faults& faults,
                                          const SetupProgress& progress = {});

@@ -37,20 +37,25 @@ Vec3 gradient(const double* k, const Vec3& w) noexcept {
 
 }  // namespace
 
+ErrorShadow::Free ErrorShadow::free_over(double omega, double decay, double h) noexcept {
+  const auto [cosine, sine] = free_motion(omega, decay, h);
+  return {cosine + decay * sine, sine, -omega * omega * sine, cosine - decay * sine};
+}
+
 ErrorShadow::ErrorShadow(const Plan& plan) : plan_(plan) {
   const auto n = static_cast<std::size_t>(plan.neglect.num_shadowed);
   const double h = plan.period;
   for (std::size_t c = 0; c < n; ++c) {
     const double omega = plan.omega[c], decay = plan.decay[c], M = plan.mass;
-    const auto [cosine, sine] = free_motion(omega, decay, h);
-    Free free{cosine + decay * sine, sine,    -omega * omega * sine, cosine - decay * sine,
-              0.5 * h * h / M,       sine / M};
+    const Free whole = free_over(omega, decay, h);
+    Tick tick{whole, free_over(omega, decay, 0.5 * h), 0.5 * h * h / M, whole.from_rate / M};
     // below it the quotient loses more digits than the series of one term lacks
     if (std::max(omega, decay) * h > 1e-5 && omega > 0.0)
-      free.by_force = (1.0 - free.from_delta) / (M * omega * omega);
-    free_.push_back(free);
+      tick.by_force = (1.0 - whole.from_delta) / (M * omega * omega);
+    ticks_.push_back(tick);
   }
-  for (std::vector<double>* values : {&spin_force_, &strained_, &missing_, &turned_}) values->resize(n);
+  for (std::vector<double>* values : {&spin_force_, &x_, &v_, &bent_, &missing_, &turned_}) values->resize(n);
+  half_delta_.resize(n);
   const bool mixes = n > 0 && (plan.mixing.num_damping > 0 || !plan.feedbacks.empty());
   for (Array* values : {&delta_, &rate_, &force_})
     values->resize(mixes ? static_cast<std::size_t>(plan.num_padded) : n);
@@ -105,44 +110,78 @@ void ErrorShadow::set_spin(const Vec3& w, const std::array<double, 6>& products,
   }
 }
 
-/// X142, X143, X146, X147 with q as it is: third order of the energy among the shadowed modes, stiffness by
-/// what else strains the links, spin, fourth order.
+/// Halfway through a tick both motions as they ring freely: the force there makes the tick the map of a kick
+/// between two free halves, up to scale, so that what pushes back neither pumps nor damps.
+void ErrorShadow::go_halfway(const MotionState& state) noexcept {
+  for (std::size_t c = 0; c < size(); ++c) {
+    const Free& half = ticks_[c].half;
+    const double stiffness = plan_.mass * plan_.omega[c] * plan_.omega[c];
+    const double still = stiffness > 0.0 ? state.Q[c] / stiffness : 0.0, ring = state.q[c] - still;
+    half_delta_[c] = half.from_delta * delta_[c] + half.from_rate * rate_[c];
+    x_[c] = still + half.from_delta * ring + half.from_rate * state.q_dot[c] + half_delta_[c];
+    v_[c] = half.rate_from_delta * (ring + delta_[c]) + half.rate_from_rate * (state.q_dot[c] + rate_[c]);
+  }
+}
+
+/// X142, X143, X146, X147 of what there is with its error: third order of the energy among the shadowed
+/// modes, stiffness by what else strains the links, spin, fourth order.
 void ErrorShadow::find_forces(const MotionState& state) noexcept {
   const PlanNeglect& neglect = plan_.neglect;
   const std::size_t n = size();
-  double quartic = 0.0;
-  for (std::size_t c = 0; c < n; ++c) {
-    const double stiffness = plan_.mass * plan_.omega[c] * plan_.omega[c];
-    strained_[c] = state.q[c] + (stiffness > 0.0 ? spin_force_[c] / stiffness : 0.0);
-    force_[c] = spin_force_[c] + turned_[c];
-    quartic += neglect.root_quartic[c] * state.q[c] * state.q[c];
-  }
+  for (std::size_t c = 0; c < n; ++c) force_[c] = spin_force_[c] + turned_[c];
   const double* gamma = neglect.shadow_rows.data();
   for (std::size_t a = 0; a < n; ++a)
-    for (std::size_t b = a; b < n; ++b, gamma += n) {
-      const double product = strained_[a] * strained_[b];
-      for (std::size_t c = 0; c < n; ++c) force_[c] -= gamma[c] * product;
-    }
-  for (std::size_t c = 0; c < n; ++c) {
-    double sum = 0.0;
-    for (std::size_t b = 0; b < n; ++b) sum += E_[c * n + b] * (state.q[b] + delta_[b]);
-    force_[c] -= sum;
-    const double own = neglect.root_quartic[c] * state.q[c] * state.q[c];
-    force_[c] -= neglect.root_quartic[c] * (own + 3.0 * (quartic - own)) * state.q[c];
-  }
+    for (std::size_t b = a; b < n; ++b, gamma += n)
+      combine_one(gamma, -x_[a] * x_[b], true, n, force_.data());
+  for (std::size_t b = 0; b < n; ++b) combine_one(E_.data() + b * n, -x_[b], true, n, force_.data());
+  neglect.quartic.forms.empty() ? stretch_alike() : stretch();
   for (std::size_t c = 0; c < n && !neglect.inertia_rows.empty(); ++c)
     force_[c] += dot(gradient(neglect.inertia_rows.data() + 6 * c, w_), error_);
   for (const PlanWheel& wheel : plan_.wheels.all) push_by_wheel(wheel, state);
-  for (std::size_t c = 0; c < n && spins_; ++c)
-    for (std::size_t b = 0; b < n; ++b) force_[c] += coriolis_[c * n + b] * (state.q_dot[b] + rate_[b]);
+  if (spins_) add_coriolis();
 }
 
-/// Elastic turn of a body: that of the rung times `own`, and its error.
-Vec3 ErrorShadow::turn_at(const double* rows, const MotionState& state, double own) const noexcept {
+/// X146: -1/2 sum_r (x^T H_r x) H_r x.
+void ErrorShadow::stretch() noexcept {
+  const std::size_t n = size();
+  const Array& forms = plan_.neglect.quartic.forms;
+  for (const double* form = forms.data(); form != forms.data() + forms.size(); form += n * n) {
+    for (std::size_t b = 0; b < n; ++b) combine_one(form + b * n, x_[b], b > 0, n, bent_.data());
+    double sum = 0.0;
+    for (std::size_t a = 0; a < n; ++a) sum += bent_[a] * x_[a];
+    combine_one(bent_.data(), -0.5 * sum, true, n, force_.data());
+  }
+}
+
+/// As if all stretch were alike, of plan files that have no more.
+void ErrorShadow::stretch_alike() noexcept {
+  const Array& root = plan_.neglect.root_quartic;
+  double all = 0.0;
+  for (std::size_t c = 0; c < size(); ++c) all += root[c] * x_[c] * x_[c];
+  for (std::size_t c = 0; c < size(); ++c)
+    force_[c] -= root[c] * (3.0 * all - 2.0 * root[c] * x_[c] * x_[c]) * x_[c];
+}
+
+/// Of the rate halfway through the kick: they turn the motion, and a turn keeps its size.
+void ErrorShadow::add_coriolis() noexcept {
+  const std::size_t n = size();
+  const double half = 0.5 * plan_.period / plan_.mass;
+  const auto coriolis = [&](std::size_t c) {
+    double sum = 0.0;
+    for (std::size_t b = 0; b < n; ++b) sum += coriolis_[c * n + b] * v_[b];
+    return sum;
+  };
+  for (std::size_t c = 0; c < n; ++c) bent_[c] = coriolis(c);
+  for (std::size_t c = 0; c < n; ++c) v_[c] += half * bent_[c];
+  for (std::size_t c = 0; c < n; ++c) force_[c] += coriolis(c);
+}
+
+/// Elastic turn of a body that the rung does not reckon with: its own on rungs that do not couple, the error.
+Vec3 ErrorShadow::turn_at(const double* rows, const MotionState& state, const Array& delta) const noexcept {
   const std::size_t padded = index(plan_.num_padded);
-  Vec3 theta = scale(own, contract_rows(rows, state.q.data(), padded));
+  Vec3 theta = is_coupled(plan_) ? Vec3{} : contract_rows(rows, state.q.data(), padded);
   for (std::size_t axis = 0; axis < 3; ++axis)
-    for (std::size_t c = 0; c < size(); ++c) theta[axis] += rows[axis * padded + c] * delta_[c];
+    for (std::size_t c = 0; c < size(); ++c) theta[axis] += rows[axis * padded + c] * delta[c];
   return theta;
 }
 
@@ -152,7 +191,7 @@ void ErrorShadow::push_by_wheel(const PlanWheel& wheel, const MotionState& state
   const double* const rows = turn_rows(plan_, wheel.turning);
   const std::size_t padded = index(plan_.num_padded);
   const double h = state.wheel_momentum[index(static_cast<std::int32_t>(&wheel - plan_.wheels.all.data()))];
-  const Vec3 theta = turn_at(rows, state, is_coupled(plan_) ? 0.0 : 1.0), &a = wheel.axis;
+  const Vec3 theta = turn_at(rows, state, half_delta_), &a = wheel.axis;
   const Vec3 turned = scale(0.5, add(cross(cross(theta, a), w_), cross(a, cross(w_, theta))));
   const Vec3 torque = scale(h, sub(turned, cross(error_, a)));
   for (std::size_t c = 0; c < size(); ++c)
@@ -220,7 +259,7 @@ void ErrorShadow::turn_body(const State& state) noexcept {
   Vec3 added = sub(ring_momentum(state), multiply_transposed(R_WB, H_W_));
   for (std::size_t k = 0; k < plan_.wheels.all.size(); ++k) {  // the axis turns with its body   (X167)
     const PlanWheel& wheel = plan_.wheels.all[k];
-    const Vec3 theta = turn_at(turn_rows(plan_, wheel.turning), state, is_coupled(plan_) ? 0.0 : 1.0);
+    const Vec3 theta = turn_at(turn_rows(plan_, wheel.turning), state, delta_);
     H = add_scaled(H, state.wheel_momentum[k], wheel.axis);
     added = add_scaled(added, state.wheel_momentum[k], cross(theta, wheel.axis));
   }
@@ -245,13 +284,14 @@ double ErrorShadow::turn() const noexcept { return has_world_loads_ ? norm(phi_)
 
 void ErrorShadow::advance(const State& state) noexcept {
   turn_body(state);
+  go_halfway(state);
   find_forces(state);
   if (!zero_.empty()) return advance_all();
   for (std::size_t c = 0; c < size(); ++c) {
-    const Free& free = free_[c];
+    const auto& [free, half, by_force, rate_by_force] = ticks_[c];
     const double delta = delta_[c], rate = rate_[c];
-    delta_[c] = free.from_delta * delta + free.from_rate * rate + free.by_force * force_[c];
-    rate_[c] = free.rate_from_delta * delta + free.rate_from_rate * rate + free.rate_by_force * force_[c];
+    delta_[c] = free.from_delta * delta + free.from_rate * rate + by_force * force_[c];
+    rate_[c] = free.rate_from_delta * delta + free.rate_from_rate * rate + rate_by_force * force_[c];
   }
 }
 
@@ -295,7 +335,10 @@ void ErrorShadow::settle(const MotionState& state) noexcept {
   constexpr int kRounds = 8;  // a stiffness off by half settles to half a percent
   std::fill(delta_.begin(), delta_.end(), 0.0);
   std::fill(rate_.begin(), rate_.end(), 0.0);
+  std::fill(v_.begin(), v_.end(), 0.0);
   for (int round = 0; round < kRounds; ++round) {
+    std::copy_n(delta_.begin(), size(), half_delta_.begin());
+    for (std::size_t c = 0; c < size(); ++c) x_[c] = state.q[c] + delta_[c];
     find_forces(state);
     for (std::size_t c = 0; c < size(); ++c)
       if (const double omega = plan_.omega[c]; omega > 0.0)
@@ -303,14 +346,9 @@ void ErrorShadow::settle(const MotionState& state) noexcept {
   }
 }
 
-void ErrorShadow::limit(double most_swing, double most_free) noexcept {
-  double spin = 0.0;  // what the missing centrifugal load bends adds to what there is
-  for (std::size_t c = 0; c < size(); ++c)
-    if (const double omega = plan_.omega[c]; omega > 0.0)
-      spin += std::abs(spin_force_[c]) / (plan_.mass * omega * omega);
-  most_swing += 2.0 * spin;
+void ErrorShadow::limit(double most) noexcept {
   for (std::size_t c = 0; c < delta_.size(); ++c) {
-    const double omega = plan_.omega[c], most = omega > 0.0 ? most_swing : most_free;
+    const double omega = plan_.omega[c];
     const double amplitude = std::hypot(delta_[c], omega > 0.0 ? rate_[c] / omega : 0.0);
     if (amplitude <= most) continue;
     // also where it is no number any more

@@ -9,14 +9,14 @@
 namespace freeflex {
 
 /// Errors delta_c of the lowest modes, driven by what the rung neglects   (THEORY X142, X146-X148):
-/// delta'' + 2 decay delta' + omega^2 delta = F / M, exact over each tick with F held. Allocates nothing
-/// after construction.
+/// delta'' + 2 decay delta' + omega^2 delta = F / M, exact over each tick with F held as it is halfway.
+/// Allocates nothing after construction.
 class ErrorShadow {
  public:
   explicit ErrorShadow(const Plan& plan);
 
   /// Modes whose forces are integrated; where dashpots or feedback mix modes, all move.
-  std::size_t size() const noexcept { return free_.size(); }
+  std::size_t size() const noexcept { return ticks_.size(); }
   void clear() noexcept;
   /// Stiffness that the rung neglects between two modes, [N/m], but for what shadowed modes strain.
   void set_stiffness(std::size_t l, std::size_t u, double E) noexcept;
@@ -28,8 +28,8 @@ class ErrorShadow {
   void advance(const State& state) noexcept;
   /// What the motion settles to where it is held as it is.
   void settle(const MotionState& state) noexcept;
-  /// No amplitude is beyond `most` [m], no displacement of a mechanism beyond `most_free` [m].
-  void limit(double most, double most_free) noexcept;
+  /// No amplitude is beyond `most` [m].
+  void limit(double most) noexcept;
   /// Joins one of another plan.  \param modes  of this plan, by those of the other
   void join(const ErrorShadow& other, const std::vector<std::int32_t>& modes) noexcept;
   /// [m^2] sum of squares of the amplitudes.
@@ -38,16 +38,25 @@ class ErrorShadow {
   double turn() const noexcept;
 
  private:
-  struct Free {  // exact over a tick: delta, delta' and what a force adds to them
-    double from_delta, from_rate, rate_from_delta, rate_from_rate, by_force, rate_by_force;
+  struct Free {  // exact motion without force
+    double from_delta, from_rate, rate_from_delta, rate_from_rate;
   };
+  struct Tick {
+    Free whole, half;
+    double by_force, rate_by_force;
+  };
+  static Free free_over(double omega, double decay, double h) noexcept;
+  void go_halfway(const MotionState& state) noexcept;
   void find_forces(const MotionState& state) noexcept;
+  void stretch() noexcept;
+  void stretch_alike() noexcept;
+  void add_coriolis() noexcept;
   void take_torque(const State& state, const Mat3& R_WB) noexcept;
   void turn_body(const State& state) noexcept;
   void advance_all() noexcept;
   void kick_half(const Array& delta, bool is_second, Array& rate) noexcept;
   Vec3 ring_momentum(const MotionState& state) const noexcept;
-  Vec3 turn_at(const double* rows, const MotionState& state, double own) const noexcept;
+  Vec3 turn_at(const double* rows, const MotionState& state, const Array& delta) const noexcept;
   void push_by_wheel(const PlanWheel& wheel, const MotionState& state) noexcept;
 
   struct Pair {
@@ -55,13 +64,15 @@ class ErrorShadow {
     Vec3 s;                  // [-] sum m b_l x b_u / M
   };
   const Plan& plan_;
-  std::vector<Pair> pairs_;  // l < u
-  std::vector<Free> free_;
+  std::vector<Pair> pairs_;         // l < u
+  std::vector<Tick> ticks_;         // of each mode
   Array delta_, rate_;              // [m], [m/s] (n, or num_padded where modes are mixed)
   std::vector<double> E_;           // [N/m] (n x n)
   std::vector<double> coriolis_;    // [kg/s] (n x n)
   std::vector<double> spin_force_;  // [N] centrifugal load that the rung lacks
-  std::vector<double> strained_;    // [m] q and the static answer to that load
+  Array half_delta_;                // [m] halfway through the tick
+  std::vector<double> x_, v_;       // [m], [m/s] q + delta and its rate there
+  std::vector<double> bent_;        // products of a matrix with x_ or v_
   std::vector<double> missing_;     // [m] displacement whose torque and inertia the rung lacks
   std::vector<double> turned_;      // [N] what loads fixed in the world do to a body that has turned
   Array force_;                     // [N]

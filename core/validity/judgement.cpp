@@ -20,6 +20,9 @@ constexpr double kRoomOfTrueBars = 20.0;
 // [-] of the stiffness of a mode, lost to internal forces and spin: at 1 it buckles
 constexpr double kGoodSoftening = 0.5, kMostSoftening = 1.0;
 constexpr std::int64_t kLooksInHorizon = 8;
+// [rad] by which the step of the body or of its orbit may be off: 4 and 1 % of the displacements where it was
+// measured
+constexpr double kGoodTurn = 1e-3;
 // [-] size over distance of an attractor: the first term that is left out is as large beside the gradient
 constexpr double kNearAttractor = 0.02;
 
@@ -68,6 +71,7 @@ void Judgement::begin(const State& state) noexcept {
   pushed_ = 0.0;
   for (ModalErrors& errors : errors_) errors.clear();
   peak_ = fall_rate_ = fall_ = attractor_share_ = 0.0;
+  turn_error_ = orbit_error_ = unresolved_turn_ = 0.0;
   over_ = running_ = {};
   reading_ = {};
   now_ = worst_ = {};
@@ -85,6 +89,7 @@ void Judgement::take(const State& state, Budget& budget) noexcept {
   errors.take(state);
   read_beside(state, budget);
   fall(state);
+  turn(state);
   if (!errors.is_round_over()) return;
   peak_ = std::max(errors.size().envelope, peak_ * fade_);
   judge(state);
@@ -124,6 +129,30 @@ void Judgement::fall(const State& state) noexcept {
   attractor_share_ = size_ / std::sqrt(square);
   fall_rate_ += 3.0 * plan_.attractor_mu * largest / (plan_.mass * square * square) * plan_.period;
   fall_ += fall_rate_ * plan_.period;
+  // a step of second order over what the orbit turns by
+  const double step = std::sqrt(plan_.attractor_mu / (square * std::sqrt(square))) * plan_.period;
+  orbit_error_ += step * step * step / 12.0;
+}
+
+/// Rungs that couple step the turning body by order four, and what vibrates must be resolved where it turns.
+void Judgement::turn(const State& state) noexcept {
+  if (!is_coupled(plan_)) return;
+  const double parts = plan_.coupled.num_parts, part = plan_.period / parts, spin = norm(state.coupled.w_B);
+  const double step = spin * part;
+  turn_error_ += parts * std::pow(step, 5) / 120.0;
+  const bool has_wheels = std::any_of(state.wheel_momentum.begin(), state.wheel_momentum.end(),
+                                      [](double momentum) { return momentum != 0.0; });
+  if (step == 0.0 && !has_wheels) return;
+  double fast = 0.0, all = 0.0;
+  const Plan& plan = active_plan(plan_, state);
+  for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
+    if (plan.omega[l] == 0.0) continue;
+    const double rings = state.q_dot[l] / plan.omega[l] * state.q_dot[l] / plan.omega[l];
+    all += rings + state.q[l] * state.q[l];
+    if (plan.omega[l] * part > 1.0) fast += rings;
+  }
+  const double share = all > 0.0 ? std::sqrt(fast / all) : 0.0;
+  unresolved_turn_ += share * (spin * plan_.period + (has_wheels ? kGoodElastic : 0.0));
 }
 
 /// X124: what pushes can do to modes that are left out. Forces that would cancel in what is kept add up.
@@ -172,14 +201,16 @@ void Judgement::judge(const State& state) noexcept {
   } else if (own.spin > 0.7 * own.seen) {
     cause = Cause::kSpinLoad;
   }
-  note(grade(now_.error / now_.scale, kGoodElastic, kMostElastic), cause);
+  // nothing is off where nothing deforms, one body among it, which has no size
+  const auto share = [this](double error) { return error == 0.0 ? 0.0 : error / now_.scale; };
+  note(grade(share(now_.error), kGoodElastic, kMostElastic), cause);
   note(grade(own.softening, kGoodSoftening, kMostSoftening), Cause::kBuckling);
   if (size_ > 0.0) {
     note(grade(now_.position / size_, kGoodPosition, kMostPosition), Cause::kPosition);
     note(grade(own.displacement / size_ / room_, kGoodDisplacement, kMostDisplacement), Cause::kSize);
   }
   // what cannot be known is at best watch
-  if ((now_.error + now_.unseen) / now_.scale > kGoodElastic) note(Word::kWatch, Cause::kUnseen);
+  if (share(now_.error + now_.unseen) > kGoodElastic) note(Word::kWatch, Cause::kUnseen);
   // nothing is known of modes that were not kept, not even what loads do to them statically
   if (plan_.neglect.lacks_modes == LacksModes::kNotKept &&
       (own.displacement > 0.0 || !is_zero(state.force_W) || !is_zero(state.H_W)))
@@ -188,6 +219,8 @@ void Judgement::judge(const State& state) noexcept {
     note(Word::kWatch, Cause::kUnseen);
   if (fall_ > kGoodPosition * size_ || attractor_share_ > kNearAttractor)
     note(Word::kWatch, Cause::kAttractor);
+  if (turn_error_ > kGoodTurn || orbit_error_ > kGoodTurn || unresolved_turn_ > kGoodElastic)
+    note(Word::kWatch, Cause::kStep);
   if (!is_steady_ && !plan_.neglect.fast_loads.empty()) note(Word::kWatch, Cause::kFastLoad);
   if (plan_.neglect.is_rigid && (!is_zero(state.force_W) || !is_zero(state.H_W)))
     note(Word::kWatch, Cause::kRigid);
@@ -231,6 +264,8 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
       return "the full equations beside it left the numbers; raise the rate, or load less";
     case Cause::kIntegration:
       return "integration: raise the rate" + error;
+    case Cause::kStep:
+      return "integration: ticks are long for how the body, its orbit or what vibrates turns; raise the rate";
     case Cause::kUnresolved:
       return "integration: the rung beside the state does not resolve what vibrates, and may not see an "
              "error "

@@ -23,6 +23,7 @@ struct Verdict {
     kSize,         // displacements beside the size of the body
     kLost,         // the equations beside it left the numbers
     kIntegration,
+    kStep,        // of the turning body and its orbit, which nothing beside the state tells
     kUnresolved,  // the equations beside it do not resolve what vibrates
     kTruncation,
     kModel,     // by the equations beside it
@@ -77,6 +78,7 @@ class Judgement {
   void begin(const State& state) noexcept;
   void read_beside(const State& state, Budget& budget) noexcept;
   void fall(const State& state) noexcept;
+  void turn(const State& state) noexcept;
   void take_pushes(const State& state) noexcept;
   void judge(const State& state) noexcept;
 
@@ -97,6 +99,8 @@ class Judgement {
   double fall_rate_ = 0.0,
          fall_ = 0.0;             // [m/s], [m] place by what an attractor's field has beyond its gradient
   double attractor_share_ = 0.0;  // [-] size over distance
+  // [rad] by steps that are long for it: of the body's attitude, its orbit, of what vibrates as it turns
+  double turn_error_ = 0.0, orbit_error_ = 0.0, unresolved_turn_ = 0.0;
   Verdict now_, worst_;
 };
 

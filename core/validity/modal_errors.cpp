@@ -12,7 +12,7 @@
 namespace freeflex {
 namespace {
 
-constexpr std::size_t kMostProducts = 512;  // of a tick
+constexpr std::size_t kMostProducts = 512, kMostOwnProducts = 2048;  // of a tick
 
 // Stiffness that spin and loads can add where nothing tells how links carry them, in units of w^2 and of the
 // acceleration over the size. A free beam has 3.05 and 3.0 in its lowest mode.
@@ -21,12 +21,21 @@ constexpr double kUnseenSpin = 4.0, kUnseenLoad = 4.0;
 // of the stiffness by followers that the plan is taken to have: the rest counts as neglected
 constexpr double kFollowerShare = 0.9;
 
-// [rad] between two looks at a mode: what swings twice as fast is told from what stands
+// [rad] between two steps of a mode: what swings twice as fast is told from what stands
 constexpr double kResolved = 0.5;
 
 double square(double x) { return x * x; }
 // without the care of std::abs for what overflows, which takes longer than all else
 double length(const std::complex<double>& z) { return std::sqrt(std::norm(z)); }
+
+double dot(const double* a, const double* b, std::size_t n) {
+  double sums[4] = {};
+  std::size_t k = 0;
+  for (; k + 4 <= n; k += 4)
+    for (std::size_t j = 0; j < 4; ++j) sums[j] += a[k + j] * b[k + j];
+  for (; k < n; ++k) sums[0] += a[k] * b[k];
+  return (sums[0] + sums[1]) + (sums[2] + sums[3]);
+}
 
 }  // namespace
 
@@ -42,6 +51,9 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
       std::clamp((plan.neglect.pairs.size() * n + kMostProducts - 1) / kMostProducts, std::size_t{1},
                  std::max<std::size_t>(1, num_judged)));
   round_ = static_cast<double>(num_chunks_) * plan.period;
+  every_ = static_cast<std::int64_t>(std::max<std::size_t>(
+      1, ((num_judged - shadow_.size()) * n + kMostOwnProducts - 1) / kMostOwnProducts));
+  step_ = static_cast<double>(every_) * plan.period;
   if (!plan.neglect.rate_rows.empty()) creep_.resize(n), q_before_.resize(n);
   for (std::size_t l = 0; l < n; ++l) {
     if (plan.omega[l] == 0.0) continue;
@@ -55,8 +67,9 @@ ModalErrors::ModalErrors(const Plan& plan) : plan_(plan), shadow_(plan) {
   for (std::size_t l = 0; l < num_judged; ++l) {
     const auto mode = static_cast<std::size_t>(plan.neglect.pairs[l][0]);
     const double omega = plan.omega[mode], decay = plan.decay[mode];
-    const double turn = std::sqrt(std::max(0.0, square(omega) - square(decay))) * round_;
-    modes_[l].turn = std::polar(std::exp(-decay * round_), -turn);
+    const double turn = std::sqrt(std::max(0.0, square(omega) - square(decay))) * step_;
+    modes_[l].turn = std::polar(std::exp(-decay * step_), -turn);
+    modes_[l].fade = std::exp(-decay * round_);
     first_pair_.push_back(partners_.size());
     for (std::size_t pair = num_judged; pair < num_pairs; ++pair)
       if (plan.neglect.pairs[pair][0] == plan.neglect.pairs[l][0])
@@ -99,13 +112,12 @@ std::size_t ModalErrors::judged_place(std::int32_t mode) const {
 }
 
 void ModalErrors::clear() noexcept {
-  for (Mode& mode : modes_)
-    mode.ring = 0.0, mode.most = mode.driven = mode.still = mode.spread = mode.unseen = 0.0;
+  for (Mode& mode : modes_) mode.ring = 0.0, mode.most = mode.still = mode.spread = mode.unseen = 0.0;
   std::fill(second_.begin(), second_.end(), 0.0);
   std::fill(swing_.begin(), swing_.end(), std::complex<double>{});
   rest_hidden_ = 0.0;
   rest_ = fastest_ = softest_ = quartic_ = next_quartic_ = 0.0;
-  chunk_ = 0;
+  chunk_ = since_ = 0;
   is_first_ = true;
   size_ = {};
   shadow_.clear();
@@ -118,8 +130,9 @@ void ModalErrors::join(const ModalErrors& other, const std::vector<std::int32_t>
     for (std::size_t l = 0; l < modes_.size(); ++l) {
       if (plan_.neglect.pairs[l][0] != mode) continue;
       const std::complex<double> turn = modes_[l].turn;
+      const double fade = modes_[l].fade;
       modes_[l] = other.modes_[k];
-      modes_[l].turn = turn;
+      modes_[l].turn = turn, modes_[l].fade = fade;
     }
   }
   rest_ = other.rest_;
@@ -133,18 +146,19 @@ void ModalErrors::take(const State& state) noexcept {
   if (chunk_ == 0) {
     w_ = angular_velocity(plan_, state);
     products_ = {w_[0] * w_[0], w_[1] * w_[1], w_[2] * w_[2], w_[0] * w_[1], w_[0] * w_[2], w_[1] * w_[2]};
-    double loads = 0.0;
+    double loads = 0.0, strains = 0.0;
     for (std::size_t l = 0; l < n; ++l) {
       still_[l] = state.Q[l] * flexibility_[l];
       loads += square(state.Q[l]);
+      if (flexibility_[l] > 0.0) strains += square(state.q[l] / flexibility_[l]);
     }
     for (std::size_t l = 0; l < creep_.size(); ++l) {
       creep_[l] = is_first_ ? 0.0 : (state.q[l] - q_before_[l]) / round_;
       q_before_[l] = state.q[l];
     }
     is_first_ = false;
-    // rms over the mass: a force on one light point is large where it acts
-    const double acceleration = (std::sqrt(loads) + norm(state.force_W)) / plan_.mass;
+    // rms over the mass: a force on one light point is large where it acts; what rings pulls as loads do
+    const double acceleration = (std::sqrt(std::max(loads, strains)) + norm(state.force_W)) / plan_.mass;
     shadow_.set_spin(w_, products_, state.wheel_momentum);
     if (!plan_.neglect.bodies.push_rows.empty()) {
       const Mat3 R_WB = rotation_matrix(state.q_WB);
@@ -162,6 +176,8 @@ void ModalErrors::take(const State& state) noexcept {
   const std::size_t chunks = static_cast<std::size_t>(num_chunks_), chunk = static_cast<std::size_t>(chunk_);
   for (std::size_t l = chunk * num_judged / chunks; l < (chunk + 1) * num_judged / chunks; ++l)
     l < shadow_.size() ? look_at_shadowed(l, state) : look_at(l, state);
+  if (since_ == 0) go_on(state);
+  since_ = (since_ + 1) % every_;
   if (state.tick != state.epoch_start_tick) shadow_.advance(state);
   chunk_ = (chunk_ + 1) % num_chunks_;
   if (chunk_ == 0) finish_round(state);
@@ -174,7 +190,7 @@ void ModalErrors::settle(const State& state) noexcept {
   for (std::size_t l = 0; l < modes_.size(); ++l)
     l < shadow_.size() ? look_at_shadowed(l, state) : look_at(l, state);
   shadow_.settle(state);
-  for (Mode& mode : modes_) mode.ring = mode.unseen = 0.0;
+  for (Mode& mode : modes_) mode.ring = mode.unseen = mode.pumped = 0.0;
   rest_ = rest_hidden_ = 0.0;
   finish_round(state);
 }
@@ -208,10 +224,56 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
   return sum;
 }
 
-/// What other modes add to the error of one: no more than the strongest of them has.
-void ModalErrors::drive(std::size_t l, const std::complex<double>& share, double most) noexcept {
-  modes_[l].ring += share;
-  modes_[l].driven = std::min(modes_[l].driven + length(share), most);
+/// The modes beyond those whose error is integrated, free but for their own stiffness.
+void ModalErrors::go_on(const MotionState& state) noexcept {
+  const std::size_t n = flexibility_.size();
+  for (std::size_t l = shadow_.size(); l < modes_.size(); ++l) {
+    const auto at = static_cast<std::size_t>(plan_.neglect.pairs[l][0]);
+    const double omega = plan_.omega[at], still = state.Q[at] * flexibility_[at];
+    if (omega == 0.0) continue;
+    Mode& mode = modes_[l];
+    swing_[l] = {state.q[at] - still, state.q_dot[at] / omega};
+    mode.most = std::max(length(swing_[l]) + std::abs(still) + std::abs(mode.still), mode.most);
+    turn_by(l, is_resolved(l) ? mode.steady + dot(plan_.neglect.load_rows.data() + l * n, state.q.data(), n)
+                              : mode.stiffness);
+    mode.ring *= mode.turn;
+    const double size = length(mode.ring), most = 2.0 * size_of_body_;
+    if (!(size <= most)) mode.ring = std::isfinite(size) ? mode.ring * (most / size) : most;
+  }
+}
+
+/// A stiffness that is off, over a step, on the motion with its error: a kick where steps tell what pulsates
+/// with the mode from what stands, else a turn of the phase.
+void ModalErrors::turn_by(std::size_t l, double stiffness) noexcept {
+  const std::complex<double> whole = swing_[l] + modes_[l].ring;
+  const auto at = static_cast<std::size_t>(plan_.neglect.pairs[l][0]);
+  const double rate = 0.5 * plan_.omega[at] * stiffness * flexibility_[at] * step_;
+  const std::complex<double> turned = is_resolved(l)
+                                          ? whole - std::complex<double>(0.0, 2.0 * rate * whole.real())
+                                          : whole * std::polar(1.0, -rate);
+  modes_[l].ring += turned - whole;
+}
+
+/// The same of a stiffness between two modes and of what the spin turns one into the other by, one after the
+/// other: neither gains what the other does not lose.
+void ModalErrors::turn_each_other(std::size_t l, std::size_t u, double stiffness, double coriolis) noexcept {
+  const auto omega_of = [&](std::size_t mode) {
+    return plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[mode][0])];
+  };
+  const bool is_kick = std::max(omega_of(l), omega_of(u)) * round_ <= kResolved;
+  const auto push = [&](std::size_t to, std::size_t from, double turn) {
+    const std::complex<double> whole = swing_[from] + modes_[from].ring;
+    const double rate = 0.5 * stiffness / (plan_.mass * omega_of(to)) * round_;
+    const std::complex<double> share = is_kick ? std::complex<double>(0.0, 2.0 * rate * whole.real())
+                                               : std::complex<double>(0.0, rate) * whole;
+    modes_[to].ring -= share + turn * round_ * whole;
+  };
+  push(l, u, coriolis);
+  push(u, l, -coriolis);
+}
+
+bool ModalErrors::is_resolved(std::size_t l) const noexcept {
+  return plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])] * step_ <= kResolved;
 }
 
 void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
@@ -225,38 +287,32 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   for (std::size_t u = 0; u < second_.size(); ++u) second_[u] += row[u] * square(state.q[at]);
   if (omega == 0.0) return look_at_mechanism(l, stiffness, state);
 
-  const std::complex<double> i(0.0, 1.0);
-  swing_[l] = {state.q[at] - still_[at], state.q_dot[at] / omega};
   // X146: as much as a spring of third order on average, and with the others three times as much
   const double root = neglect.root_quartic[l], own = root * square(length(swing_[l]) + std::abs(still_[at]));
   next_quartic_ += own;
   stiffness += root * (1.5 * std::max(0.0, quartic_ - own) + 0.75 * own);
   const double share = stiffness * flexibility_[at];
   softest_ = std::max(softest_, -share);
-  std::complex<double> gain = -0.5 * i * omega * share * swing_[l];
-  // a stiffness that pulsates twice as fast as the mode acts on the part that turns the other way
-  if (omega * round_ <= kResolved) gain -= 0.5 * i * omega * share * std::conj(swing_[l]);
+  // a pulse that steps do not tell: stiffness that swings by e makes grow by omega e / 4 a second (Mathieu)
+  if (!is_resolved(l)) {
+    const double pulse = 0.25 * omega * std::abs(stiffness - mode.stiffness) * flexibility_[at] * round_;
+    mode.pumped =
+        std::min(2.0 * size_of_body_, (mode.pumped + pulse * (mode.pumped + length(swing_[l]))) * mode.fade);
+  }
+  mode.stiffness = stiffness;
+  mode.steady = stiffness - dot(row, still_.data(), still_.size());
   for (std::size_t k = first_pair_[l]; k < first_pair_[l + 1]; ++k) {
     const auto [pair, u] = partners_[k];
-    const double coupling = 0.5 * stiffness_of(pair) / plan_.mass;
     const double* const s = neglect.coriolis_rows.data() + 3 * pair;
-    const double coriolis = is_coupled(plan_) ? 0.0 : s[0] * w_[0] + s[1] * w_[1] + s[2] * w_[2];
-    const double omega_u = plan_.omega[static_cast<std::size_t>(neglect.pairs[u][0])];
-    const double most = std::max(mode.most, modes_[u].most);
-    drive(l, round_ * (-i * coupling / omega - coriolis) * swing_[u], most);
-    drive(u, round_ * (-i * coupling / omega_u + coriolis) * swing_[l], most);
+    turn_each_other(l, u, stiffness_of(pair),
+                    is_coupled(plan_) ? 0.0 : s[0] * w_[0] + s[1] * w_[1] + s[2] * w_[2]);
   }
   double still = -share * still_[at];
   for (std::size_t k = 0; k < 6 && !neglect.spin_loads.empty(); ++k)
     still += neglect.spin_loads[6 * at + k] * products_[k] * flexibility_[at];
-  mode.ring = (mode.ring + round_ * gain) * mode.turn - (still - mode.still);
+  mode.ring -= still - mode.still;
   mode.still = still;
-  // no motion of the mode's amplitude can be off by more than twice that
-  mode.most =
-      std::max(length(swing_[l]) + std::abs(still_[at]) + std::abs(still), mode.most * length(mode.turn));
-  mode.driven *= length(mode.turn);
-  if (const double size = length(mode.ring), most = std::max(2.0 * mode.most, mode.driven); size > most)
-    mode.ring *= most / size;
+  mode.most *= mode.fade;
   // shapes change with the stiffness, and Coriolis forces make the others swing along
   mode.spread = std::abs(share) * (length(swing_[l]) + std::abs(still_[at])) +
                 std::sqrt(2.0 * std::max(0.0, coriolis_reach(l))) * length(swing_[l]);
@@ -288,7 +344,7 @@ void ModalErrors::look_at_shadowed(std::size_t l, const MotionState& state) noex
     return;
   }
   swing_[l] = {state.q[l] - still_[l], state.q_dot[l] / omega};
-  mode.most = std::max(length(swing_[l]) + std::abs(still_[l]), mode.most * length(mode.turn));
+  mode.most = std::max(length(swing_[l]) + std::abs(still_[l]), mode.most * mode.fade);
   next_quartic_ += neglect.root_quartic[l] * square(length(swing_[l]) + std::abs(still_[l]));
   const double share = stiffness * flexibility_[l];
   softest_ = std::max(softest_, -share);
@@ -306,13 +362,17 @@ double ModalErrors::coriolis_reach(std::size_t l) const noexcept {
 }
 
 /// Ringing's error by what nothing tells.
+double ModalErrors::unseen_factor(std::size_t l) const noexcept {
+  return l < plan_.neglect.bodies.unseen_factor.size() ? plan_.neglect.bodies.unseen_factor[l] : 1.0;
+}
+
 void ModalErrors::hide(std::size_t l, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
   const double omega = plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])];
-  const double unseen = unseen_share_ / (omega_1_ * omega);
+  const double unseen = unseen_share_ * unseen_factor(l) / (omega_1_ * omega);
   mode.unseen = std::min(2.0 * mode.most, (mode.unseen + (0.5 * omega * unseen + wheel_phase(l, state)) *
                                                              round_ * length(swing_[l])) *
-                                              length(mode.turn));
+                                              mode.fade);
 }
 
 /// A mode without stiffness has what prestress gives it alone: error and its rate stand in `ring`.
@@ -361,10 +421,8 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
     for (std::size_t b = 0; b < 6; ++b)
       spin += plan_.neglect.spin_left_out[6 * a + b] * products_[a] * products_[b];
   spin = std::max(0.0, spin);
-  double judged_spin = 0.0, most = 0.0;
-  for (const Mode& mode : modes_) most = std::max(most, mode.most);
-  // out of phase is twice as large at most
-  shadow_.limit(2.0 * most, 2.0 * size_of_body_);
+  double judged_spin = 0.0;
+  shadow_.limit(2.0 * size_of_body_);
   seen += shadow_.square();
   // what turns the shadowed modes turns the others too, at rest
   if (const double turn = shadow_.turn(); turn > 0.0) {
@@ -380,8 +438,9 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
       seen += is_mechanism ? square(mode.ring.real()) : std::norm(mode.ring + mode.still);
     judged_swing += std::norm(swing_[l]);
     spread += square(mode.spread);
-    hidden += square(mode.unseen);
-    if (!is_mechanism) hidden += square(unseen_share_ / (omega_1_ * plan_.omega[at]) * still_[at]);
+    hidden += square(mode.unseen) + square(mode.pumped);
+    if (!is_mechanism)
+      hidden += square(unseen_share_ * unseen_factor(l) / (omega_1_ * plan_.omega[at]) * still_[at]);
     double still = 0.0;
     for (std::size_t k = 0; k < 6 && !plan_.neglect.spin_loads.empty(); ++k)
       still += plan_.neglect.spin_loads[6 * at + k] * products_[k] * flexibility_[at];

@@ -21,8 +21,9 @@ struct ModalErrorSize {
 };
 
 /// Ringing errors that grow while modes ring, static ones, those of second order   (THEORY X142, X143).
-/// The lowest modes are integrated at every tick, some 3,000 multiplications of 16 and 430 a load; higher
-/// ones are looked at every so many ticks, in turn, some 600. Allocates nothing after construction.
+/// The lowest modes are integrated at every tick, some 6,000 multiplications of 16 and 430 a load; higher
+/// ones at every tick or every few, some 2,000, their partners in turn, some 600. Allocates nothing after
+/// construction.
 class ModalErrors {
  public:
   explicit ModalErrors(const Plan& plan);
@@ -44,11 +45,14 @@ class ModalErrors {
   struct Mode {
     std::complex<double> ring;  // [m] error of the ringing: amplitude and phase, q + i q' / omega
     double most = 0.0;          // [m] largest amplitude of the mode itself, fading with its decay
-    double driven = 0.0;        // [m] what other modes may have added to `ring`, at most
     double still = 0.0;         // [m] error of the static part
     double spread = 0.0;        // [m] bound on what of the ringing and the static part other modes take
     double unseen = 0.0;        // [m] bound on the ringing's error by what is not known
-    std::complex<double> turn;  // of free motion over a round, with its decay
+    double pumped = 0.0;        // [m] bound on what stiffness that pulsates unresolved makes grow
+    double stiffness = 0.0;     // [N/m] that the rung neglects, at the last look
+    double steady = 0.0;        // [N/m] of it, what no displacement strains
+    double fade = 1.0;          // decay over a round
+    std::complex<double> turn;  // of free motion over a step of its own, with its decay
   };
   struct Partner {
     std::size_t pair, u;  // of the plan's pairs; judged mode
@@ -59,7 +63,11 @@ class ModalErrors {
   };
   std::size_t judged_place(std::int32_t mode) const;
   void look_at(std::size_t l, const MotionState& state) noexcept;
-  void drive(std::size_t l, const std::complex<double>& share, double most) noexcept;
+  bool is_resolved(std::size_t l) const noexcept;
+  double unseen_factor(std::size_t l) const noexcept;
+  void go_on(const MotionState& state) noexcept;
+  void turn_by(std::size_t l, double stiffness) noexcept;
+  void turn_each_other(std::size_t l, std::size_t u, double stiffness, double coriolis) noexcept;
   void look_at_shadowed(std::size_t l, const MotionState& state) noexcept;
   double coriolis_reach(std::size_t l) const noexcept;
   void weigh_wheels();
@@ -73,8 +81,10 @@ class ModalErrors {
   const Plan& plan_;
   ErrorShadow shadow_;  // of the lowest modes
   std::int64_t num_chunks_ = 1, chunk_ = 0;
-  double round_ = 0.0;    // [s]
-  double omega_1_ = 0.0;  // [rad/s] lowest that is not zero; 0: none
+  double round_ = 0.0;                  // [s]
+  std::int64_t every_ = 1, since_ = 0;  // ticks of a step of the modes beyond the integrated, ticks since
+  double step_ = 0.0;                   // [s] of it
+  double omega_1_ = 0.0;                // [rad/s] lowest that is not zero; 0: none
   double size_of_body_ = 0.0;
   std::vector<Mode> modes_;              // judged ones
   std::vector<std::size_t> first_pair_;  // (judged + 1) pairs (l, u) of mode l, u > l, in partners_

@@ -6,6 +6,7 @@
 
 #include "core/plan/compile.hpp"
 #include "core/plan/kinetics.hpp"
+#include "core/plan/make_plan.hpp"
 #include "core/step/budget.hpp"
 #include "tests/motion/lagrange_equations.hpp"
 #include "tests/motion/rung_cases.hpp"
@@ -330,6 +331,34 @@ TEST(KeptModes, OfATolerancesChoiceLeaveNoMoreThanItAllows) {
 }
 
 // with rigid links or bodies the best rung is coupled: what is off is the step alone
+TEST(KeptModes, NoneBelowTheFrequencyIsWarnedOf) {
+  Scene scene = five_points();
+  scene.modes.below = 1e-3;
+  Faults faults;
+  const std::optional<Plan> plan = make_plan(scene, build(scene), faults);
+  ASSERT_TRUE(plan);
+  EXPECT_EQ(plan->num_elastic, 0);
+  ASSERT_EQ(faults.size(), 1U);
+  EXPECT_NE(faults[0].message.find("no elastic mode is below 0.001 Hz"), std::string::npos)
+      << faults[0].message;
+}
+
+// a mode that is not kept has no number
+TEST(KeptModes, HaveTheNumbersThatStartAndDampingMayName) {
+  for (const bool is_damping : {false, true}) {
+    Scene scene = five_points();
+    scene.modes.count = 2;
+    if (is_damping)
+      scene.damping.mode_ratios = {{5, 0.1}};
+    else
+      scene.initial.modes = {{5, 0.1, 0.0}};
+    Faults faults;
+    EXPECT_FALSE(build_structure(scene, faults));
+    ASSERT_EQ(faults.size(), 1U);
+    EXPECT_NE(faults[0].message.find("names elastic mode 5, there are 2"), std::string::npos);
+  }
+}
+
 TEST(BestRung, IsCoupledWhereTrueBarsCannotStand) {
   Scene scene = with_rigid_links();
   scene.rate = 1000.0;

@@ -252,6 +252,38 @@ TEST(Push, TheWordKnowsThatTheInsideOfASuperelementSpinsToo) {
 }
 
 // a load on a massless tip bends the beam that carries it, which no mode has
+TEST(Push, OneBodyHasNothingToDeform) {
+  Scene scene;
+  add_point(scene, 3.0, {0.0, 0.0, 0.0});
+  scene.points[0].inertia = Eigen::Vector3d(0.4, 0.5, 0.6).asDiagonal();
+  scene.initial.angular_velocity = {1.0, 0.1, 0.2};
+  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled}) {
+    scene.fidelity = rung;
+    Simulation simulation(scene);
+    Judgement judgement(simulation.plan);
+    Budget none;
+    judgement.take(simulation.state, none);
+    for (int k = 0; k < 100; ++k) {
+      simulation.run(1);
+      judgement.take(simulation.state, none);
+    }
+    EXPECT_EQ(judgement.worst().word, Verdict::Word::kGood) << name_of(rung);
+  }
+}
+
+TEST(Push, AStartOfMasslessPointsIsWarnedOf) {
+  Scene scene;
+  for (int k = 0; k < 3; ++k) add_point(scene, k == 1 ? 0.0 : 1.0, {1.0 * k, 0.0, 0.0});
+  for (int k = 0; k < 2; ++k) add_link(scene, {k, k + 1}, Beam{1e5, 100.0, 100.0, 100.0, {0.0, 0.0, 1.0}});
+  scene.initial.points = {{1, Eigen::Vector3d(0.0, 1e-3, 0.0), Eigen::Vector3d::Zero()}};
+  Faults faults;
+  EXPECT_TRUE(make_plan(scene, build(scene), faults));
+  const auto found = std::ranges::find_if(faults, [](const Fault& fault) {
+    return fault.message.find("which has no mass, have no effect") != std::string::npos;
+  });
+  EXPECT_NE(found, faults.end());
+}
+
 TEST(Push, ALoadOnAMasslessPointIsWarnedOf) {
   Scene scene;
   for (const double x : {0.0, 1.0}) add_point(scene, 2.0, {x, 0.0, 0.0});

@@ -219,11 +219,30 @@ TEST(SparseModes, BelowAFrequencyAreThoseOfTheDensePath) {
     ASSERT_TRUE(few) << text_of(faults);
     const Eigen::Index expected = (whole.omega.array() < 2.0 * M_PI * below).count();
     EXPECT_EQ(few->omega.size(), expected);
-    EXPECT_GE(few->kept.counted_below, few->omega[expected - 1] / (2.0 * M_PI));
+    // none is missing below that: it is no higher than the first that is not kept, and no lower than what was
+    // asked
+    EXPECT_GE(few->kept.counted_below, below);
+    EXPECT_LE(few->kept.counted_below, whole.omega[expected] / (2.0 * M_PI));
     Faults dense_faults;
     const auto part = build_structure_by(scene, SetupPath::kDense, dense_faults);
     ASSERT_TRUE(part);
     EXPECT_EQ(part->omega.size(), expected);
+  }
+}
+
+// what is counted is told of the modes that are kept, none among them
+TEST(SparseModes, BelowTheLowestThereIsNone) {
+  Scene scene = square_truss(26);
+  const Structure whole = build(scene);
+  const double lowest = whole.omega[0] / (2.0 * M_PI);
+  for (const double below : {1e-3, 0.5 * lowest, 0.99 * lowest}) {
+    scene.modes.below = below;
+    Faults faults;
+    const auto none = build_structure_by(scene, SetupPath::kSparse, faults);
+    ASSERT_TRUE(none) << text_of(faults);
+    EXPECT_EQ(none->omega.size(), 0);
+    EXPECT_GE(none->kept.counted_below, below);
+    EXPECT_LE(none->kept.counted_below, lowest);
   }
 }
 

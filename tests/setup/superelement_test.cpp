@@ -7,6 +7,7 @@
 #include "core/structure/particles.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/setup/make_scene.hpp"
+#include "tests/support/simulation.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -83,6 +84,32 @@ TEST(Superelement, ABeamByItsOwnMatricesIsThatBeam) {
     }
     EXPECT_GT(own, 0.0);
     EXPECT_LT(sum.norm(), 1e-10 * mixed.mass_properties.mass) << l;
+  }
+}
+
+// nothing but the matrix has mass: no particles, and the motion that the beam has by itself
+TEST(Superelement, MayCarryAllOfTheMass) {
+  Scene beam = chain(false), matrix = chain(true);
+  for (Scene* scene : {&beam, &matrix}) {
+    scene->points = {scene->points[1], scene->points[2]};
+    scene->links = {scene->links[1]};
+    scene->links[0].points = {0, 1};
+    scene->publication.points = {0, 1};
+    scene->rate = 1000.0;
+    Load load;
+    load.forces = {{1, {0.0, 3.0, 1.0}}};
+    load.history = PulseHistory{0.0, 0.01};
+    scene->loads = {load};
+    scene->fidelity = Fidelity::kSpinLoaded;
+  }
+  Simulation of_beam(beam), of_matrix(matrix);
+  for (int k = 0; k < 5; ++k) {
+    of_beam.run(20);
+    of_matrix.run(20);
+    const double size = of_beam.displacements_B().norm();
+    EXPECT_GT(size, 1e-6);
+    EXPECT_LT((of_beam.displacements_B() - of_matrix.displacements_B()).norm(), 1e-7 * size);
+    EXPECT_LT((of_beam.positions_W() - of_matrix.positions_W()).norm(), 1e-12);
   }
 }
 

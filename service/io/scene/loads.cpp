@@ -39,6 +39,10 @@ void SceneReader::read_load(const Node& node) {
     report_.error(wrenches->origin, fields.label() +
                                         ": wrenches with axes local: a group has no one local rotation; use "
                                         "axes body, or forces on its points");
+  if (const Node* const axes = fields.find("axes"); axes && wheels && !forces && !wrenches && !torques)
+    report_.error(
+        axes->origin,
+        fields.label() + ": axes has no effect on wheels, which have axes of their own; leave it out");
   if (!forces && !wrenches && !torques && !wheels && fields.is_mapping())
     report_.error(node.origin,
                   fields.label() + " has neither forces, wrenches, torques nor wheels; it must have one");

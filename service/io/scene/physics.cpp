@@ -23,6 +23,7 @@ std::set<Place> find_items(const Scene& scene) {
   add(scene.links);
   add(scene.groups);
   add(scene.loads);
+  add(scene.wheels);
   add(scene.feedbacks);
   places.insert(place_of(scene.damping.origin));
   places.insert(place_of(scene.initial.origin));
@@ -58,7 +59,7 @@ void report_physics(const Scene& scene, const std::vector<Origin>& other_places,
   check_physics(scene, found);
   for (const Fault& fault : found)
     if (fault.severity == Fault::Severity::kError && fault.origin.line > 0 &&
-        !broken.contains(place_of(fault.origin)))
+        !broken.contains(place_of(fault.origin)) && (broken.empty() || fault.message != kNoMass))
       report.error(fault.origin, fault.message);
 }
 

@@ -194,14 +194,14 @@ void SceneReader::read_modes(const Node& node) {
   ModesAsked& modes = scene_.modes;
   modes.origin = node.origin;
   fields.read("below", {"Hz", Bound::kPositive}, modes.below);
-  if (const Node* count = fields.find("count")) {
-    const auto number = parse_integer(count->text, 1, kMaxElastic);
-    if (!number)
-      report_.error(count->origin, "modes: count is " + describe(*count) +
-                                       ", must be a whole number from 1 to " + std::to_string(kMaxElastic) +
-                                       ", what one state message can carry");
-    modes.count = static_cast<int>(number.value_or(0));
-  }
+  double count = 1.0;
+  fields.read("count", kCount, count);
+  if (count != std::floor(count) || count < 1.0 || count > kMaxElastic)
+    report_.error(fields.find("count")->origin,
+                  "modes: count is " + format_number(count) + ", must be a whole number from 1 to " +
+                      std::to_string(kMaxElastic) + ", what one state message can carry");
+  else if (fields.find("count"))
+    modes.count = static_cast<int>(count);
   if (fields.find("below") && fields.find("count"))
     report_.error(node.origin, "modes has below and count; give one of them");
   if (!fields.find("below") && !fields.find("count") && fields.is_mapping())
