@@ -18,9 +18,9 @@ static_assert(kMaxElastic == 3700);
 inline constexpr int kMaxDensePoints = (kMaxElastic + 6) / 3;
 static_assert(kMaxDensePoints == 1235);
 
-/// Freedoms up to which all modes are found where only some are asked for, three of a point and three where it
-/// turns, with mass or not: the dense set-up of 300 points on springs takes
-/// 1.5 s, and knows what the others would carry.
+/// Freedoms up to which all modes are found where only some are asked for, three of a point and three where
+/// it turns, with mass or not: the dense set-up of 300 points on springs takes 1.5 s, and knows what the
+/// others would carry.
 inline constexpr int kMostDenseOfPart = 900;
 
 /// Modes of a larger scene that does not say which: those below half the rate, at most so many.

@@ -327,8 +327,10 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
     append(of_spin(field_of(whole, spec.modes[static_cast<std::size_t>(c)])), neglect.inertia_rows);
   for (std::size_t k = 0; k < scene.loads.size(); ++k) {
     Array arms;
-    set_arms(plan, sums_of(scene.loads[k], plan), arms);
+    const SumsOnPoints sums = sums_of(scene.loads[k], plan);
+    set_arms(plan, sums, arms);
     neglect.load_arms.insert(neglect.load_arms.end(), arms.begin(), arms.end());
+    if (prestress.has_unseen) neglect.bodies.load_sizes.push_back(size_of_forces(sums));
   }
   if (rung.takes_spin_load || rung.couples) return;
   Eigen::Matrix<double, 6, 6> left_out = Eigen::Matrix<double, 6, 6>::Zero();

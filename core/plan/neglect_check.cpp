@@ -57,7 +57,9 @@ std::string find_neglect_inconsistency(const Plan& plan) {
               are_finite(neglect.bodies.push_rows) && std::isfinite(neglect.bodies.inner_load) &&
               (neglect.bodies.unseen_factor.empty() ||
                neglect.bodies.unseen_factor.size() == static_cast<std::size_t>(neglect.num_judged)) &&
-              are_finite(neglect.bodies.unseen_factor) && are_finite(neglect.left_out_rows) &&
+              are_finite(neglect.bodies.unseen_factor) && are_finite(neglect.bodies.load_sizes) &&
+              (neglect.bodies.load_sizes.empty() ||
+               neglect.bodies.load_sizes.size() == plan.histories.size()) && are_finite(neglect.left_out_rows) &&
               are_finite(neglect.left_out_spin),
           "what the rung neglects is not finite");
   return error;

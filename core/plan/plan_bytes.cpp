@@ -218,7 +218,7 @@ void fields(Archive& archive, T& l) {
 
 template <typename Archive, Is<PlanBodyNeglect> T>
 void fields(Archive& archive, T& b) {
-  all_of<PlanBodyNeglect>(archive, b.push_rows, b.inner_load, b.unseen_factor);
+  all_of<PlanBodyNeglect>(archive, b.push_rows, b.inner_load, b.unseen_factor, b.load_sizes);
 }
 
 template <typename Archive, Is<PlanQuartic> T>

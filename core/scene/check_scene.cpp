@@ -132,9 +132,10 @@ void Checker::check_load(const Load& load, int index) {
   for (const TorqueLoad& each : load.torques) {
     finite(load.origin, who + ": torque", each.torque);
     if (known_point(load.origin, who, each.point) && !has_attitude(point(each.point)))
-      error(load.origin, who + ": point " + quoted(point(each.point).name, each.point) +
-                             " has no attitude, on which a torque acts; give it inertia, or a wrench to a "
-                             "group of several points");
+      error(load.origin,
+            who + ": point " + quoted(point(each.point).name, each.point) +
+                " has no attitude, on which a torque acts; give it inertia or an offset, or a wrench to "
+                "a group of several points");
   }
   if (load.axes == Axes::kLocal && !load.wrenches.empty())
     error(load.origin,

@@ -226,6 +226,14 @@ void add_loads(const Plan& plan, const LoadSet& loads, LoadSums& sums) noexcept 
   for (const WheelTorque& w : loads.wheels) sums.wheels.torque[index(w.wheel)] += w.torque;
 }
 
+double size_of_forces(const SumsOnPoints& sums) noexcept {
+  double size = 0.0;
+  for (const auto* v : {&sums.force_W, &sums.force_B, &sums.group_force_W, &sums.group_force_B})
+    for (const Vec3& force : *v)
+      for (const double component : force) size += component < 0.0 ? -component : component;
+  return size;
+}
+
 Array make_group_rows(const Plan& plan) {
   const std::size_t n = index(plan.num_padded);
   Array rows(6 * plan.groups.size() * n, 0.0);

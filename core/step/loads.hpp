@@ -44,6 +44,9 @@ void set_pattern(const Plan& plan, std::span<const double> group_rows, const Sum
 /// kArmSize)
 void set_arms(const Plan& plan, const SumsOnPoints& sums, Array& arms) noexcept;
 
+/// [N] Sum of |x| + |y| + |z| of all forces, which may cancel   (THEORY X143).
+double size_of_forces(const SumsOnPoints& sums) noexcept;
+
 /// The pattern of one built-in load; arrays it does not use are empty. For the set-up of Plan::histories.
 /// \pre plan.points, groups, rows, num_padded are filled
 LoadPattern build_pattern(const Plan& plan, const SumsOnPoints& sums);

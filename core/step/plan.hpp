@@ -341,6 +341,7 @@ struct PlanBodyNeglect {
   // [-] (judged) how much more than a free beam a mode moves points of links whose inside nothing tells;
   // empty without such links
   Array unseen_factor;
+  Array load_sizes;  // [N] (histories) size_of_forces of each; empty without such links
 };
 
 /// Fourth order of the strain energy among the first modes: V_4 = 1/8 sum_r (x^T H_r x)^2   (THEORY X146).

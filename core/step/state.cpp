@@ -54,6 +54,7 @@ void set_initial(const Plan& plan, State& state) {
   state.num_slots = 0;
   state.slots_changed = true;
   state.commands_arms.clear();
+  state.commands_size = 0.0;
   if (is_coupled(plan)) set_coupled_motion(plan, initial.w_WB_B, state);
 }
 

@@ -77,6 +77,7 @@ struct State : MotionState {
   bool slots_changed = true;                     // commands_pattern must be rebuilt
   LoadPattern commands_pattern;                  // sum of the slots
   Array commands_arms;                           // [N] its arms, see set_arms
+  double commands_size = 0.0;                    // [N] its size_of_forces
   bool operator==(const State&) const = delete;  // that of MotionState would pass over the slots
 };
 
@@ -116,6 +117,7 @@ struct Workspace {
   std::vector<Slot> next_slots;  // size kMaxSlots
   LoadPattern next_pattern;
   Array next_arms;
+  double next_size = 0.0;
   SumsOnPoints sums;
   Array group_rows;  // see make_group_rows
   // as the state's at the last step (fit); the arrays above have room for either plan

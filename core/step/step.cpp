@@ -39,6 +39,7 @@ std::int32_t change_slots(const Plan& plan, const State& state, const Inputs& in
   }
   set_pattern(plan, workspace.group_rows, workspace.sums, workspace.next_pattern);
   set_arms(plan, workspace.sums, workspace.next_arms);
+  workspace.next_size = size_of_forces(workspace.sums);
   return num_slots;
 }
 
@@ -251,6 +252,7 @@ void step_in(const Plan& plan, State& state, const Inputs& inputs, Workspace& wo
     state.slots.swap(workspace.next_slots);
     std::swap(state.commands_pattern, workspace.next_pattern);
     state.commands_arms.swap(workspace.next_arms);
+    state.commands_size = workspace.next_size;
     state.num_slots = num_slots;
     state.slots_changed = false;
   }

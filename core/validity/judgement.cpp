@@ -71,7 +71,7 @@ void Judgement::begin(const State& state) noexcept {
   pushed_ = 0.0;
   for (ModalErrors& errors : errors_) errors.clear();
   peak_ = fall_rate_ = fall_ = attractor_share_ = 0.0;
-  turn_error_ = orbit_error_ = unresolved_turn_ = 0.0;
+  turn_error_ = orbit_error_ = unresolved_ = unresolved_turn_ = 0.0;
   over_ = running_ = {};
   reading_ = {};
   now_ = worst_ = {};
@@ -142,17 +142,19 @@ void Judgement::turn(const State& state) noexcept {
   turn_error_ += parts * std::pow(step, 5) / 120.0;
   const bool has_wheels = std::any_of(state.wheel_momentum.begin(), state.wheel_momentum.end(),
                                       [](double momentum) { return momentum != 0.0; });
+  constexpr double kFade = 1.0 - 1.0 / 64.0;  // of a tick: a sampled motion may stand at its turning points
+  unresolved_ *= kFade;
   if (step == 0.0 && !has_wheels) return;
-  double fast = 0.0, all = 0.0;
+  double fast = 0.0;
   const Plan& plan = active_plan(plan_, state);
   for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
-    if (plan.omega[l] == 0.0) continue;
-    const double rings = state.q_dot[l] / plan.omega[l] * state.q_dot[l] / plan.omega[l];
-    all += rings + state.q[l] * state.q[l];
-    if (plan.omega[l] * part > 1.0) fast += rings;
+    if (plan.omega[l] * part <= 1.0) continue;
+    const double amplitude = state.q_dot[l] / plan.omega[l];
+    fast += amplitude * amplitude;
   }
-  const double share = all > 0.0 ? std::sqrt(fast / all) : 0.0;
-  unresolved_turn_ += share * (spin * plan_.period + (has_wheels ? kGoodElastic : 0.0));
+  if (fast == 0.0) return;
+  unresolved_ = std::max(unresolved_, std::sqrt(fast));
+  unresolved_turn_ += spin * plan_.period + (has_wheels ? kGoodElastic : 0.0);
 }
 
 /// X124: what pushes can do to modes that are left out. Forces that would cancel in what is kept add up.
@@ -219,7 +221,8 @@ void Judgement::judge(const State& state) noexcept {
     note(Word::kWatch, Cause::kUnseen);
   if (fall_ > kGoodPosition * size_ || attractor_share_ > kNearAttractor)
     note(Word::kWatch, Cause::kAttractor);
-  if (turn_error_ > kGoodTurn || orbit_error_ > kGoodTurn || unresolved_turn_ > kGoodElastic)
+  const double unresolved = std::min(2.0, unresolved_turn_) * unresolved_;
+  if (turn_error_ > kGoodTurn || orbit_error_ > kGoodTurn || unresolved > kGoodElastic * now_.scale)
     note(Word::kWatch, Cause::kStep);
   if (!is_steady_ && !plan_.neglect.fast_loads.empty()) note(Word::kWatch, Cause::kFastLoad);
   if (plan_.neglect.is_rigid && (!is_zero(state.force_W) || !is_zero(state.H_W)))

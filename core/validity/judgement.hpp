@@ -99,8 +99,10 @@ class Judgement {
   double fall_rate_ = 0.0,
          fall_ = 0.0;             // [m/s], [m] place by what an attractor's field has beyond its gradient
   double attractor_share_ = 0.0;  // [-] size over distance
-  // [rad] by steps that are long for it: of the body's attitude, its orbit, of what vibrates as it turns
-  double turn_error_ = 0.0, orbit_error_ = 0.0, unresolved_turn_ = 0.0;
+  double turn_error_ = 0.0,
+         orbit_error_ = 0.0;  // [rad] of attitude and orbit, by steps that are long for them
+  // [m] what vibrates faster than steps resolve, [rad] how far the body has turned with such
+  double unresolved_ = 0.0, unresolved_turn_ = 0.0;
   Verdict now_, worst_;
 };
 

@@ -146,19 +146,16 @@ void ModalErrors::take(const State& state) noexcept {
   if (chunk_ == 0) {
     w_ = angular_velocity(plan_, state);
     products_ = {w_[0] * w_[0], w_[1] * w_[1], w_[2] * w_[2], w_[0] * w_[1], w_[0] * w_[2], w_[1] * w_[2]};
-    double loads = 0.0, strains = 0.0;
+    double loads = 0.0;
     for (std::size_t l = 0; l < n; ++l) {
       still_[l] = state.Q[l] * flexibility_[l];
       loads += square(state.Q[l]);
-      if (flexibility_[l] > 0.0) strains += square(state.q[l] / flexibility_[l]);
     }
     for (std::size_t l = 0; l < creep_.size(); ++l) {
       creep_[l] = is_first_ ? 0.0 : (state.q[l] - q_before_[l]) / round_;
       q_before_[l] = state.q[l];
     }
     is_first_ = false;
-    // rms over the mass: a force on one light point is large where it acts; what rings pulls as loads do
-    const double acceleration = (std::sqrt(std::max(loads, strains)) + norm(state.force_W)) / plan_.mass;
     shadow_.set_spin(w_, products_, state.wheel_momentum);
     if (!plan_.neglect.bodies.push_rows.empty()) {
       const Mat3 R_WB = rotation_matrix(state.q_WB);
@@ -170,6 +167,9 @@ void ModalErrors::take(const State& state) noexcept {
     const std::int64_t age = state.tick - state.epoch_start_tick;
     for (Follower& follower : followers_)
       follower.amplitude = age == 0 ? 0.0 : amplitude_left(*follower.history, plan_.period, age);
+    // rms over the mass: a force on one light point is large where it acts
+    const double pull = std::max(std::sqrt(loads), squeeze(state, age)) + norm(state.force_W),
+                 acceleration = pull / plan_.mass;
     const bool hides = plan_.neglect.has_unseen || plan_.neglect.lacks_modes != LacksModes::kNone;
     unseen_share_ = hides ? kUnseenSpin * dot(w_, w_) + kUnseenLoad * acceleration / size_of_body_ : 0.0;
   }
@@ -353,6 +353,19 @@ void ModalErrors::look_at_shadowed(std::size_t l, const MotionState& state) noex
   hide(l, state);
 }
 
+/// [N] What squeezes links whose inside nothing tells, 0 without such: ringing pulls as loads do, and loads
+/// that cancel in rigid links reach no mode.
+double ModalErrors::squeeze(const State& state, std::int64_t age) const noexcept {
+  if (plan_.neglect.bodies.unseen_factor.empty()) return 0.0;
+  double strains = 0.0, sum = state.commands_size;
+  for (std::size_t l = 0; l < flexibility_.size(); ++l)
+    if (flexibility_[l] > 0.0) strains += square(state.q[l] / flexibility_[l]);
+  for (std::size_t k = 0; k < plan_.neglect.bodies.load_sizes.size() && age > 0; ++k)
+    sum +=
+        plan_.neglect.bodies.load_sizes[k] * std::abs(amplitude_left(plan_.histories[k], plan_.period, age));
+  return std::max(sum, std::sqrt(strains));
+}
+
 /// What Coriolis forces make far modes swing along, square of its share   (X141).
 double ModalErrors::coriolis_reach(std::size_t l) const noexcept {
   double reach = 0.0;
@@ -361,11 +374,11 @@ double ModalErrors::coriolis_reach(std::size_t l) const noexcept {
   return reach;
 }
 
-/// Ringing's error by what nothing tells.
 double ModalErrors::unseen_factor(std::size_t l) const noexcept {
   return l < plan_.neglect.bodies.unseen_factor.size() ? plan_.neglect.bodies.unseen_factor[l] : 1.0;
 }
 
+/// Ringing's error by what nothing tells.
 void ModalErrors::hide(std::size_t l, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
   const double omega = plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])];

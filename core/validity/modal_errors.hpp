@@ -65,6 +65,7 @@ class ModalErrors {
   void look_at(std::size_t l, const MotionState& state) noexcept;
   bool is_resolved(std::size_t l) const noexcept;
   double unseen_factor(std::size_t l) const noexcept;
+  double squeeze(const State& state, std::int64_t age) const noexcept;
   void go_on(const MotionState& state) noexcept;
   void turn_by(std::size_t l, double stiffness) noexcept;
   void turn_each_other(std::size_t l, std::size_t u, double stiffness, double coriolis) noexcept;

@@ -94,7 +94,7 @@ int check(const CheckOptions& options) {
               plan->num_elastic,
               counted(static_cast<std::int64_t>(plan->mechanisms.size()), "mechanism").c_str(),
               counted(warnings, "warning").c_str());
-  if (checked.kept.is_part)
+  if (checked.kept.is_part && plan->num_elastic > 0)
     std::printf(
         "  only the lowest elastic modes are set up (modes:); none is missing below %.6g Hz, counted by "
         "inertia\n",

@@ -59,10 +59,12 @@ void SceneReader::read_body(const Fields& fields, PointMass& point) {
   if (inertia != nullptr) {
     const std::size_t size = inertia->items.size();
     const bool is_matrix = size == 6;
-    if (inertia->kind == Node::Kind::kList && size != 3 && !is_matrix)
+    if (inertia->kind != Node::Kind::kList || (size != 3 && !is_matrix))
       return report_.error(inertia->origin,
-                           fields.label() + ": inertia has " + std::to_string(size) +
-                               " items, must be 3 moments or 6 entries xx, yy, zz, xy, xz, yz [kg m^2]");
+                           fields.label() + ": inertia " +
+                               (inertia->kind == Node::Kind::kList ? "has " + std::to_string(size) + " items"
+                                                                   : "is no list of numbers") +
+                               ", must be 3 moments or 6 entries xx, yy, zz, xy, xz, yz [kg m^2]");
     const auto J = read_numbers(report_, *inertia, fields.label() + ": inertia", {"kg m^2"},
                                 is_matrix ? std::size_t{6} : std::size_t{3});
     if (J) point.inertia.diagonal() << (*J)[0], (*J)[1], (*J)[2];
