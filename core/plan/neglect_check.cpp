@@ -50,18 +50,18 @@ std::string find_neglect_inconsistency(const Plan& plan) {
               (neglect.bodies.push_rows.empty() || neglect.bodies.push_rows.size() == num_pairs * 6) &&
               (neglect.spin_left_out.empty() || neglect.spin_left_out.size() == 36),
           "what the rung neglects does not have the size of its modes");
-  require(are_finite(neglect.load_rows) && are_finite(neglect.rate_rows) && are_finite(neglect.spin_rows) &&
-              are_finite(neglect.coriolis_rows) && are_finite(neglect.coriolis_reach) &&
-              are_finite(neglect.spin_loads) && are_finite(neglect.spin_left_out) &&
-              are_finite(neglect.root_quartic) && are_finite(neglect.shadow_rows) &&
-              are_finite(neglect.bodies.push_rows) && std::isfinite(neglect.bodies.inner_load) &&
-              (neglect.bodies.unseen_factor.empty() ||
-               neglect.bodies.unseen_factor.size() == static_cast<std::size_t>(neglect.num_judged)) &&
-              are_finite(neglect.bodies.unseen_factor) && are_finite(neglect.bodies.load_sizes) &&
-              (neglect.bodies.load_sizes.empty() ||
-               neglect.bodies.load_sizes.size() == plan.histories.size()) && are_finite(neglect.left_out_rows) &&
-              are_finite(neglect.left_out_spin),
-          "what the rung neglects is not finite");
+  require(
+      are_finite(neglect.load_rows) && are_finite(neglect.rate_rows) && are_finite(neglect.spin_rows) &&
+          are_finite(neglect.coriolis_rows) && are_finite(neglect.coriolis_reach) &&
+          are_finite(neglect.spin_loads) && are_finite(neglect.spin_left_out) &&
+          are_finite(neglect.root_quartic) && are_finite(neglect.shadow_rows) &&
+          are_finite(neglect.bodies.push_rows) && std::isfinite(neglect.bodies.inner_load) &&
+          (neglect.bodies.unseen_factor.empty() ||
+           neglect.bodies.unseen_factor.size() == static_cast<std::size_t>(neglect.num_judged)) &&
+          are_finite(neglect.bodies.unseen_factor) && are_finite(neglect.bodies.load_sizes) &&
+          (neglect.bodies.load_sizes.empty() || neglect.bodies.load_sizes.size() == plan.histories.size()) &&
+          are_finite(neglect.left_out_rows) && are_finite(neglect.left_out_spin),
+      "what the rung neglects is not finite");
   return error;
 }
 
