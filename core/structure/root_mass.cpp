@@ -39,12 +39,14 @@ Eigen::MatrixXd RootMass::weigh(const Eigen::MatrixXd& motions) const {
 Eigen::MatrixXd RootMass::weigh_rows(const Eigen::MatrixXd& rows) const {
   if (R_.size() == 0) return rows(Eigen::all, order_) * root_mass_.cwiseInverse().asDiagonal();
   Eigen::MatrixXd weighed = rows(Eigen::all, order_);
-  R_.triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(weighed);
+  // of no rows Eigen takes a reference to nothing
+  if (weighed.size() > 0) R_.triangularView<Eigen::Upper>().solveInPlace<Eigen::OnTheRight>(weighed);
   return weighed;
 }
 
 Eigen::MatrixXd RootMass::motions(const Eigen::MatrixXd& y) const {
   Eigen::MatrixXd motions(y.rows(), y.cols());
+  if (y.size() == 0) return motions;
   if (R_.size() > 0)
     motions(order_, Eigen::all) = Eigen::MatrixXd(R_.triangularView<Eigen::Upper>().solve(y));
   else

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <limits>
 #include <utility>
 
 #include "core/plan/make_plan.hpp"
@@ -20,8 +21,10 @@ namespace {
 template <typename Read>
 Eigen::Matrix3Xd read_points(const Simulation& simulation, Read read) {
   const auto count = static_cast<Eigen::Index>(simulation.plan.points.size());
-  Eigen::Matrix3Xd values(3, count);
+  // no number where the plan keeps nothing of a point
+  Eigen::Matrix3Xd values = Eigen::Matrix3Xd::Constant(3, count, std::numeric_limits<double>::quiet_NaN());
   for (Eigen::Index i = 0; i < count; ++i) {
+    if (simulation.plan.points[static_cast<std::size_t>(i)].row < 0) continue;
     const Vec3 value = read(read_point(simulation.plan, simulation.state, static_cast<int>(i)));
     values.col(i) = Eigen::Vector3d(value[0], value[1], value[2]);
   }
