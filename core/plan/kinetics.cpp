@@ -126,7 +126,7 @@ void compile_kinetics(const Scene& scene, const Structure& structure, const Eige
                       PlanKinetics::Form form, Plan& plan) {
   plan.coupled.kinetics.form = form;
   if (form != PlanKinetics::Form::kTables) return;
-  Tables(scene, structure, shapes, plan);
+  const Tables tables(scene, structure, shapes, plan);  // writes them into the plan
   compile_offsets(scene, structure, plan);
 }
 

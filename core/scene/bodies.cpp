@@ -233,7 +233,7 @@ std::string inertia_problem(const Eigen::Matrix3d& inertia) {
   constexpr double kRounding = 1e-6;
   if (!inertia.allFinite()) return "inertia is not finite";
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(inertia, Eigen::EigenvaluesOnly);
-  const Eigen::Vector3d moments = eigen.eigenvalues();  // ascending
+  const Eigen::Vector3d& moments = eigen.eigenvalues();  // ascending
   const double least = -kRounding * moments[2];
   if (moments[0] < least)
     return join_text("inertia has the principal moment ", moments[0],

@@ -25,7 +25,7 @@ void Checker::check_points() {
     finite(each.origin, who + ": position", each.position);
     finite(each.origin, who + ": offset", each.offset);
     if (const std::string problem = inertia_problem(each.inertia); !problem.empty())
-      error(each.origin, who + ": " + problem);
+      error(each.origin, join_text(who, ": ", problem));
     if (each.mass == 0.0 && has_attitude(each))
       error(each.origin, who + " has inertia or an offset, and no mass: give the mass that they are of");
   }

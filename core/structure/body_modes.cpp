@@ -3,6 +3,7 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
+#include <numeric>
 
 #include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
@@ -159,8 +160,8 @@ class Coordinates {
 // points, and beside those that turn three more on arms
 Places places_of(const Scene& scene, const Freedoms& freedoms, const MassProperties& body, double length,
                  const Coordinates& coordinates) {
-  std::vector<int> point_of;
-  for (int i = 0; i < static_cast<int>(scene.points.size()); ++i) point_of.push_back(i);
+  std::vector<int> point_of(scene.points.size());
+  std::iota(point_of.begin(), point_of.end(), 0);
   for (int i = 0; i < static_cast<int>(scene.points.size()); ++i)
     if (has_attitude(scene.points[static_cast<std::size_t>(i)])) point_of.insert(point_of.end(), 3, i);
   const Eigen::Index n = coordinates.rows().cols();

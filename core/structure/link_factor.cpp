@@ -256,6 +256,7 @@ std::vector<std::vector<int>> joined_sets(const DeformationRows& rows, int num_f
   for (std::size_t k = 0; k < rows.size(); ++k)
     sets[root(rows[k].coefficients.front().first)].push_back(static_cast<int>(k));
   std::vector<std::vector<int>> all;
+  all.reserve(sets.size());
   for (auto& [first, set] : sets) all.push_back(std::move(set));
   return all;
 }

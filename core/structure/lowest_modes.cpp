@@ -36,7 +36,7 @@ Eigen::MatrixXd triangle_of(const SparseRows& rows, const Eigen::MatrixXd& colum
     const Eigen::Index height = std::min(kRowsAtOnce, rows.rows() - row);
     Eigen::MatrixXd stack(size + height, size);
     stack << triangle, exact_product(rows, row, height, columns, some);
-    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(std::move(stack));
+    const Eigen::HouseholderQR<Eigen::MatrixXd> qr(stack);
     triangle = qr.matrixQR().topRows(size).triangularView<Eigen::Upper>();
   }
   return triangle;
@@ -277,7 +277,7 @@ std::optional<Eigen::MatrixXd> LowestModes::find_vectors(Eigen::Index below, Eig
     if (is_done()) break;
     const Eigen::Index so_far = std::min(target, before + ritz.num_converged);
     const double share = static_cast<double>(std::max<Eigen::Index>(so_far, 1)) / static_cast<double>(target);
-    look = lanczos.num_columns() + 2 * kBlock;
+    look = lanczos.num_columns() + Eigen::Index{2} * kBlock;
     if (!fits(look)) return std::nullopt;
     if (!say(join_text("finding modes: ", so_far, " of ", target, ", some ", std::ceil(wanted_MB_), " MB"),
              share))

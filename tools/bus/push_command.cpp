@@ -145,8 +145,9 @@ bool add_wheels(const PushOptions& options, const SceneCatalogue& scene, force_t
     const auto found = std::find_if(wheels.begin(), wheels.end(),
                                     [&](const auto& wheel) { return wheel.name == named->name; });
     if (found == wheels.end()) {
-      std::vector<std::string> known;
-      for (const auto& wheel : wheels) known.push_back(wheel.name);
+      std::vector<std::string> known(wheels.size());
+      std::transform(wheels.begin(), wheels.end(), known.begin(),
+                     [](const auto& wheel) { return wheel.name; });
       return explain_unknown("wheel", named->name, scene, known), false;
     }
     freeflex_msgs::wheel_torque_t item{};
