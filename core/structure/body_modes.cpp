@@ -224,7 +224,7 @@ void find_body_modes(const Scene& scene, const LinkFactor& factor, Structure& st
   structure.omega = std::move(modes.omega);
   structure.shapes = y.topRows(freedoms.num_displacements());
   const Eigen::VectorXd signs = fix_signs(structure.shapes);
-  structure.turns = y.bottomRows(freedoms.num_rotations()) * (signs / all.length).asDiagonal();
+  structure.turns = turns_of(y, freedoms.num_rotations(), signs / all.length);
   turn_with_bodies(scene, freedoms, structure.shapes, structure.turns);
   structure.frequency_accuracy = std::max(modes.accuracy, factor.matrices.accuracy);
   structure.conditioning = modes.conditioning;

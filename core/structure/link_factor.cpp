@@ -429,6 +429,12 @@ LinkFactor factor_links(const Scene& scene, bool with_recovery, Faults& faults) 
   return factor;
 }
 
+Eigen::MatrixXd turns_of(const Eigen::MatrixXd& motions, int num_rotations, const Eigen::VectorXd& factors) {
+  // Eigen takes the address of the first row, also where there are no columns
+  if (motions.cols() == 0) return Eigen::MatrixXd(num_rotations, 0);
+  return motions.bottomRows(num_rotations) * factors.asDiagonal();
+}
+
 void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, DeformationRows& rows) {
   const BodyRotations bodies(scene, freedoms);
   for (DeformationRow& row : rows) bodies.substitute(row);

@@ -205,6 +205,9 @@ Eigen::MatrixXd natural_forces(const LinkFactor& factor, int link);
 /// The same per elastic coordinate (count x n).  \pre structure.shapes, and turns of a scene with bodies
 Eigen::MatrixXd natural_forces(const LinkFactor& factor, const Structure& structure, int link);
 
+/// The last rows of some motions, each motion times a factor.
+Eigen::MatrixXd turns_of(const Eigen::MatrixXd& motions, int num_rotations, const Eigen::VectorXd& factors);
+
 /// Puts in the rotations of joints on rigid bodies, which turn with the points of those   (THEORY X64).
 /// \param shapes  (3N x n) displacements  \param turns  (num_rotations x n)
 void turn_with_bodies(const Scene& scene, const Freedoms& freedoms, const Eigen::MatrixXd& shapes,

@@ -71,7 +71,7 @@ void find_sparse_modes(const Scene& scene, const LinkFactor& factor, const Modes
   const double mass = std::sqrt(body.mass);
   structure.shapes = mass * x.topRows(system.num_displacements);
   const Eigen::VectorXd signs = fix_signs(structure.shapes);
-  structure.turns = x.bottomRows(freedoms.num_rotations()) * (mass / system.length * signs).asDiagonal();
+  structure.turns = turns_of(x, freedoms.num_rotations(), mass / system.length * signs);
   turn_with_bodies(scene, freedoms, structure.shapes, structure.turns);
   if (num_loose < structure.omega.size())
     structure.conditioning = structure.omega[structure.omega.size() - 1] / structure.omega[num_loose];
