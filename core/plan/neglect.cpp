@@ -3,7 +3,6 @@
 #include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
-#include <numbers>
 #include <utility>
 
 #include "core/plan/histories.hpp"
@@ -190,43 +189,6 @@ void append(const Row& row, Array& rows) {
   rows.insert(rows.end(), row.begin(), row.end());
 }
 
-// [-] of the rate: a sine of a higher frequency is not followed from tick to tick
-constexpr double kMostCycles = 0.1;
-
-// A load is straight from tick to tick: beside its own frequency f it has parts at k rate -+ f, smaller by
-// the square of the quotient, at which a mode may ring.
-bool meets_image(const SineHistory& sine, double rate, const Eigen::VectorXd& omega) {
-  constexpr double kHeard = 0.02;  // [-] of the static answer
-  return std::any_of(omega.begin(), omega.end(), [&](double one) {
-    const double mode = one / (2.0 * std::numbers::pi), turns = std::round(mode / rate);
-    const auto is_heard = [&](double image) {
-      const double apart = std::abs(mode - image), share = sine.frequency / image * sine.frequency / image;
-      return image > 0.5 * rate && share * mode > 2.0 * kHeard * apart;
-    };
-    return is_heard(turns * rate - sine.frequency) || is_heard(turns * rate + sine.frequency);
-  });
-}
-
-// A table is straight from tick to tick as well: what bends between ticks is cut off.
-bool bends_between_ticks(const TableHistory& table, double rate) {
-  constexpr double kClose = 10.0, kOnTick = 1e-6;  // [ticks]
-  for (std::size_t k = 1; k < table.times.size(); ++k) {
-    const double begin = table.times[k - 1] * rate, end = table.times[k] * rate;
-    const auto is_between = [](double tick) { return std::abs(tick - std::round(tick)) > kOnTick; };
-    if (table.values[k] != table.values[k - 1] && end - begin < kClose &&
-        (is_between(begin) || is_between(end)))
-      return true;
-  }
-  return false;
-}
-
-bool outruns_ticks(const History& history, double rate, const Eigen::VectorXd& omega) {
-  if (const auto* sine = std::get_if<SineHistory>(&history))
-    return sine->frequency > kMostCycles * rate || meets_image(*sine, rate, omega);
-  const auto* table = std::get_if<TableHistory>(&history);
-  return table != nullptr && bends_between_ticks(*table, rate);
-}
-
 // X147: third derivatives of the strain energy along the lowest modes that the plan has
 void fill_shadow(const Prestress& prestress, const Eigen::MatrixXd& rows, const Eigen::MatrixXd& quartic,
                  const std::vector<int>& modes, PlanNeglect& neglect) {
@@ -263,9 +225,6 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   PlanNeglect& neglect = plan.neglect;
   neglect.is_known = true;
   neglect.tolerance = scene.tolerance;
-  for (std::size_t k = 0; k < scene.loads.size(); ++k)
-    if (outruns_ticks(scene.loads[k].history, scene.rate, whole.omega))
-      neglect.fast_loads.push_back(static_cast<std::int32_t>(k));
   neglect.is_rigid = !rung.has_modes && whole.omega.size() > 0;
   if (!rung.has_modes) return;
   const Prestress& prestress = whole.prestress;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/plan/fast_loads.hpp"
 #include "core/plan/histories.hpp"
 #include "core/plan/mixing.hpp"
 #include "core/plan/propagator.hpp"
@@ -59,6 +60,7 @@ void set_own_rate(Plan& plan, double rate) {
   set_coupled_period(plan);
   if (!plan.damps) drop_damping(plan.propagator);
   for (PlanHistory& history : plan.histories) set_history_ticks(history, plan.period);
+  if (plan.neglect.is_known) find_fast_loads(plan);
 }
 
 }  // namespace

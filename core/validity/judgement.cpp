@@ -129,12 +129,13 @@ void Judgement::fall(const State& state) noexcept {
   attractor_share_ = size_ / std::sqrt(square);
   fall_rate_ += 3.0 * plan_.attractor_mu * largest / (plan_.mass * square * square) * plan_.period;
   fall_ += fall_rate_ * plan_.period;
-  // a step of second order over what the orbit turns by
+  // a step of second order over what the orbit turns by   (X144)
   const double step = std::sqrt(plan_.attractor_mu / (square * std::sqrt(square))) * plan_.period;
   orbit_error_ += step * step * step / 12.0;
 }
 
-/// Rungs that couple step the turning body by order four, and what vibrates must be resolved where it turns.
+/// X144: rungs that couple step the turning body by order four, and what vibrates must be resolved where it
+/// turns.
 void Judgement::turn(const State& state) noexcept {
   if (!is_coupled(plan_)) return;
   const double parts = plan_.coupled.num_parts, part = plan_.period / parts, spin = norm(state.coupled.w_B);
@@ -143,6 +144,9 @@ void Judgement::turn(const State& state) noexcept {
   const bool has_wheels = std::any_of(state.wheel_momentum.begin(), state.wheel_momentum.end(),
                                       [](double momentum) { return momentum != 0.0; });
   constexpr double kFade = 1.0 - 1.0 / 64.0;  // of a tick: a sampled motion may stand at its turning points
+  // [rad] a tick that a wheel turns what vibrates unresolved by, whatever its momentum: all is off in a
+  // hundred
+  constexpr double kByWheels = 0.02;
   unresolved_ *= kFade;
   if (step == 0.0 && !has_wheels) return;
   double fast = 0.0;
@@ -154,7 +158,7 @@ void Judgement::turn(const State& state) noexcept {
   }
   if (fast == 0.0) return;
   unresolved_ = std::max(unresolved_, std::sqrt(fast));
-  unresolved_turn_ += spin * plan_.period + (has_wheels ? kGoodElastic : 0.0);
+  unresolved_turn_ += spin * plan_.period + (has_wheels ? kByWheels : 0.0);
 }
 
 /// X124: what pushes can do to modes that are left out. Forces that would cancel in what is kept add up.

@@ -17,6 +17,8 @@ constexpr std::size_t kMostProducts = 512, kMostOwnProducts = 2048;  // of a tic
 // Stiffness that spin and loads can add where nothing tells how links carry them, in units of w^2 and of the
 // acceleration over the size. A free beam has 3.05 and 3.0 in its lowest mode.
 constexpr double kUnseenSpin = 4.0, kUnseenLoad = 4.0;
+// [-] forces that cancel at the ends of a free beam take 12.7 of it, forces that accelerate it 3
+constexpr double kSqueeze = 4.2;
 
 // of the stiffness by followers that the plan is taken to have: the rest counts as neglected
 constexpr double kFollowerShare = 0.9;
@@ -112,10 +114,13 @@ std::size_t ModalErrors::judged_place(std::int32_t mode) const {
 }
 
 void ModalErrors::clear() noexcept {
-  for (Mode& mode : modes_) mode.ring = 0.0, mode.most = mode.still = mode.spread = mode.unseen = 0.0;
+  for (Mode& mode : modes_) {
+    mode.ring = 0.0;
+    mode.most = mode.still = mode.spread = mode.unseen = mode.pumped = 0.0;
+  }
   std::fill(second_.begin(), second_.end(), 0.0);
   std::fill(swing_.begin(), swing_.end(), std::complex<double>{});
-  rest_hidden_ = 0.0;
+  rest_hidden_ = unseen_share_ = unseen_before_ = 0.0;
   rest_ = fastest_ = softest_ = quartic_ = next_quartic_ = 0.0;
   chunk_ = since_ = 0;
   is_first_ = true;
@@ -171,6 +176,7 @@ void ModalErrors::take(const State& state) noexcept {
     const double pull = std::max(std::sqrt(loads), squeeze(state, age)) + norm(state.force_W),
                  acceleration = pull / plan_.mass;
     const bool hides = plan_.neglect.has_unseen || plan_.neglect.lacks_modes != LacksModes::kNone;
+    unseen_before_ = unseen_share_;
     unseen_share_ = hides ? kUnseenSpin * dot(w_, w_) + kUnseenLoad * acceleration / size_of_body_ : 0.0;
   }
   const std::size_t chunks = static_cast<std::size_t>(num_chunks_), chunk = static_cast<std::size_t>(chunk_);
@@ -294,11 +300,7 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   const double share = stiffness * flexibility_[at];
   softest_ = std::max(softest_, -share);
   // a pulse that steps do not tell: stiffness that swings by e makes grow by omega e / 4 a second (Mathieu)
-  if (!is_resolved(l)) {
-    const double pulse = 0.25 * omega * std::abs(stiffness - mode.stiffness) * flexibility_[at] * round_;
-    mode.pumped =
-        std::min(2.0 * size_of_body_, (mode.pumped + pulse * (mode.pumped + length(swing_[l]))) * mode.fade);
-  }
+  const double pulse = is_resolved(l) ? 0.0 : std::abs(stiffness - mode.stiffness) * flexibility_[at];
   mode.stiffness = stiffness;
   mode.steady = stiffness - dot(row, still_.data(), still_.size());
   for (std::size_t k = first_pair_[l]; k < first_pair_[l + 1]; ++k) {
@@ -317,7 +319,7 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   mode.spread = std::abs(share) * (length(swing_[l]) + std::abs(still_[at])) +
                 std::sqrt(2.0 * std::max(0.0, coriolis_reach(l))) * length(swing_[l]);
   fastest_ = std::max(fastest_, 0.5 * omega * std::abs(share));
-  hide(l, state);
+  hide(l, pulse, state);
 }
 
 /// One of those whose error is integrated: what other modes and the spin give its stiffness, and how it
@@ -350,11 +352,11 @@ void ModalErrors::look_at_shadowed(std::size_t l, const MotionState& state) noex
   softest_ = std::max(softest_, -share);
   fastest_ = std::max(fastest_, 0.5 * omega * std::abs(share));
   mode.spread = std::sqrt(2.0 * std::max(0.0, coriolis_reach(l))) * length(swing_[l]);
-  hide(l, state);
+  hide(l, 0.0, state);
 }
 
-/// [N] What squeezes links whose inside nothing tells, 0 without such: ringing pulls as loads do, and loads
-/// that cancel in rigid links reach no mode.
+/// [N] What squeezes links whose inside nothing tells, 0 without such, as a load that accelerates: ringing
+/// pulls as loads do, and loads that cancel in rigid links reach no mode and take more of its stiffness.
 double ModalErrors::squeeze(const State& state, std::int64_t age) const noexcept {
   if (plan_.neglect.bodies.unseen_factor.empty()) return 0.0;
   double strains = 0.0, sum = state.commands_size;
@@ -363,7 +365,7 @@ double ModalErrors::squeeze(const State& state, std::int64_t age) const noexcept
   for (std::size_t k = 0; k < plan_.neglect.bodies.load_sizes.size() && age > 0; ++k)
     sum +=
         plan_.neglect.bodies.load_sizes[k] * std::abs(amplitude_left(plan_.histories[k], plan_.period, age));
-  return std::max(sum, std::sqrt(strains));
+  return std::max(kSqueeze * std::max(0.0, sum - norm(state.force_W)), std::sqrt(strains));
 }
 
 /// What Coriolis forces make far modes swing along, square of its share   (X141).
@@ -374,18 +376,25 @@ double ModalErrors::coriolis_reach(std::size_t l) const noexcept {
   return reach;
 }
 
-double ModalErrors::unseen_factor(std::size_t l) const noexcept {
-  return l < plan_.neglect.bodies.unseen_factor.size() ? plan_.neglect.bodies.unseen_factor[l] : 1.0;
+/// [-] of a mode's stiffness, that nothing tells.  \param share  of omega_1 omega_l
+double ModalErrors::unseen_stiffness(std::size_t l, double share) const noexcept {
+  const Array& factor = plan_.neglect.bodies.unseen_factor;
+  const double omega = plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])];
+  return share * (l < factor.size() ? factor[l] : 1.0) / (omega_1_ * omega);
 }
 
-/// Ringing's error by what nothing tells.
-void ModalErrors::hide(std::size_t l, const MotionState& state) noexcept {
+/// Ringing's error by what nothing tells: it turns the phase, and makes grow where it could buckle the mode
+/// or pulsates.  \param pulse  [-] of the stiffness, that steps do not tell
+void ModalErrors::hide(std::size_t l, double pulse, const MotionState& state) noexcept {
   Mode& mode = modes_[l];
-  const double omega = plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])];
-  const double unseen = unseen_share_ * unseen_factor(l) / (omega_1_ * omega);
-  mode.unseen = std::min(2.0 * mode.most, (mode.unseen + (0.5 * omega * unseen + wheel_phase(l, state)) *
-                                                             round_ * length(swing_[l])) *
-                                              mode.fade);
+  const double omega = plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])],
+               swing = length(swing_[l]);
+  const double unseen = unseen_stiffness(l, unseen_share_);
+  const double phase = (0.5 * omega * unseen + wheel_phase(l, state)) * round_;
+  mode.unseen = std::min(2.0 * mode.most, (mode.unseen + phase * swing) * mode.fade);
+  pulse += std::abs(unseen - unseen_stiffness(l, unseen_before_));
+  const double growth = omega * (0.25 * pulse + std::sqrt(std::max(0.0, unseen - 1.0))) * round_;
+  mode.pumped = std::min(2.0 * size_of_body_, (mode.pumped + growth * (mode.pumped + swing)) * mode.fade);
 }
 
 /// A mode without stiffness has what prestress gives it alone: error and its rate stand in `ring`.
@@ -452,8 +461,7 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
     judged_swing += std::norm(swing_[l]);
     spread += square(mode.spread);
     hidden += square(mode.unseen) + square(mode.pumped);
-    if (!is_mechanism)
-      hidden += square(unseen_share_ * unseen_factor(l) / (omega_1_ * plan_.omega[at]) * still_[at]);
+    if (!is_mechanism) hidden += square(unseen_stiffness(l, unseen_share_) * still_[at]);
     double still = 0.0;
     for (std::size_t k = 0; k < 6 && !plan_.neglect.spin_loads.empty(); ++k)
       still += plan_.neglect.spin_loads[6 * at + k] * products_[k] * flexibility_[at];

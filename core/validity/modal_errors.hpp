@@ -48,7 +48,8 @@ class ModalErrors {
     double still = 0.0;         // [m] error of the static part
     double spread = 0.0;        // [m] bound on what of the ringing and the static part other modes take
     double unseen = 0.0;        // [m] bound on the ringing's error by what is not known
-    double pumped = 0.0;        // [m] bound on what stiffness that pulsates unresolved makes grow
+    double pumped =
+        0.0;  // [m] the same on what grows: by stiffness that pulsates unresolved, or that nothing tells
     double stiffness = 0.0;     // [N/m] that the rung neglects, at the last look
     double steady = 0.0;        // [N/m] of it, what no displacement strains
     double fade = 1.0;          // decay over a round
@@ -64,7 +65,7 @@ class ModalErrors {
   std::size_t judged_place(std::int32_t mode) const;
   void look_at(std::size_t l, const MotionState& state) noexcept;
   bool is_resolved(std::size_t l) const noexcept;
-  double unseen_factor(std::size_t l) const noexcept;
+  double unseen_stiffness(std::size_t l, double share) const noexcept;
   double squeeze(const State& state, std::int64_t age) const noexcept;
   void go_on(const MotionState& state) noexcept;
   void turn_by(std::size_t l, double stiffness) noexcept;
@@ -73,7 +74,7 @@ class ModalErrors {
   double coriolis_reach(std::size_t l) const noexcept;
   void weigh_wheels();
   double wheel_phase(std::size_t l, const MotionState& state) const noexcept;
-  void hide(std::size_t l, const MotionState& state) noexcept;
+  void hide(std::size_t l, double pulse, const MotionState& state) noexcept;
   void look_at_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept;
   double stiffness_of(std::size_t pair) const noexcept;
   void look_at_left_out() noexcept;
@@ -104,8 +105,9 @@ class ModalErrors {
   // [1/s per N m s] phase that the momentum of a wheel may give: (num_wheels) for each judged mode, then the
   // most for any other mode; empty on coupled rungs
   std::vector<double> wheel_phases_;
-  double rest_hidden_ = 0.0;                   // [m] ringing error of all other modes by wheels
-  double unseen_share_ = 0.0;                  // [1/s^2] of omega_1 omega_l: stiffness that could be there
+  double rest_hidden_ = 0.0;  // [m] ringing error of all other modes by wheels
+  // [1/s^2] of omega_1 omega_l: stiffness that could be there, now and the round before
+  double unseen_share_ = 0.0, unseen_before_ = 0.0;
   double quartic_ = 0.0, next_quartic_ = 0.0;  // [sqrt(N m)] root_quartic times squares of amplitudes
   double softest_ = 0.0;                       // [-] largest share of its stiffness that a judged mode loses
   double fastest_ = 0.0;                       // [1/s] phase error of any judged mode

@@ -4,6 +4,7 @@
 
 #include <cmath>
 
+#include "core/plan/rates.hpp"
 #include "tests/motion/word_cases.hpp"
 
 namespace freeflex::testing {
@@ -58,6 +59,26 @@ TEST(WordHidden, ASqueezeThatRigidLinksOrAMatrixTake) {
   EXPECT_EQ(compare_word(rigid, Fidelity::kSeparated, 0.1, std::nullopt).word, Verdict::Word::kGood);
 }
 
+// Beyond the load that buckles it a micrometre grows, though the rung rings with no more.
+TEST(WordHidden, WhatBucklesBetweenRigidLinksGrows) {
+  Scene springs = chain(Spring{3e5});
+  ring(springs, {{1, 1e-6}});
+  Scene rigid = springs;
+  for (Link& link : rigid.links)
+    if (std::holds_alternative<Spring>(link.kind)) link.kind = Rigid{};
+  for (Scene* scene : {&springs, &rigid}) {
+    scene->tolerance = 1e-3;
+    publish_everything(*scene);
+    squeeze(60.0, *scene);
+  }
+  const double end = 2.0;
+  const auto truth = true_displacements(springs, end);
+  ASSERT_TRUE(truth);
+  const WordShares shares = compare_word(rigid, Fidelity::kSeparated, end, truth);
+  EXPECT_GT(shares.error, 0.05) << "else nothing is tried";
+  EXPECT_NE(shares.word, Verdict::Word::kGood);
+}
+
 // one mode, 1 kg at either end, at `frequency` [Hz]
 Scene pair_of(double frequency, double rate) {
   const double omega = 2.0 * M_PI * frequency;
@@ -82,6 +103,18 @@ TEST(WordHidden, TheImageOfASineAtAMode) {
   const WordShares apart = shares_of(scene, Fidelity::kSeparated, 5.05);
   EXPECT_LT(apart.error, 0.05);
   EXPECT_EQ(apart.word, Verdict::Word::kGood);
+}
+
+// by the ticks that it runs with, which need not be the scene's
+TEST(WordHidden, TheImageOfASineAtAnotherRateThanTheScenes) {
+  Scene scene = pair_of(95.0, 1000.0);
+  scene.loads[0].history = SineHistory{5.0, 0.0};
+  Plan plan = plan_of(scene);
+  EXPECT_TRUE(plan.neglect.fast_loads.empty());
+  set_rate(plan, 100.0);
+  EXPECT_EQ(plan.neglect.fast_loads, std::vector<std::int32_t>{0});
+  set_rate(plan, 1000.0);
+  EXPECT_TRUE(plan.neglect.fast_loads.empty());
 }
 
 // as is a table, which may bend between them
