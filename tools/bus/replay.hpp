@@ -38,9 +38,10 @@ struct ReplayOutcome {
   std::string warning;
   std::optional<Difference> difference;
   std::int64_t ticks = 0;
-  std::int64_t num_states = 0;    // compared
-  std::int64_t num_commands = 0;  // fed back
-  std::vector<Loss> losses;       // of each channel of the motion that is in the log
+  std::int64_t num_states = 0;            // compared
+  std::int64_t num_commands = 0;          // fed back
+  std::vector<Loss> losses;               // of each channel of the motion that is in the log
+  std::vector<std::string> not_compared;  // what the log holds beside that, in words
 
   void warn(const std::string& text) { warning += (warning.empty() ? "" : "; ") + text; }
 };

@@ -33,7 +33,9 @@ void add_commands(CLI::App& app, int& exit_code) {
   add_keygen(app, exit_code);
   add_push(app, exit_code);
   add_monitor(app, exit_code);
+  add_view(app, exit_code);
   add_replay(app, exit_code);
+  add_compare(app, exit_code);
 }
 
 /// The command asked for: the first word that is no option, so that `freeflex --help inspect` is one of

@@ -1,6 +1,7 @@
 // freeflex modes: mass properties, freedoms and frequencies of a scene or plan.
 #include <CLI/App.hpp>
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <memory>
@@ -9,15 +10,18 @@
 
 #include "core/structure/decompositions.hpp"
 #include "tools/cli/commands.hpp"
+#include "tools/plot/chart.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
+#include "tools/view/body.hpp"
 
 namespace freeflex::tools {
 namespace {
 
 struct ModesOptions {
   std::string input;
+  std::string plot;  // empty: no picture
   int count = 30;
   bool json = false;
 };
@@ -36,7 +40,7 @@ JSON fields:
   mechanisms   of each: names of the points that it moves
   coupling     what keeps modes from being independent, in words;  dependent_loads: names of loads that
                follow the elastic motion
-Exit codes: 0 done, 2 the scene or plan has errors.)";
+Exit codes: 0 done, 1 the picture was not written, 2 the scene or plan has errors.)";
 
 struct Frequency {
   double hertz = 0.0;    // [Hz]
@@ -184,7 +188,48 @@ void print_frequencies(const Plan& plan, int limit) {
   }
 }
 
+/// The lowest modes as pictures. An exit code other than kExitOk is explained.
+int plot_modes(const ModesOptions& options) {
+  constexpr int kMostPlotted = 12;
+  const std::optional<Body> body = make_body(options.input);
+  if (!body) return kExitUsage;
+  const Plan& plan = body->plan;
+  std::vector<std::array<float, 3>> rest;
+  for (const PlanPoint& point : plan.points)
+    rest.push_back(
+        {static_cast<float>(point.r[0]), static_cast<float>(point.r[1]), static_cast<float>(point.r[2])});
+  std::vector<std::array<std::size_t, 2>> lines;
+  for (std::size_t k = 0; k < body->line_links.size(); ++k)
+    lines.push_back({body->lines[2 * k], body->lines[2 * k + 1]});
+  for (std::size_t k = 0; k < body->triangle_links.size(); ++k)
+    for (std::size_t side = 0; side < 3; ++side)
+      lines.push_back({body->triangles[3 * k + side], body->triangles[3 * k + (side + 1) % 3]});
+  const std::vector<Frequency> all = frequencies(plan);
+  std::vector<Shape> shapes;
+  for (int l = 0; l < std::min(kMostPlotted, body->num_modes); ++l) {
+    const auto mode = static_cast<std::size_t>(l);
+    Shape shape{
+        "mode " + std::to_string(number_of(plan, mode)) + ", " +
+            (all[mode].hertz == 0.0 ? std::string("mechanism") : format_text("%.5g Hz", all[mode].hertz)),
+        {}};
+    float largest = 1e-30F;
+    for (std::size_t i = 0; i < rest.size(); ++i) {
+      const float* b = body->shapes.data() + 3 * (rest.size() * mode + i);
+      shape.displacement.push_back({b[0], b[1], b[2]});
+      largest = std::max(largest, std::hypot(b[0], b[1], b[2]));
+    }
+    for (auto& point : shape.displacement)
+      for (float& x : point) x /= largest;
+    shapes.push_back(std::move(shape));
+  }
+  const std::string error = plot_shapes(options.plot, plan.name, rest, lines, shapes);
+  if (!error.empty()) return print_error(error), kExitDiffers;
+  return kExitOk;
+}
+
 int modes(const ModesOptions& options) {
+  if (!options.plot.empty())
+    if (const int code = plot_modes(options); code != kExitOk) return code;
   const std::optional<Plan> plan = load_or_explain(options.input, 0.0);
   if (!plan) return kExitUsage;
   const Principal principal = principal_axes(*plan);
@@ -241,6 +286,11 @@ void add_modes(CLI::App& app, int& exit_code) {
       ->capture_default_str()
       ->check(whole_number(0, kMost<int>))
       ->type_name("N");
+  command->add_option("--plot", options->plot, std::string("shapes of the lowest 12 modes: ") + kPictures)
+      ->check([](const std::string& path) {
+        return is_picture(path) ? std::string() : "found '" + path + "', must be " + kPictures;
+      })
+      ->type_name("FILE");
   command->add_flag("--json", options->json, "one JSON object on standard output, all frequencies");
   command->footer(kModesFooter);
   command->callback([options, &exit_code] { exit_code = modes(*options); });

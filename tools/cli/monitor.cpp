@@ -31,6 +31,7 @@ struct MonitorOptions {
   std::optional<double> duration;  // [s]
   double interval = 1.0;           // [s]
   bool live = false;
+  std::string note;
   bool json = false;
 };
 
@@ -251,7 +252,9 @@ std::int64_t monitor_live(Bus& bus, const MonitorOptions& options) {
   if (is_terminal) pace.interval = std::min(0.2, options.interval);
   Screen screen(is_terminal);
   watch(bus, pace, num_messages, [&](std::optional<double>) {
-    screen.show(is_terminal ? view.page(bus.describe(), screen.num_rows()) : view.line() + "\n");
+    const std::string note = options.note.empty() ? std::string() : options.note + "\n";
+    screen.show(is_terminal ? note + view.page(bus.describe(), screen.num_rows() - (note.empty() ? 0 : 1))
+                            : view.line() + "\n");
   });
   return num_messages;
 }
@@ -262,6 +265,7 @@ int monitor(const MonitorOptions& options) {
   if (options.live && options.count)
     return print_error("--live goes without --count, which counts messages: end it with --duration S"),
            kExitUsage;
+  if (!options.live && !options.note.empty()) return print_error("--note is a line above --live"), kExitUsage;
   if (is_interrupted()) return kExitOk;  // from here on the ordinary end
   Bus bus(options.bus);
   if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;
@@ -282,6 +286,7 @@ void add_monitor(CLI::App& app, int& exit_code) {
                    "print the messages of one channel as they come: STATE or any full name")
       ->type_name("NAME");
   command->add_flag("--live", options->live, "the live state of the structure");
+  command->add_option("--note", options->note, "a line above --live on a terminal")->type_name("TEXT");
   command->add_option("--count", options->count, "end after so many messages")
       ->check(whole_number(1, kMost<std::int64_t>))
       ->type_name("N");

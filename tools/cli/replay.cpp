@@ -30,6 +30,7 @@ JSON fields:
                over how many ticks, how many states compared, how many commands fed back
   missing      of each of STATE, POINTS and LOADS that the log holds: ticks that the daemon publishes and the log
                does not hold, first, before (the log begins), unsent (as the daemon's status counts), on_the_way
+  not_compared what the log holds beside the states, in words
   difference   where it differs: tick, what, recorded, replayed (with the bits, 16 hexadecimal digits)
   error, warning
                in words, where there is one
@@ -68,6 +69,7 @@ int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
                            {"recorded", outcome.difference->recorded},
                            {"replayed", outcome.difference->replayed}};
     }
+    out["not_compared"] = outcome.not_compared;
     if (!outcome.error.empty()) out["error"] = outcome.error;
     if (!outcome.warning.empty()) out["warning"] = outcome.warning;
     print_json(out);
@@ -78,6 +80,8 @@ int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
     std::printf("identical to the bit over %" PRId64 " ticks (%s compared, %s fed back)\n", outcome.ticks,
                 counted(outcome.num_states, "state").c_str(),
                 counted(outcome.num_commands, "command").c_str());
+    for (const std::string& what : outcome.not_compared)
+      std::printf("not compared: %s, which follow from the state\n", what.c_str());
   } else if (outcome.difference) {
     std::printf("differs at tick %" PRId64 ": %s: recorded %s, replayed %s\n", outcome.difference->tick,
                 outcome.difference->what.c_str(), outcome.difference->recorded.c_str(),

@@ -16,6 +16,7 @@
 #include "tools/bus/recording.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/cli/run_output.hpp"
+#include "tools/plot/motion_plot.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
@@ -28,7 +29,8 @@ using freeflex_msgs::applied_t;
 struct RunOptions {
   std::string input;
   std::string log;
-  std::string out;
+  std::string out;   // empty: the picture alone
+  std::string plot;  // empty: none
   std::string prefix = channels::kDefaultPrefix;
   std::optional<std::int64_t> session;
   std::optional<double> until;  // [s]
@@ -43,10 +45,11 @@ constexpr const char* kRunFooter = R"(Example:
 A log holds STATE, POINTS, LOADS, APPLIED and SCENE at the scene's rates, time stamps in simulated time.
 Columns of a table, one row a STATE: tick; time [s]; x y z [m] and vx vy vz [m/s] of the centre of mass, world
 axes; qw qx qy qz; wx wy wz [rad/s], body axes; hx hy hz [kg m^2/s], world axes; q1.. [m]; q_dot1.. [m/s];
-point.NAME.x point.NAME.y point.NAME.z [m], world axes, of each published point; link.NAME.axial [N] of each
-published spring, bar, dashpot or rigid link; link.NAME.moment [N m] of each published bending or torsion
-spring; link.NAME.1 .. of each other published link: 12 of a beam, 6 of a plate, three a point of a matrix or
-a rigid body (messages/README.md, section 7).
+wheel.NAME.momentum [N m s]; of each published point point.NAME.x y z [m], vx vy vz [m/s], ax ay az [m/s^2], world
+axes, and of one with inertia qw qx qy qz, wx wy wz [rad/s] in its own axes; of each published group group.NAME.x y z,
+qw qx qy qz, vx vy vz, and wx wy wz in body axes; link.NAME.axial [N] of each published spring, bar, dashpot or rigid
+link; link.NAME.moment [N m] of each published bending or torsion spring; link.NAME.1 .. of each other published link:
+12 of a beam, 6 of a plate, three a point of a matrix or a rigid body (messages/README.md, section 7).
 JSON fields:
   output       the file;  ticks, time [s]: how far it went;  complete: whether to the end
   displacement_ratio, spin_ratio
@@ -108,6 +111,8 @@ void warn_beyond_limits(const Plan& plan, const Verdict& worst) {
 
 /// RunOptions that would have no effect or write into each other. Empty: none.
 std::string find_idle_option(const CLI::App& command, const RunOptions& options) {
+  if (options.out.empty() && options.plot.empty())
+    return "give --out, --plot or both: nothing would be written";
   if (options.json && is_standard_output(options.out))
     return "--json goes with a file for --out: standard output holds the table of --out -";
   if (!options.log.empty()) return {};
@@ -195,7 +200,8 @@ Result refuse_record(const std::string& error, bool is_foreign, std::int64_t tic
 }
 
 /// Steps to the last tick, applies what the feed holds, hands everything to the output.
-Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& output, Extremes& extremes) {
+Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& output, Extremes& extremes,
+                MotionPlot* plot) {
   CommandFeed* const feed = log.feed.get();
   State state = make_state(plan);
   Workspace workspace = make_workspace(plan);
@@ -206,6 +212,7 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
   std::vector<applied_t> ended;
   Progress progress("run");
   output.publish(state, true);
+  if (plot != nullptr) plot->take(state);
   extremes.take(state);
   judgement.take(state, budget);
   while (state.tick < last && !output.has_error()) {
@@ -240,6 +247,7 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
     judgement.take(state, budget);
     output.applied_step(tick, report, commands);
     output.publish(state, state.tick == last);
+    if (plot != nullptr) plot->take(state);
     if (state.tick % kLookEvery == 0 || state.tick == last) extremes.take(state);
     progress.update(static_cast<double>(state.tick) / static_cast<double>(last));
   }
@@ -325,7 +333,7 @@ int run(const CLI::App& command, const RunOptions& options) {
   if (!idle.empty()) return print_error(idle), kExitUsage;
   if (!options.log.empty() && would_overwrite(options.log, options.out)) return kExitUsage;
   const std::optional<Plan> plan = load_or_explain(options.input, options.rate, options.out);
-  if (!plan || !has_states(*plan, options.out)) return kExitUsage;
+  if (!plan || (!options.out.empty() && !has_states(*plan, options.out))) return kExitUsage;
   Commands commands;
   if (!options.log.empty()) {
     if (const int exit_code = open_commands(options, *plan, commands); exit_code != kExitOk) return exit_code;
@@ -339,7 +347,10 @@ int run(const CLI::App& command, const RunOptions& options) {
       make_run_output(*plan, options.input, options.prefix, options.out);
   Result result;
   Extremes extremes(*plan);
-  if (!output->has_error()) result = simulate(*plan, commands, *last, *output, extremes);
+  std::optional<MotionPlot> plot;
+  if (!options.plot.empty()) plot.emplace(*plan);
+  if (!output->has_error())
+    result = simulate(*plan, commands, *last, *output, extremes, plot ? &*plot : nullptr);
   const bool is_kept = result.exit_code == kExitInterrupted;
   const std::string error = is_kept || result.exit_code == kExitOk ? output->close(is_kept) : std::string();
   const bool is_piped = is_standard_output(options.out);
@@ -351,7 +362,13 @@ int run(const CLI::App& command, const RunOptions& options) {
     if (!is_piped) print_error(error);
     return kExitDiffers;
   }
-  report(options, is_kept || is_piped ? output->working_path() : options.out, result, *last, *plan, extremes);
+  // of what was done, also where that is not all
+  const std::string plot_error = plot ? plot->write(options.plot) : std::string();
+  const std::string file = options.out.empty()   ? options.plot
+                           : is_kept || is_piped ? output->working_path()
+                                                 : options.out;
+  report(options, file, result, *last, *plan, extremes);
+  if (!plot_error.empty()) return print_error(plot_error), kExitDiffers;
   return result.exit_code;
 }
 
@@ -374,9 +391,13 @@ void add_run(CLI::App& app, int& exit_code) {
       ->check(rate_in_hertz())
       ->type_name("HZ");
   command->add_option("--out", options->out, std::string("what to write: ") + kOutputs)
-      ->required()
       ->check([](const std::string& path) {
         return is_output(path) ? std::string() : "found '" + path + "', must be " + kOutputs;
+      })
+      ->type_name("FILE");
+  command->add_option("--plot", options->plot, std::string("curves over time: ") + kPictures)
+      ->check([](const std::string& path) {
+        return is_picture(path) ? std::string() : "found '" + path + "', must be " + kPictures;
       })
       ->type_name("FILE");
   command->add_option("--prefix", options->prefix, "first part of the channel names")

@@ -14,6 +14,7 @@
 #include "service/io/wire/codec.hpp"
 #include "service/io/wire/log.hpp"
 #include "service/io/wire/outbound.hpp"
+#include "tools/bus/motion_columns.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -99,24 +100,20 @@ class CsvOutput : public RunOutput {
       : plan_(plan),
         writer_(is_standard_output(path) ? io::CsvWriter(stdout, "standard output") : io::CsvWriter(path)),
         every_(io::ticks_between(plan.state_rate, plan.period)) {
-    std::vector<std::string> names{"tick", "time", "x",  "y",  "z",  "qw", "qx", "qy", "qz",
-                                   "vx",   "vy",   "vz", "wx", "wy", "wz", "hx", "hy", "hz"};
-    for (const char* name : {"q", "q_dot"}) {
-      for (int mode = 1; mode <= widest(plan).num_elastic; ++mode)
-        names.push_back(name + std::to_string(mode));
-    }
-    // names may hold dots: first and last part are fixed, so that no two columns have one name
-    for (const std::int32_t point : plan.published_points) {
-      for (const char* axis : {".x", ".y", ".z"})
-        names.push_back("point." + plan.points[static_cast<std::size_t>(point)].name + axis);
-    }
+    Columns names{"tick"};
+    std::vector<std::string> wheels;
+    for (const PlanWheel& wheel : plan.wheels.all) wheels.push_back(wheel.name);
+    const Columns state = state_columns(widest(plan).num_elastic, wheels);
+    names.insert(names.end(), state.begin(), state.end());
+    for (const std::int32_t point : plan.published_points)
+      append_point_columns(plan.points[static_cast<std::size_t>(point)].name, turning_of(plan, point) >= 0,
+                           names);
+    for (const std::int32_t group : plan.published_groups)
+      append_group_columns(plan.groups[static_cast<std::size_t>(group)].name, names);
     for (const PlanLinkOutput& output : plan.link_outputs) {
       const PlanLink& of = plan.links[static_cast<std::size_t>(output.link)];
-      const std::string single = of.kind == "bending" || of.kind == "torsion" ? ".moment" : ".axial";
-      for (int k = 1; k <= output.num_rows; ++k)
-        names.push_back("link." + of.name + (output.num_rows == 1 ? single : "." + std::to_string(k)));
+      append_link_columns(of.name, of.kind, output.num_rows, names);
     }
-    for (std::string& name : names) std::replace(name.begin(), name.end(), ',', '_');
     writer_.header(names);
   }
 
@@ -124,9 +121,6 @@ class CsvOutput : public RunOutput {
     if (!is_due(every_, state.tick, is_edge)) return;
     const freeflex_msgs::state_t message = io::make_state_message(plan_, state, io::Stamp{});
     values_.assign(1, message.time);
-    const auto append = [this](const double* first, std::size_t size) {
-      values_.insert(values_.end(), first, first + size);
-    };
     append(message.position, 3);
     append(message.attitude, 4);
     append(message.velocity, 3);
@@ -134,8 +128,9 @@ class CsvOutput : public RunOutput {
     append(message.angular_momentum, 3);
     append_modes(state, message.q);
     append_modes(state, message.q_dot);
-    for (const std::int32_t point : plan_.published_points)
-      append(read_point(plan_, state, point).p_W.data(), 3);
+    append(message.wheel_momentum.data(), message.wheel_momentum.size());
+    for (const std::int32_t point : plan_.published_points) append_point(state, point);
+    for (const std::int32_t group : plan_.published_groups) append_group(state, group);
     for (std::size_t i = 0; i < plan_.link_outputs.size(); ++i) {
       const std::size_t before = values_.size(),
                         rows = static_cast<std::size_t>(plan_.link_outputs[i].num_rows);
@@ -155,6 +150,22 @@ class CsvOutput : public RunOutput {
  private:
   // columns are those of the wide plan where there is one: modes left out stand at zero
   static const Plan& widest(const Plan& plan) { return plan.wide.empty() ? plan : plan.wide.front(); }
+  void append(const double* first, std::size_t size) { values_.insert(values_.end(), first, first + size); }
+  void append_point(const State& state, std::int32_t point) {
+    const PointState read = read_point(plan_, state, point);
+    for (const Vec3* vector : {&read.p_W, &read.v_W, &read.a_W}) append(vector->data(), 3);
+    if (turning_of(plan_, point) < 0) return;
+    const BodyState body = read_body(plan_, state, point);
+    append(body.q_WP.data(), 4);
+    append(body.w_P.data(), 3);
+  }
+  void append_group(const State& state, std::int32_t group) {
+    const GroupPose pose = read_group(plan_, state, group);
+    append(pose.p_W.data(), 3);
+    append(pose.q_WG.data(), 4);
+    append(pose.v_W.data(), 3);
+    append(pose.w_B.data(), 3);
+  }
   void append_modes(const State& state, const std::vector<double>& modes) {
     const std::size_t first = values_.size();
     values_.resize(first + static_cast<std::size_t>(widest(plan_).num_elastic), 0.0);
@@ -167,6 +178,20 @@ class CsvOutput : public RunOutput {
   io::CsvWriter writer_;
   std::int64_t every_;  // [ticks]
   std::vector<double> values_;
+};
+
+/// Of a run of which the picture alone is wanted.
+class NoOutput : public RunOutput {
+ public:
+  void publish(const State&, bool) override {}
+  void applied_reset(std::int64_t) override {}
+  void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}
+  bool has_error() const override { return false; }
+  std::string close(bool) override { return {}; }
+  const std::string& working_path() const override { return path_; }
+
+ private:
+  std::string path_;
 };
 
 }  // namespace
@@ -183,6 +208,7 @@ bool is_standard_output(const std::string& path) { return path == "-"; }
 
 std::unique_ptr<RunOutput> make_run_output(const Plan& plan, const std::string& input,
                                            const std::string& prefix, const std::string& path) {
+  if (path.empty()) return std::make_unique<NoOutput>();
   if (is_table(path)) return std::make_unique<CsvOutput>(plan, path);
   return std::make_unique<LogOutput>(plan, input, prefix, path);
 }

@@ -36,7 +36,7 @@ bool is_output(const std::string& path);
 bool is_table(const std::string& path);
 bool is_standard_output(const std::string& path);
 
-/// \param path   of a table, or of an LCM log with the daemon's channels, deterministic: session 1, time
+/// \param path   empty: nothing is written; of a table, or of an LCM log with the daemon's channels, deterministic: session 1, time
 /// stamps
 ///               in simulated time
 /// \param input  scene or plan file, for FREEFLEX_SCENE

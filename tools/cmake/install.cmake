@@ -5,34 +5,61 @@ set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/freeflex)
 set(header_dir ${CMAKE_INSTALL_INCLUDEDIR}/freeflex)
 
 # freeflex::messages needs LCM alone, so it is a component of its own
-install(TARGETS freeflex_messages EXPORT freeflexMessages)
+install(TARGETS freeflex_messages EXPORT freeflexMessages COMPONENT development)
 set(core_targets freeflex_options freeflex_step freeflex_scene freeflex_structure freeflex_plan freeflex_validity
   freeflex_core freeflex_io_scene freeflex_io_wire freeflex_io)
 foreach(target IN LISTS core_targets)
   string(REPLACE "freeflex_" "" name ${target})
   set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
 endforeach()
-install(TARGETS ${core_targets} EXPORT freeflexCore ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR})
+install(TARGETS ${core_targets} EXPORT freeflexCore ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
 foreach(set Messages Core)
-  install(EXPORT freeflex${set} NAMESPACE freeflex:: DESTINATION ${package_dir} FILE freeflex${set}Targets.cmake)
+  install(EXPORT freeflex${set} NAMESPACE freeflex:: DESTINATION ${package_dir} FILE freeflex${set}Targets.cmake
+    COMPONENT development)
 endforeach()
 configure_package_config_file(tools/cmake/freeflexConfig.cmake.in ${CMAKE_BINARY_DIR}/freeflexConfig.cmake
   INSTALL_DESTINATION ${package_dir})
 write_basic_package_version_file(${CMAKE_BINARY_DIR}/freeflexConfigVersion.cmake COMPATIBILITY SameMinorVersion)
 install(FILES ${CMAKE_BINARY_DIR}/freeflexConfig.cmake ${CMAKE_BINARY_DIR}/freeflexConfigVersion.cmake
-  DESTINATION ${package_dir})
+  DESTINATION ${package_dir} COMPONENT development)
 
-install(TARGETS freeflex_cli freeflex_study RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+install(TARGETS freeflex_cli freeflex_study RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
 if(TARGET freeflexd)
-  install(TARGETS freeflexd RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
+  install(TARGETS freeflexd RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR} COMPONENT programs)
 endif()
-install(FILES core/command_limits.hpp core/limits.hpp core/rounding.hpp core/words.hpp DESTINATION ${header_dir}/core)
+install(FILES core/command_limits.hpp core/limits.hpp core/rounding.hpp core/words.hpp DESTINATION ${header_dir}/core
+  COMPONENT development)
 foreach(folder core/step core/scene core/structure core/plan core/validity service/io messages)
-  install(DIRECTORY ${folder}/ DESTINATION ${header_dir}/${folder} FILES_MATCHING PATTERN "*.hpp")
+  install(DIRECTORY ${folder}/ DESTINATION ${header_dir}/${folder} COMPONENT development FILES_MATCHING PATTERN "*.hpp")
 endforeach()
-install(DIRECTORY ${CMAKE_BINARY_DIR}/generated/freeflex_msgs DESTINATION ${header_dir} FILES_MATCHING PATTERN "*.hpp")
-install(DIRECTORY messages/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/lcm FILES_MATCHING PATTERN "*.lcm")
-install(FILES messages/README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/lcm)
-install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR})
-install(DIRECTORY tests/tools/controller DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/examples)
-install(DIRECTORY service/scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/scenes)
+install(DIRECTORY ${CMAKE_BINARY_DIR}/generated/freeflex_msgs DESTINATION ${header_dir} COMPONENT development
+  FILES_MATCHING PATTERN "*.hpp")
+install(DIRECTORY messages/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/lcm COMPONENT programs
+  FILES_MATCHING PATTERN "*.lcm")
+install(FILES messages/README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/lcm COMPONENT programs)
+install(FILES LICENSE DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+install(DIRECTORY tests/tools/controller DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/examples COMPONENT development)
+install(DIRECTORY service/scenes/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/scenes COMPONENT programs)
+
+# the C interface and what finds it, and Python
+configure_file(tools/cmake/freeflex.pc.in ${CMAKE_BINARY_DIR}/freeflex.pc @ONLY)
+install(TARGETS freeflex_c LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT programs NAMELINK_COMPONENT development)
+install(FILES service/c/freeflex.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
+install(FILES ${CMAKE_BINARY_DIR}/freeflex.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
+set(FREEFLEX_PYTHON_DIR lib/python3/dist-packages CACHE STRING "where the Python package goes, under the prefix")
+install(DIRECTORY ${CMAKE_BINARY_DIR}/python/freeflex DESTINATION ${FREEFLEX_PYTHON_DIR} COMPONENT python
+  FILES_MATCHING PATTERN "*.py")
+install(FILES tools/python/README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-freeflex COMPONENT python)
+
+# made from --help and from the documents
+set(share ${CMAKE_BINARY_DIR}/share)
+install(DIRECTORY ${share}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT programs FILES_MATCHING PATTERN "*.1")
+install(FILES ${share}/bash-completion/freeflex DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
+  COMPONENT programs)
+install(DIRECTORY ${share}/html DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
+foreach(package freeflex:programs libfreeflex-dev:development python3-freeflex:python)
+  string(REPLACE ":" ";" package ${package})
+  list(POP_FRONT package folder)
+  install(FILES ${share}/copyright ${share}/changelog.gz DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/${folder}
+    COMPONENT ${package})
+endforeach()

@@ -2,7 +2,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <map>
 
+#include "core/words.hpp"
 #include "tools/report/report.hpp"
 
 namespace freeflex::tools {
@@ -20,13 +22,15 @@ struct Style {
   const char* marker;  // shapes below
   const char* dash;    // empty: solid
   double width;
+  double size = 3.0;  // of the marker
 };
-constexpr std::array kStyles{Style{"rigid", "#888888", "circle", "", 2.4},
-                             Style{"separated", "#1f77d0", "circle", "", 2.4},
-                             Style{"spin-loaded", "#12a5c4", "square", "", 2.4},
-                             Style{"coupled", "#1a9850", "diamond", "", 2.4},
-                             Style{"exact-bars", "#8a5cd6", "triangle", "", 2.4},
-                             Style{"full", "#b13fd1", "plus", "", 2.4},
+// rungs nest, narrow on wide and small on large: where several are as wrong and cost as much, each is seen
+constexpr std::array kStyles{Style{"rigid", "#888888", "circle", "", 2.0, 3.0},
+                             Style{"separated", "#1f77d0", "circle", "", 1.6, 2.4},
+                             Style{"spin-loaded", "#12a5c4", "square", "", 3.0, 4.2},
+                             Style{"coupled", "#1a9850", "diamond", "", 4.4, 5.2},
+                             Style{"exact-bars", "#8a5cd6", "triangle", "", 5.8, 7.0},
+                             Style{"full", "#b13fd1", "plus", "", 7.2, 8.5},
                              Style{"velocity Verlet", "#e0530b", "ring", "", 1.4},
                              Style{"Runge-Kutta 4", "#e8a200", "box", "", 1.4},
                              Style{"Stoermer 8", "#c0392b", "triangle", "", 1.4},
@@ -68,7 +72,7 @@ std::string path(double x, double y, const char* shape, double r) {
 std::string marker(double x, double y, const Style& style, const std::string& tip) {
   const std::string kind = style.marker;
   const bool is_filled = kind == "circle" || kind == "square" || kind == "diamond" || kind == "triangle";
-  std::string text = path(x, y, style.marker, is_filled ? 3.4 : 3.0);
+  std::string text = path(x, y, style.marker, style.size);
   text += format_text(" stroke=\"%s\" stroke-width=\"1.3\" %s", style.colour,
                       is_filled ? format_text("fill=\"%s\"", style.colour).c_str() : "class=\"hollow\"");
   const bool is_round = kind == "circle" || kind == "ring";
@@ -94,11 +98,16 @@ struct Range {
   double width() const { return high - low; }
 };
 
+const double kLeastError = std::pow(10.0, kLeastDecade);
+
 bool is_shown(const Run& run, std::size_t load) {
   constexpr double kWrong = 3.0;  // [-] beyond which a motion has nothing to do with the reference's
-  return run.failure.empty() && run.cpu[load] && run.elastic_error > std::pow(10.0, kLeastDecade) &&
-         run.elastic_error < kWrong;
+  return run.failure.empty() && run.cpu[load] && run.elastic_error < kWrong &&
+         (run.family == Family::kRung || run.elastic_error > kLeastError);
 }
+
+/// Where a run is drawn: a rung that is finer than the panel, on its edge.
+double drawn_error(const Run& run) { return std::max(run.elastic_error, kLeastError); }
 
 /// Decades that hold every point of a scene, the same for its three panels.
 struct Scales {
@@ -112,7 +121,7 @@ Scales axes_of(const Study& study) {
       if (!is_shown(run, load)) continue;
       least_cpu = std::min(least_cpu, *run.cpu[load]);
       most_cpu = std::max(most_cpu, *run.cpu[load]);
-      least_error = std::min(least_error, run.elastic_error);
+      least_error = std::min(least_error, drawn_error(run));
     }
   const auto floor_of = [](double value) { return static_cast<int>(std::floor(std::log10(value))); };
   if (most_cpu == 0.0) return {{-6, 0}, {-6, 1}};
@@ -194,7 +203,7 @@ std::string curves(const Panel& panel, const Study& study, const std::vector<std
     const Style& style = style_of(*method);
     std::string line, marks;
     for (const Run* run : runs) {
-      const double x = panel.x(*run->cpu[load]), y = panel.y(run->elastic_error);
+      const double x = panel.x(*run->cpu[load]), y = panel.y(drawn_error(*run));
       line += format_text("%s%.1f %.1f", line.empty() ? "M" : "L", x, y);
       marks += marker(x, y, style,
                       format_text("%s, %s: elastic error %.2e, %.2e s/s", method->c_str(),
@@ -209,21 +218,74 @@ std::string curves(const Panel& panel, const Study& study, const std::vector<std
   return text;
 }
 
+/// What a rung keeps; empty of any other method.
+std::string explain(const std::string& method) {
+  static const std::map<std::string, const char*> kKept{
+      {"rigid", "the body alone, no deformation: its elastic error is 1"},
+      {"separated", "rigid and elastic motion apart, the default"},
+      {"spin-loaded", "separated, and the centrifugal load of the spin"},
+      {"coupled", "every term in the elastic displacements, both ways"},
+      {"exact-bars", "coupled, with springs and bars at their true length and direction"},
+      {"full", "exact-bars, in as many parts a tick as its fastest motion asks for"}};
+  const auto found = kKept.find(method);
+  return found == kKept.end() ? std::string() : found->second;
+}
+
+constexpr std::size_t kLegendColumns = 5;
+
+bool is_rung(const std::string& method) { return !explain(method).empty(); }
+
+/// Rows of the legend: one a rung, several of the others in each.
+std::size_t legend_rows(const std::vector<std::string>& methods) {
+  const auto num_rungs = static_cast<std::size_t>(std::count_if(methods.begin(), methods.end(), is_rung));
+  return num_rungs + (methods.size() - num_rungs + kLegendColumns - 1) / kLegendColumns;
+}
+
+std::string legend_entry(const std::string& method, double x, double y) {
+  const Style& style = style_of(method);
+  const std::string dash =
+      *style.dash != '\0' ? format_text(" stroke-dasharray=\"%s\"", style.dash) : std::string();
+  const std::string kept = explain(method);
+  return format_text("<path d=\"M%.1f %.1fh34\" fill=\"none\" stroke=\"%s\" stroke-width=\"%.1f\"%s/>", x, y,
+                     style.colour, style.width, dash.c_str()) +
+         marker(x + 17.0, y, style, "") +
+         label(x + 42.0, y + 4.0, "start", escaped(kept.empty() ? method : method + ": " + kept));
+}
+
 std::string legend(const std::vector<std::string>& methods, double width, double top) {
-  constexpr int kColumns = 5;
   std::string text;
-  const double column = width / kColumns;
-  for (std::size_t k = 0; k < methods.size(); ++k) {
-    const Style& style = style_of(methods[k]);
-    const std::size_t row = k / kColumns;
-    const double x = kLeft + column * static_cast<double>(k % kColumns),
-                 y = top + kLegendRow * static_cast<double>(row);
-    text += format_text(
-        "<path d=\"M%.1f %.1fh34\" fill=\"none\" stroke=\"%s\" stroke-width=\"%.1f\"%s/>", x, y, style.colour,
-        style.width, *style.dash != '\0' ? format_text(" stroke-dasharray=\"%s\"", style.dash).c_str() : "");
-    text += marker(x + 17.0, y, style, "") + label(x + 42.0, y + 4.0, "start", escaped(methods[k]));
+  double y = top;
+  for (const std::string& method : methods) {
+    if (!is_rung(method)) continue;
+    text += legend_entry(method, kLeft, y);
+    y += kLegendRow;
+  }
+  std::size_t place = 0;
+  for (const std::string& method : methods) {
+    if (is_rung(method)) continue;
+    const std::size_t column = place % kLegendColumns, row = place / kLegendColumns;
+    text += legend_entry(method, kLeft + width / kLegendColumns * static_cast<double>(column),
+                         y + kLegendRow * static_cast<double>(row));
+    ++place;
   }
   return text;
+}
+
+/// What of the rungs a scene's panels do not show as it is.
+std::string not_drawn(const Study& study) {
+  std::string missing, on_edge;
+  for (const RungTraits& rung : kRungs) {
+    bool is_drawn = false, is_fine = false;
+    for (const Run& run : study.runs) {
+      if (run.method != rung.name) continue;
+      for (std::size_t load = 0; load < kReadOuts; ++load) is_drawn = is_drawn || is_shown(run, load);
+      is_fine = is_fine || (run.failure.empty() && run.elastic_error <= kLeastError);
+    }
+    if (!is_drawn) missing += (missing.empty() ? "; not drawn: " : ", ") + std::string(rung.name);
+    if (is_fine)
+      on_edge += (on_edge.empty() ? "; finer than the lowest line: " : ", ") + std::string(rung.name);
+  }
+  return missing + on_edge;
 }
 
 constexpr const char* kLook =
@@ -261,8 +323,7 @@ std::string escaped(const std::string& text) {
 
 std::string work_precision_svg(const Report& report) {
   const std::vector<std::string> methods = methods_of(report);
-  const double legend_rows = std::ceil(static_cast<double>(methods.size()) / 5.0);
-  const double legend_height = kLegendRow * legend_rows + 14.0;
+  const double legend_height = kLegendRow * static_cast<double>(legend_rows(methods)) + 14.0;
   const double row = kTitle + kPanelHeight + kBelow;
   const double inside = kReadOuts * kPanelWidth + (kReadOuts - 1) * kBetween;
   const double width = kLeft + inside + kRight;
@@ -280,7 +341,9 @@ std::string work_precision_svg(const Report& report) {
     std::string title = escaped(study.scene) + format_text(": %zu points, %zu links, up to %.3g rad/s",
                                                            study.points, study.links, study.top_frequency);
     if (study.spin > 0.0) title += format_text(", spin %g rad/s", study.spin);
-    text += label(kLeft, top + 18.0, "start", title, "head");
+    text += label(
+        kLeft, top + 18.0, "start",
+        title + "<tspan class=\"sub\" font-weight=\"400\">" + escaped(not_drawn(study)) + "</tspan>", "head");
     const double panel_top = top + kTitle;
     for (std::size_t load = 0; load < kReadOuts; ++load) {
       const Panel panel{axes, kLeft + static_cast<double>(load) * (kPanelWidth + kBetween), panel_top};

@@ -48,6 +48,10 @@ std::optional<NamedNumbers> parse_named_numbers(const std::string& text, std::si
   return named;
 }
 
+CLI::Validator not_negative() {
+  return must_be("a number >= 0", [](double value) { return value >= 0.0; });
+}
+
 CLI::Validator positive_time() {
   return must_be("a number > 0 and at most 1e9 [s]",
                  [](double value) { return value > 0.0 && value <= 1e9; });

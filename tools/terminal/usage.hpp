@@ -32,6 +32,7 @@ using service::found;
 using service::must_be;
 using service::one_of;
 using service::rate_in_hertz;
+CLI::Validator not_negative();   // a number >= 0
 CLI::Validator positive_time();  // [s] > 0
 CLI::Validator study_time();  // [s] > 0, at most 1000: the reference of a report keeps the motion each 10 ms
 CLI::Validator whole_number(std::int64_t least, std::int64_t most);

@@ -1,0 +1,479 @@
+// The C interface: handles, codes for errors, and no exception beyond it.
+#include "service/c/freeflex.h"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <exception>
+#include <memory>
+#include <new>
+#include <numbers>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "core/plan/plan_bytes.hpp"
+#include "core/step/budget.hpp"
+#include "core/step/kernels.hpp"
+#include "core/step/readout.hpp"
+#include "core/validity/judgement.hpp"
+#include "service/io/scene/input.hpp"
+#include "service/io/wire/codec.hpp"
+
+namespace {
+
+using namespace freeflex;
+
+struct PlanData {
+  Plan plan;
+  io::NameTable table;  // what loads may name
+};
+
+thread_local std::string last_error;
+
+int fail(int code, const std::string& text) noexcept {
+  try {
+    last_error = text;
+  } catch (const std::exception&) {
+    last_error.clear();
+  }
+  return code;
+}
+
+/// The code of what a call does, or of what it throws.
+template <typename Call>
+int guarded(const Call& call) noexcept {
+  try {
+    return call();
+  } catch (const std::bad_alloc&) {
+    return fail(FREEFLEX_NO_MEMORY, "no memory");
+  } catch (const std::exception& error) {
+    return fail(FREEFLEX_INTERNAL, std::string("a fault of the library: ") + error.what());
+  }
+}
+
+std::string quantity(std::size_t found, std::size_t least) {
+  return "room for " + std::to_string(found) + " numbers, must be for " + std::to_string(least);
+}
+
+int out_of_range(const char* kind, std::int64_t index, std::size_t count) {
+  return fail(FREEFLEX_BAD_ARGUMENT, std::string(kind) + " " + std::to_string(index) + ", must be 0 to " +
+                                         std::to_string(static_cast<std::int64_t>(count) - 1));
+}
+
+bool is_index(std::int64_t index, std::size_t count) {
+  return index >= 0 && index < static_cast<std::int64_t>(count);
+}
+
+const std::string* name_of(const Plan& plan, int kind, std::size_t k) {
+  switch (kind) {
+    case FREEFLEX_POINT:
+      return &plan.points[k].name;
+    case FREEFLEX_LINK:
+      return &plan.links[k].name;
+    case FREEFLEX_GROUP:
+      return &plan.groups[k].name;
+    case FREEFLEX_WHEEL:
+      return &plan.wheels.all[k].name;
+    default:
+      return nullptr;
+  }
+}
+
+std::size_t count_of(const Plan& plan, int kind) {
+  switch (kind) {
+    case FREEFLEX_POINT:
+      return plan.points.size();
+    case FREEFLEX_LINK:
+      return plan.links.size();
+    case FREEFLEX_GROUP:
+      return plan.groups.size();
+    case FREEFLEX_WHEEL:
+      return plan.wheels.all.size();
+    case FREEFLEX_MODE:
+      return static_cast<std::size_t>(plan.num_elastic);
+    default:
+      return 0;
+  }
+}
+
+/// FREEFLEX_OK when the point can be read.
+int check_rows(const Plan& plan, std::int32_t point) {
+  if (!is_index(point, plan.points.size())) return out_of_range("point", point, plan.points.size());
+  if (plan.points[static_cast<std::size_t>(point)].row >= 0) return FREEFLEX_OK;
+  return fail(FREEFLEX_BAD_ARGUMENT,
+              "the plan keeps no rows of point '" + plan.points[static_cast<std::size_t>(point)].name +
+                  "': name it in publish: points: of, or in commands: points, of the scene");
+}
+
+template <std::size_t N>
+void copy(const std::array<double, N>& from, double (&to)[N]) {
+  std::copy(from.begin(), from.end(), to);
+}
+
+std::array<double, 3> vector_of(const double (&v)[3]) { return {v[0], v[1], v[2]}; }
+
+bool is_zero(const double (&v)[3]) { return v[0] == 0.0 && v[1] == 0.0 && v[2] == 0.0; }
+
+/// Adds one load to a command. Empty, or what is wrong with it.
+std::string add_load(const freeflex_load& load, ForceCommand& command) {
+  const auto full = [](std::int32_t count, int most, const char* what) {
+    return count < most ? std::string() : "more than " + std::to_string(most) + " " + what + " in one slot";
+  };
+  std::string error;
+  if (load.kind == FREEFLEX_POINT) {
+    if (!is_zero(load.force) || is_zero(load.torque)) {
+      error = full(command.num_points, kMaxCommandPoints, "forces");
+      if (!error.empty()) return error;
+      command.points[static_cast<std::size_t>(command.num_points++)] = {load.index, 0, vector_of(load.force)};
+    }
+    if (is_zero(load.torque)) return {};
+    error = full(command.num_torques, kMaxCommandTorques, "torques on points");
+    if (error.empty())
+      command.torques[static_cast<std::size_t>(command.num_torques++)] = {load.index, 0,
+                                                                          vector_of(load.torque)};
+    return error;
+  }
+  if (load.kind == FREEFLEX_GROUP) {
+    error = full(command.num_wrenches, kMaxCommandWrenches, "loads on groups");
+    if (error.empty())
+      command.wrenches[static_cast<std::size_t>(command.num_wrenches++)] = {
+          load.index, 0, vector_of(load.force), vector_of(load.torque)};
+    return error;
+  }
+  if (load.kind != FREEFLEX_WHEEL)
+    return "kind " + std::to_string(load.kind) + " of a load, must be FREEFLEX_POINT, _GROUP or _WHEEL";
+  if (!is_zero(load.force) || load.torque[1] != 0.0 || load.torque[2] != 0.0)
+    return "a wheel takes torque[0] alone, the rest must be zero";
+  error = full(command.num_wheels, kMaxWheels, "torques of motors");
+  if (error.empty())
+    command.wheels[static_cast<std::size_t>(command.num_wheels++)] = {load.index, 0, load.torque[0]};
+  return error;
+}
+
+}  // namespace
+
+struct freeflex_plan {
+  std::shared_ptr<const PlanData> data;
+  std::string warnings;
+};
+
+struct freeflex_motion {
+  explicit freeflex_motion(std::shared_ptr<const PlanData> given)
+      : data(std::move(given)),
+        state(make_state(data->plan)),
+        workspace(make_workspace(data->plan)),
+        budget(make_budget(data->plan)) {}
+
+  const Plan& plan() const { return data->plan; }
+
+  std::shared_ptr<const PlanData> data;
+  State state;
+  Workspace workspace;
+  Budget budget;
+  StepReport report;
+  std::optional<Judgement> judgement;
+  std::vector<ForceCommand> pending;  // of the next step
+  std::int64_t sequence = 0;
+};
+
+namespace {
+
+int write_word(const freeflex_motion& motion, bool is_worst, freeflex_word& word) {
+  if (!motion.judgement)
+    return fail(FREEFLEX_BAD_ARGUMENT, "a motion without a word: make it with FREEFLEX_WITH_WORD");
+  const Verdict& verdict = is_worst ? motion.judgement->worst() : motion.judgement->now();
+  const std::string cause =
+      verdict.word == Verdict::Word::kGood ? std::string() : text_of(motion.plan(), verdict);
+  word = {};
+  word.tick = verdict.tick;
+  word.word = static_cast<std::int32_t>(verdict.word);
+  word.error = verdict.error;
+  word.scale = verdict.scale;
+  std::copy_n(cause.begin(), std::min(cause.size(), sizeof word.cause - 1), word.cause);
+  return FREEFLEX_OK;
+}
+
+}  // namespace
+
+const char* freeflex_version(void) noexcept { return FREEFLEX_VERSION; }
+const char* freeflex_last_error(void) noexcept { return last_error.c_str(); }
+
+int freeflex_plan_open(const char* path, freeflex_progress progress, void* user,
+                       freeflex_plan** plan) noexcept {
+  return guarded([&] {
+    if (path == nullptr || plan == nullptr)
+      return fail(FREEFLEX_BAD_ARGUMENT, "no path, or no place for the plan");
+    bool is_ended = false;
+    SetupProgress asked;
+    if (progress != nullptr)
+      asked.say = [&](const std::string& what, double done) {
+        is_ended = is_ended || progress(user, what.c_str(), done) != 0;
+        return !is_ended;
+      };
+    io::PlanResult result = io::load_plan(path, 0.0, asked);
+    std::string errors, warnings;
+    for (const Fault& fault : result.faults)
+      (fault.severity == Fault::Severity::kError ? errors : warnings) +=
+          io::format_fault(fault, result.sources, false) + "\n";
+    if (is_ended) return fail(FREEFLEX_ENDED, "the set-up was ended by its progress function");
+    if (!result.plan) return fail(FREEFLEX_BAD_SCENE, errors);
+    auto data = std::make_shared<PlanData>();
+    data->plan = std::move(*result.plan);
+    io::fill_name_table(data->plan, data->table);
+    *plan = new freeflex_plan{std::move(data), std::move(warnings)};
+    return FREEFLEX_OK;
+  });
+}
+
+void freeflex_plan_free(freeflex_plan* plan) noexcept { delete plan; }
+const char* freeflex_plan_warnings(const freeflex_plan* plan) noexcept { return plan->warnings.c_str(); }
+const char* freeflex_plan_name(const freeflex_plan* plan) noexcept { return plan->data->plan.name.c_str(); }
+std::uint64_t freeflex_plan_fingerprint(const freeflex_plan* plan) noexcept {
+  std::uint64_t fingerprint = 0;
+  guarded([&] { return fingerprint = plan_fingerprint(plan->data->plan), FREEFLEX_OK; });
+  return fingerprint;
+}
+double freeflex_plan_rate(const freeflex_plan* plan) noexcept { return 1.0 / plan->data->plan.period; }
+double freeflex_plan_mass(const freeflex_plan* plan) noexcept { return plan->data->plan.mass; }
+
+std::int32_t freeflex_plan_count(const freeflex_plan* plan, int kind) noexcept {
+  return static_cast<std::int32_t>(count_of(plan->data->plan, kind));
+}
+
+const char* freeflex_plan_name_of(const freeflex_plan* plan, int kind, std::int32_t index) noexcept {
+  const Plan& of = plan->data->plan;
+  if (kind == FREEFLEX_MODE || !is_index(index, count_of(of, kind))) return nullptr;
+  return name_of(of, kind, static_cast<std::size_t>(index))->c_str();
+}
+
+std::int32_t freeflex_plan_find(const freeflex_plan* plan, int kind, const char* name) noexcept {
+  const Plan& of = plan->data->plan;
+  if (kind == FREEFLEX_MODE || name == nullptr) return -1;
+  for (std::size_t k = 0; k < count_of(of, kind); ++k)
+    if (*name_of(of, kind, k) == name) return static_cast<std::int32_t>(k);
+  return -1;
+}
+
+int freeflex_plan_frequencies(const freeflex_plan* plan, double* frequencies, std::size_t size) noexcept {
+  return guarded([&] {
+    const Plan& of = plan->data->plan;
+    const auto count = static_cast<std::size_t>(of.num_elastic);
+    if (size < count) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, count));
+    for (std::size_t l = 0; l < count; ++l) frequencies[l] = of.omega[l] / (2.0 * std::numbers::pi);
+    return FREEFLEX_OK;
+  });
+}
+
+int freeflex_plan_rest(const freeflex_plan* plan, double* rest, std::size_t size) noexcept {
+  return guarded([&] {
+    const Plan& of = plan->data->plan;
+    if (size < 3 * of.points.size()) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, 3 * of.points.size()));
+    for (const PlanPoint& point : of.points) rest = std::copy(point.r.begin(), point.r.end(), rest);
+    return FREEFLEX_OK;
+  });
+}
+
+int freeflex_plan_shape(const freeflex_plan* plan, std::int32_t point, double* shape,
+                        std::size_t size) noexcept {
+  return guarded([&] {
+    const Plan& of = plan->data->plan;
+    const auto count = static_cast<std::size_t>(of.num_elastic),
+               padded = static_cast<std::size_t>(of.num_padded);
+    if (const int code = check_rows(of, point); code != FREEFLEX_OK) return code;
+    if (size < 3 * count) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, 3 * count));
+    const double* const rows = point_rows(of, of.points[static_cast<std::size_t>(point)].row);
+    for (std::size_t l = 0; l < count; ++l)
+      for (std::size_t axis = 0; axis < 3; ++axis) *shape++ = rows[axis * padded + l];
+    return FREEFLEX_OK;
+  });
+}
+
+int freeflex_motion_new(const freeflex_plan* plan, unsigned flags, freeflex_motion** motion) noexcept {
+  return guarded([&] {
+    if ((flags & ~FREEFLEX_WITH_WORD) != 0)
+      return fail(FREEFLEX_BAD_ARGUMENT,
+                  "flags " + std::to_string(flags) + ", must be 0 or FREEFLEX_WITH_WORD");
+    auto made = std::make_unique<freeflex_motion>(plan->data);
+    if ((flags & FREEFLEX_WITH_WORD) != 0) {
+      made->judgement.emplace(made->plan());
+      made->judgement->take(made->state, made->budget);
+    }
+    *motion = made.release();
+    return FREEFLEX_OK;
+  });
+}
+
+int freeflex_motion_copy(const freeflex_motion* motion, freeflex_motion** copy) noexcept {
+  return guarded([&] {
+    auto made = std::make_unique<freeflex_motion>(motion->data);
+    // assigned, so that arrays keep the room that they were made with
+    made->state = motion->state;
+    made->workspace = motion->workspace;
+    made->budget = motion->budget;
+    made->pending = motion->pending;
+    made->sequence = motion->sequence;
+    if (motion->judgement) made->judgement.emplace(*motion->judgement);
+    *copy = made.release();
+    return FREEFLEX_OK;
+  });
+}
+
+void freeflex_motion_free(freeflex_motion* motion) noexcept { delete motion; }
+
+void freeflex_motion_reset(freeflex_motion* motion) noexcept {
+  motion->pending.clear();
+  reset_state(motion->plan(), motion->state);
+  if (motion->judgement) motion->judgement->take(motion->state, motion->budget);
+}
+
+int freeflex_motion_step(freeflex_motion* motion, std::int64_t ticks) noexcept {
+  if (ticks < 0)
+    return guarded(
+        [&] { return fail(FREEFLEX_BAD_ARGUMENT, std::to_string(ticks) + " ticks, must be 0 or more"); });
+  const Plan& plan = motion->plan();
+  for (std::int64_t k = 0; k < ticks; ++k) {
+    step(plan, motion->state, Inputs{motion->pending}, motion->workspace, motion->budget, motion->report);
+    if (motion->report.status != StepStatus::kOk)
+      return guarded([&] {
+        return fail(FREEFLEX_NOT_FINITE, "the state after tick " + std::to_string(motion->state.tick) +
+                                             " would not be finite: loads or spin are far too large for this "
+                                             "structure; take smaller ones, or check their units");
+      });
+    motion->pending.clear();
+    if (motion->judgement) motion->judgement->take(motion->state, motion->budget);
+  }
+  return FREEFLEX_OK;
+}
+
+int freeflex_motion_push(freeflex_motion* motion, int slot, int axes, const freeflex_load* loads,
+                         std::size_t count, std::int64_t ticks) noexcept {
+  return guarded([&] {
+    if (ticks < 0) return fail(FREEFLEX_BAD_ARGUMENT, std::to_string(ticks) + " ticks, must be 0 or more");
+    auto command = std::make_unique<ForceCommand>();
+    *command = {};
+    std::copy_n("c", 1, command->sender.begin());
+    command->slot = slot;
+    command->axes = axes;
+    command->start_tick = -1;
+    command->duration_ticks = count == 0 ? 0 : ticks == 0 ? io::kMaxDurationTicks : ticks;
+    for (std::size_t k = 0; k < count; ++k)
+      if (const std::string error = add_load(loads[k], *command); !error.empty())
+        return fail(FREEFLEX_BAD_ARGUMENT, error);
+    std::array<char, 256> text{};
+    if (io::check_command(*command, motion->data->table, text) != io::Reason::kAccepted)
+      return fail(FREEFLEX_BAD_ARGUMENT, text.data());
+    command->sequence = motion->sequence + 1;
+    motion->pending.push_back(*command);
+    ++motion->sequence;
+    return FREEFLEX_OK;
+  });
+}
+
+std::int64_t freeflex_motion_tick(const freeflex_motion* motion) noexcept { return motion->state.tick; }
+double freeflex_motion_time(const freeflex_motion* motion) noexcept {
+  return static_cast<double>(motion->state.tick - motion->state.epoch_start_tick) * motion->plan().period;
+}
+
+void freeflex_motion_frame(const freeflex_motion* motion, freeflex_frame* frame) noexcept {
+  const State& state = motion->state;
+  copy(state.p_WB, frame->position);
+  copy(state.q_WB, frame->attitude);
+  copy(state.v_WB, frame->velocity);
+  copy(angular_velocity(motion->plan(), state), frame->angular_velocity);
+  copy(state.H_W, frame->angular_momentum);
+}
+
+int freeflex_motion_elastic(const freeflex_motion* motion, double* q, double* q_dot, std::size_t size,
+                            std::size_t* count) noexcept {
+  return guarded([&] {
+    const auto n = static_cast<std::size_t>(active_plan(motion->plan(), motion->state).num_elastic);
+    if (count != nullptr) *count = n;
+    if (size < n) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, n));
+    if (q != nullptr) std::copy_n(motion->state.q.begin(), n, q);
+    if (q_dot != nullptr) std::copy_n(motion->state.q_dot.begin(), n, q_dot);
+    return FREEFLEX_OK;
+  });
+}
+
+int freeflex_motion_point(const freeflex_motion* motion, std::int32_t point, freeflex_point* state) noexcept {
+  return guarded([&] {
+    const Plan& plan = motion->plan();
+    if (const int code = check_rows(plan, point); code != FREEFLEX_OK) return code;
+    const PointState read = read_point(plan, motion->state, point);
+    copy(read.p_W, state->position);
+    copy(read.v_W, state->velocity);
+    copy(read.a_W, state->acceleration);
+    copy(read.V_B, state->displacement);
+    return FREEFLEX_OK;
+  });
+}
+
+int freeflex_motion_body(const freeflex_motion* motion, std::int32_t point, freeflex_body* state) noexcept {
+  return guarded([&] {
+    const Plan& plan = motion->plan();
+    if (const int code = check_rows(plan, point); code != FREEFLEX_OK) return code;
+    if (turning_of(plan, point) < 0)
+      return fail(FREEFLEX_BAD_ARGUMENT, "point " + std::to_string(point) +
+                                             " has no attitude; give it inertia or an offset in the scene");
+    const BodyState read = read_body(plan, motion->state, point);
+    copy(read.q_WP, state->attitude);
+    copy(read.w_P, state->angular_velocity);
+    return FREEFLEX_OK;
+  });
+}
+
+int freeflex_motion_group(const freeflex_motion* motion, std::int32_t group, freeflex_pose* pose) noexcept {
+  return guarded([&] {
+    const Plan& plan = motion->plan();
+    if (!is_index(group, plan.groups.size())) return out_of_range("group", group, plan.groups.size());
+    for (const std::int32_t point : plan.groups[static_cast<std::size_t>(group)].points)
+      if (const int code = check_rows(plan, point); code != FREEFLEX_OK) return code;
+    const GroupPose read = read_group(plan, motion->state, group);
+    copy(read.p_W, pose->position);
+    copy(read.q_WG, pose->attitude);
+    copy(read.v_W, pose->velocity);
+    copy(read.w_B, pose->angular_velocity);
+    return FREEFLEX_OK;
+  });
+}
+
+int freeflex_motion_link(const freeflex_motion* motion, std::int32_t link, double* values, std::size_t size,
+                         std::size_t* count) noexcept {
+  return guarded([&] {
+    const Plan& plan = motion->plan();
+    if (!is_index(link, plan.links.size())) return out_of_range("link", link, plan.links.size());
+    const auto output = std::find_if(plan.link_outputs.begin(), plan.link_outputs.end(),
+                                     [link](const PlanLinkOutput& each) { return each.link == link; });
+    if (output == plan.link_outputs.end())
+      return fail(FREEFLEX_BAD_ARGUMENT, "the forces of link '" +
+                                             plan.links[static_cast<std::size_t>(link)].name +
+                                             "' are not published: name it in publish: loads: of");
+    const auto n = static_cast<std::size_t>(output->num_rows);
+    if (count != nullptr) *count = n;
+    if (size < n) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, n));
+    read_link(plan, motion->state, static_cast<int>(output - plan.link_outputs.begin()), {values, n});
+    return FREEFLEX_OK;
+  });
+}
+
+int freeflex_motion_wheels(const freeflex_motion* motion, double* momenta, std::size_t size) noexcept {
+  return guarded([&] {
+    const std::vector<double>& all = motion->state.wheel_momentum;
+    if (size < all.size()) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, all.size()));
+    std::copy(all.begin(), all.end(), momenta);
+    return FREEFLEX_OK;
+  });
+}
+
+void freeflex_motion_energy(const freeflex_motion* motion, freeflex_energy* energy) noexcept {
+  const Invariants read = read_invariants(motion->plan(), motion->state);
+  *energy = {read.kinetic_rigid, read.kinetic_elastic, read.potential};
+}
+
+int freeflex_motion_word(const freeflex_motion* motion, freeflex_word* word) noexcept {
+  return guarded([&] { return write_word(*motion, false, *word); });
+}
+int freeflex_motion_worst_word(const freeflex_motion* motion, freeflex_word* word) noexcept {
+  return guarded([&] { return write_word(*motion, true, *word); });
+}

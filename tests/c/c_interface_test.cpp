@@ -1,0 +1,257 @@
+// The C interface: the same motion as the core's, every fault a code with a text, nothing changed by it.
+#include <gtest/gtest.h>
+
+#include <array>
+#include <cstdio>
+#include <fstream>
+#include <string>
+#include <thread>
+#include <vector>
+
+#include "core/step/readout.hpp"
+#include "core/validity/judgement.hpp"
+#include "service/c/freeflex.h"
+#include "service/io/scene/input.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+const std::string kScenes = FREEFLEX_SOURCE_DIR "/service/scenes/";
+
+struct Handles {
+  explicit Handles(const std::string& scene, unsigned flags = 0) {
+    EXPECT_EQ(freeflex_plan_open(scene.c_str(), nullptr, nullptr, &plan), FREEFLEX_OK)
+        << freeflex_last_error();
+    if (plan != nullptr) EXPECT_EQ(freeflex_motion_new(plan, flags, &motion), FREEFLEX_OK);
+  }
+  ~Handles() {
+    freeflex_motion_free(motion);
+    freeflex_plan_free(plan);
+  }
+  Handles(const Handles&) = delete;
+  Handles& operator=(const Handles&) = delete;
+
+  freeflex_plan* plan = nullptr;
+  freeflex_motion* motion = nullptr;
+};
+
+std::vector<double> elastic_of(const freeflex_motion* motion) {
+  std::size_t count = 0;
+  freeflex_motion_elastic(motion, nullptr, nullptr, 0, &count);
+  std::vector<double> q(count);
+  EXPECT_EQ(freeflex_motion_elastic(motion, q.data(), nullptr, q.size(), nullptr), FREEFLEX_OK);
+  return q;
+}
+
+TEST(CInterface, StepsAsTheCoreDoesToTheBit) {
+  for (const std::string name : {"boom.yaml", "satellite.yaml", "rotor.yaml"}) {
+    Handles c(kScenes + name, FREEFLEX_WITH_WORD);
+    const io::PlanResult loaded = io::load_plan(kScenes + name);
+    ASSERT_TRUE(loaded.plan);
+    const Plan& plan = *loaded.plan;
+    State state = make_state(plan);
+    Workspace workspace = make_workspace(plan);
+    StepReport report;
+    Budget budget = make_budget(plan);
+    Judgement judgement(plan);
+    judgement.take(state, budget);
+    for (int tick = 0; tick < 500; ++tick) {
+      step(plan, state, {}, workspace, budget, report);
+      judgement.take(state, budget);
+    }
+    ASSERT_EQ(freeflex_motion_step(c.motion, 500), FREEFLEX_OK);
+    EXPECT_EQ(freeflex_motion_tick(c.motion), 500);
+    EXPECT_EQ(elastic_of(c.motion), std::vector<double>(state.q.begin(), state.q.begin() + plan.num_elastic));
+    freeflex_frame frame;
+    freeflex_motion_frame(c.motion, &frame);
+    EXPECT_TRUE(std::equal(state.q_WB.begin(), state.q_WB.end(), frame.attitude));
+    freeflex_word word;
+    ASSERT_EQ(freeflex_motion_word(c.motion, &word), FREEFLEX_OK);
+    EXPECT_EQ(word.word, static_cast<int>(judgement.now().word));
+    EXPECT_EQ(word.error, judgement.now().error);
+  }
+}
+
+TEST(CInterface, ReadsWhatTheCoreReads) {
+  Handles c(kScenes + "satellite.yaml");
+  freeflex_motion_step(c.motion, 1500);
+  const io::PlanResult loaded = io::load_plan(kScenes + "satellite.yaml");
+  const Plan& plan = *loaded.plan;
+  State state = make_state(plan);
+  Workspace workspace = make_workspace(plan);
+  StepReport report;
+  for (int tick = 0; tick < 1500; ++tick) step(plan, state, {}, workspace, report);
+
+  const std::int32_t hub = freeflex_plan_find(c.plan, FREEFLEX_POINT, "hub");
+  ASSERT_GE(hub, 0);
+  freeflex_point point;
+  ASSERT_EQ(freeflex_motion_point(c.motion, hub, &point), FREEFLEX_OK) << freeflex_last_error();
+  const PointState expected = read_point(plan, state, hub);
+  EXPECT_TRUE(std::equal(expected.p_W.begin(), expected.p_W.end(), point.position));
+  EXPECT_TRUE(std::equal(expected.a_W.begin(), expected.a_W.end(), point.acceleration));
+  freeflex_body body;
+  ASSERT_EQ(freeflex_motion_body(c.motion, hub, &body), FREEFLEX_OK);
+  const BodyState turned = read_body(plan, state, hub);
+  EXPECT_TRUE(std::equal(turned.q_WP.begin(), turned.q_WP.end(), body.attitude));
+  freeflex_pose pose;
+  ASSERT_EQ(freeflex_motion_group(c.motion, 0, &pose), FREEFLEX_OK) << freeflex_last_error();
+  EXPECT_EQ(pose.position[1], read_group(plan, state, 0).p_W[1]);
+  std::array<double, 8> momenta{};
+  ASSERT_EQ(freeflex_motion_wheels(c.motion, momenta.data(), momenta.size()), FREEFLEX_OK);
+  EXPECT_EQ(momenta[0], state.wheel_momentum[0]);
+  freeflex_energy energy;
+  freeflex_motion_energy(c.motion, &energy);
+  EXPECT_EQ(energy.potential, read_invariants(plan, state).potential);
+  std::vector<double> frequencies(static_cast<std::size_t>(freeflex_plan_count(c.plan, FREEFLEX_MODE)));
+  ASSERT_EQ(freeflex_plan_frequencies(c.plan, frequencies.data(), frequencies.size()), FREEFLEX_OK);
+  EXPECT_NEAR(frequencies[0], 0.3195, 1e-4);  // service/scenes/README.md
+  // a shape is what a unit of its coordinate moves
+  std::vector<double> shape(3 * frequencies.size());
+  ASSERT_EQ(freeflex_plan_shape(c.plan, hub, shape.data(), shape.size()), FREEFLEX_OK);
+  double displacement = 0.0;
+  for (std::size_t l = 0; l < frequencies.size(); ++l) displacement += shape[3 * l] * state.q[l];
+  EXPECT_NEAR(displacement, point.displacement[0], 1e-15);
+}
+
+TEST(CInterface, PushesAddUpAndEnd) {
+  Handles c(kScenes + "boom.yaml");
+  const std::int32_t tip = freeflex_plan_find(c.plan, FREEFLEX_POINT, "tip");
+  const double mass = freeflex_plan_mass(c.plan), period = 1.0 / freeflex_plan_rate(c.plan);
+  const freeflex_load load{FREEFLEX_POINT, tip, {0.0, 0.0, 10.0}, {}};
+  ASSERT_EQ(freeflex_motion_push(c.motion, 0, FREEFLEX_WORLD, &load, 1, 20), FREEFLEX_OK);
+  ASSERT_EQ(freeflex_motion_push(c.motion, 1, FREEFLEX_WORLD, &load, 1, 0), FREEFLEX_OK);
+  freeflex_motion_step(c.motion, 50);
+  ASSERT_EQ(freeflex_motion_push(c.motion, 1, FREEFLEX_WORLD, nullptr, 0, 0), FREEFLEX_OK);
+  freeflex_motion_step(c.motion, 50);
+  freeflex_frame frame;
+  freeflex_motion_frame(c.motion, &frame);
+  EXPECT_NEAR(frame.velocity[2], 10.0 * (20 + 50) * period / mass, 1e-15);
+  // a copy goes its own way, and outlives the plan's handle
+  freeflex_motion* copy = nullptr;
+  ASSERT_EQ(freeflex_motion_copy(c.motion, &copy), FREEFLEX_OK);
+  ASSERT_EQ(freeflex_motion_push(copy, 0, FREEFLEX_WORLD, &load, 1, 0), FREEFLEX_OK);
+  freeflex_motion_step(copy, 10);
+  freeflex_motion_step(c.motion, 10);
+  EXPECT_NE(elastic_of(copy), elastic_of(c.motion));
+  freeflex_motion_reset(copy);
+  freeflex_motion_frame(copy, &frame);
+  EXPECT_EQ(frame.velocity[2], 0.0);
+  EXPECT_EQ(freeflex_motion_time(copy), 0.0);
+  freeflex_motion_free(copy);
+}
+
+TEST(CInterface, SaysWhatItRefusesAndChangesNothing) {
+  freeflex_plan* none = nullptr;
+  EXPECT_EQ(freeflex_plan_open("/nowhere.yaml", nullptr, nullptr, &none), FREEFLEX_BAD_SCENE);
+  EXPECT_NE(std::string(freeflex_last_error()).find("/nowhere.yaml"), std::string::npos);
+  EXPECT_EQ(none, nullptr);
+  EXPECT_EQ(freeflex_plan_open(nullptr, nullptr, nullptr, &none), FREEFLEX_BAD_ARGUMENT);
+
+  Handles c(kScenes + "boom.yaml");
+  const auto refuses = [](int code, const char* text) {
+    EXPECT_EQ(code, FREEFLEX_BAD_ARGUMENT);
+    EXPECT_NE(std::string(freeflex_last_error()).find(text), std::string::npos) << freeflex_last_error();
+  };
+  freeflex_motion* motion = nullptr;
+  refuses(freeflex_motion_new(c.plan, 64U, &motion), "flags 64");
+  double value = 0.0;
+  refuses(freeflex_plan_frequencies(c.plan, &value, 1), "room for 1 numbers");
+  refuses(freeflex_motion_elastic(c.motion, &value, nullptr, 1, nullptr), "room for 1 numbers");
+  freeflex_point point;
+  refuses(freeflex_motion_point(c.motion, 4, &point), "point 4, must be 0 to 3");
+  refuses(freeflex_motion_point(c.motion, -1, &point), "point -1");
+  freeflex_body body;
+  refuses(freeflex_motion_body(c.motion, 0, &body), "has no attitude");
+  freeflex_word word;
+  refuses(freeflex_motion_word(c.motion, &word), "FREEFLEX_WITH_WORD");
+  refuses(freeflex_motion_step(c.motion, -1), "-1 ticks");
+
+  freeflex_load load{FREEFLEX_POINT, 9, {0.0, 0.0, 1.0}, {}};
+  const auto push = [&](int slot, std::size_t count = 1) {
+    return freeflex_motion_push(c.motion, slot, FREEFLEX_WORLD, &load, count, 1);
+  };
+  refuses(push(0), "point 9, the scene has 0 to 3");
+  load.index = 3;
+  refuses(push(64), "slot 64, must be 0 to 63");
+  load.force[0] = std::nan("");
+  refuses(push(0), "must be finite");
+  load = {FREEFLEX_WHEEL, 0, {1.0, 0.0, 0.0}, {}};
+  refuses(push(0), "torque[0] alone");
+  load = {FREEFLEX_LINK, 0, {1.0, 0.0, 0.0}, {}};
+  refuses(push(0), "kind 1 of a load");
+  const std::vector<freeflex_load> many(257, freeflex_load{FREEFLEX_POINT, 3, {0.0, 0.0, 1.0}, {}});
+  refuses(freeflex_motion_push(c.motion, 0, FREEFLEX_WORLD, many.data(), many.size(), 1),
+          "more than 256 forces");
+  freeflex_motion_step(c.motion, 10);
+  freeflex_frame frame;
+  freeflex_motion_frame(c.motion, &frame);
+  EXPECT_EQ(frame.velocity[2], 0.0);
+
+  EXPECT_EQ(freeflex_plan_find(c.plan, FREEFLEX_POINT, "nobody"), -1);
+  EXPECT_EQ(freeflex_plan_name_of(c.plan, FREEFLEX_POINT, 4), nullptr);
+  EXPECT_EQ(freeflex_plan_name_of(c.plan, FREEFLEX_MODE, 0), nullptr);
+  EXPECT_EQ(freeflex_plan_count(c.plan, 77), 0);
+}
+
+TEST(CInterface, ASetUpEndsWhenAsked) {
+  const std::string path = ::testing::TempDir() + "/chain.yaml";
+  {
+    std::ofstream file(path);
+    file << "points:\n";
+    for (int k = 0; k < 400; ++k)
+      file << "  - {mass: 1, at: [" << k << ", " << (k % 2) << ", " << (k % 3) << "]}\n";
+    file << "links:\n";
+    for (int k = 0; k < 399; ++k)
+      file << "  - {beam: [" << k + 1 << ", " << k + 2 << "], EA: 1e6, GJ: 100, EIy: 100, EIz: 100}\n";
+    file << "modes: {count: 10}\n";
+  }
+  freeflex_plan* plan = nullptr;
+  int asked = 0;
+  const auto end = [](void* user, const char*, double) { return ++*static_cast<int*>(user), 1; };
+  EXPECT_EQ(freeflex_plan_open(path.c_str(), end, &asked, &plan), FREEFLEX_ENDED);
+  EXPECT_EQ(plan, nullptr);
+  EXPECT_EQ(asked, 1);
+}
+
+TEST(CInterface, OnePlanServesThreadsAndErrorsAreTheirOwn) {
+  Handles c(kScenes + "boom.yaml");
+  freeflex_motion_step(c.motion, 2000);
+  const std::vector<double> expected = elastic_of(c.motion);
+  std::vector<std::thread> threads;
+  for (int k = 0; k < 4; ++k)
+    threads.emplace_back([&] {
+      EXPECT_STREQ(freeflex_last_error(), "");
+      freeflex_motion* motion = nullptr;
+      ASSERT_EQ(freeflex_motion_new(c.plan, 0, &motion), FREEFLEX_OK);
+      freeflex_motion_step(motion, 2000);
+      EXPECT_EQ(elastic_of(motion), expected);
+      freeflex_motion_free(motion);
+    });
+  for (std::thread& thread : threads) thread.join();
+}
+
+TEST(CInterface, IsC) {
+  const std::string command = std::string(FREEFLEX_PLAIN_C) + " " + kScenes + "boom.yaml tip 200";
+  std::FILE* pipe = popen(command.c_str(), "r");
+  ASSERT_NE(pipe, nullptr);
+  long long tick = 0;
+  std::array<double, 4> read{};
+  EXPECT_EQ(std::fscanf(pipe, "%lld %lf %lf %lf %lf", &tick, &read[0], &read[1], &read[2], &read[3]), 5);
+  EXPECT_EQ(pclose(pipe), 0);
+
+  Handles c(kScenes + "boom.yaml");
+  const std::int32_t tip = freeflex_plan_find(c.plan, FREEFLEX_POINT, "tip");
+  const freeflex_load load{FREEFLEX_POINT, tip, {0.0, 0.0, 10.0}, {}};
+  freeflex_motion_push(c.motion, 0, FREEFLEX_WORLD, &load, 1, 50);
+  freeflex_motion_step(c.motion, 200);
+  freeflex_frame frame;
+  freeflex_motion_frame(c.motion, &frame);
+  freeflex_point point;
+  freeflex_motion_point(c.motion, tip, &point);
+  EXPECT_EQ(tick, 200);
+  EXPECT_EQ(read, (std::array<double, 4>{frame.position[2], frame.attitude[0], point.position[2],
+                                         point.velocity[2]}));
+}
+
+}  // namespace
+}  // namespace freeflex::testing

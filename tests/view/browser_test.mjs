@@ -1,0 +1,153 @@
+// freeflex view in a browser. Run by node in a private network: FREEFLEX_BIN has the programs, FREEFLEX_SOURCE the tree.
+import assert from "node:assert/strict";
+import { spawn, spawnSync } from "node:child_process";
+import { mkdtempSync, rmSync, statSync, writeFileSync } from "node:fs";
+import { tmpdir } from "node:os";
+import { join } from "node:path";
+import { after, test } from "node:test";
+import { Browser, chromium } from "./browser.mjs";
+
+const bin = process.env.FREEFLEX_BIN, scenes = join(process.env.FREEFLEX_SOURCE, "service", "scenes");
+const folder = mkdtempSync(join(tmpdir(), "freeflex-view-"));
+const skip = chromium ? false : "there is no chromium: apt-get install chromium";
+const processes = [];
+after(() => {
+  for (const one of processes) one.kill("SIGKILL");
+  setTimeout(() => rmSync(folder, { recursive: true, force: true, maxRetries: 5 }), 500);
+});
+
+function start(program, ...options) {
+  const child = spawn(join(bin, program), options, { cwd: folder, stdio: ["ignore", "pipe", "inherit"] });
+  processes.push(child);
+  return child;
+}
+async function urlOf(child) {
+  let text = "";
+  for await (const part of child.stdout.setEncoding("utf8")) {
+    text += part;
+    const found = /http:\/\/\S+/.exec(text);
+    if (found) return found[0];
+  }
+  throw new Error(`no address: ${text}`);
+}
+const browser = chromium ? new Browser(join(folder, "profile")) : null;
+after(() => browser?.close());
+
+// two points along x that swing at 1 Hz about 1 m, 2 cm each way, and do not turn
+const SWING = `points:
+  - {name: a, mass: 2, at: [0, 0, 0]}
+  - {name: b, mass: 2, at: [1, 0, 0]}
+links:
+  - {spring: [a, b], stiffness: 39.478417604357434}
+initial:
+  points: {a: {displacement: [-0.01, 0, 0]}, b: {displacement: [0.01, 0, 0]}}
+publish: {loads: {rate: 50, of: all}}
+`;
+
+/** Centres [pixels] of the dots of points in the picture of the canvas: patches of their colour. */
+const DOTS = `(() => {
+  const page = freeflexPage, canvas = document.getElementById("picture"), gl = page.picture.gl;
+  const { width, height } = canvas, pixels = new Uint8Array(4 * width * height);
+  gl.readPixels(0, 0, width, height, gl.RGBA, gl.UNSIGNED_BYTE, pixels);
+  const sums = [];
+  for (let y = 0; y < height; ++y) for (let x = 0; x < width; ++x) {
+    const k = 4 * (y * width + x);
+    if (!(pixels[k] > 220 && pixels[k + 1] > 170 && pixels[k + 1] < 230 && pixels[k + 2] < 130)) continue;
+    const near = sums.find((s) => Math.abs(s.x / s.n - x) < 8 && Math.abs(s.y / s.n - y) < 8);
+    if (near) { near.x += x; near.y += y; ++near.n; } else sums.push({ x, y, n: 1 });
+  }
+  return sums.map(({ x, y, n }) => [x / n, y / n]).sort((a, b) => a[0] - b[0]);
+})()`;
+
+test("a motion is drawn where it is, and a push of the mouse is taken", { skip, timeout: 120000 }, async () => {
+  writeFileSync(join(folder, "swing.yaml"), SWING);
+  const daemon = start("freeflexd", "swing.yaml", "--log-level", "error", "--socket", "none");
+  const url = await urlOf(start("freeflex", "view", "swing.yaml"));
+  await browser.open(url);
+  await browser.until("window.freeflexPage?.live?.frame && freeflexPage.status");
+  const first = await browser.value("freeflexPage.frame.tick");
+  await browser.until(`freeflexPage.frame.tick > ${first} + 500`);
+  // seen from -y, so that x goes to the right; 20 times as large, without what else is drawn
+  await browser.value(`(() => {
+    Object.assign(freeflexPage.camera, { yaw: -Math.PI / 2, pitch: 0, distance: 3 });
+    for (const id of ["amplify", "ghost", "axes"]) document.getElementById(id).checked = false;
+    document.getElementById("factor").value = 20;
+  })()`);
+  await new Promise((resolve) => setTimeout(resolve, 300));
+  // samples of one and the same frame: state and pixels
+  const samples = [];
+  for (let k = 0; k < 40; ++k) {
+    const { dots, tick, height } = await browser.value(`new Promise((resolve) => requestAnimationFrame(() => resolve({
+      dots: ${DOTS}, tick: freeflexPage.frame.tick, height: document.getElementById("picture").height })))`);
+    if (dots.length === 2) samples.push({ tick, distance: dots[1][0] - dots[0][0], height });
+    await new Promise((resolve) => setTimeout(resolve, 37));
+  }
+  assert.ok(samples.length > 20, `${samples.length} pictures with two dots`);
+  // by a pinhole at 3 m with an angle of 0.7 rad from below to above, and the closed form of the swing
+  const focal = samples[0].height / 2 / Math.tan(0.35);
+  const expected = (tick) => (focal / 3) * (1 + 20 * 0.02 * Math.cos((2 * Math.PI * tick) / 1000));
+  const amplitude = (focal / 3) * 20 * 0.02;
+  const worst = Math.max(...samples.map(({ tick, distance }) => Math.abs(distance - expected(tick))));
+  const reach = Math.max(...samples.map((s) => s.distance)) - Math.min(...samples.map((s) => s.distance));
+  console.log(`${samples.length} pictures, largest difference ${worst.toFixed(2)} of ${amplitude.toFixed(1)} pixels`);
+  assert.ok(reach > amplitude, "it swings");
+  assert.ok(worst < 0.02 * amplitude + 1, `${worst} pixels off, amplitude ${amplitude}`);
+  assert.ok(await browser.value("freeflexPage.picture.scale > 0"), "links are coloured by their loads");
+
+  // from the right point, 80 pixels up
+  const box = await browser.value(`(() => { const { left, top } = document.getElementById("picture").getBoundingClientRect();
+    const [x, y] = ${DOTS}[1]; const canvas = document.getElementById("picture");
+    return { x: left + x, y: top + canvas.height - y }; })()`);
+  await browser.value("document.getElementById('factor').value = 0; document.getElementById('newtons').value = 5");
+  await new Promise((resolve) => setTimeout(resolve, 300));
+  const still = await browser.value(`(() => { const { left, top } = document.getElementById("picture").getBoundingClientRect();
+    const [x, y] = ${DOTS}[1]; const canvas = document.getElementById("picture");
+    return { x: left + x, y: top + canvas.height - y, before: freeflexPage.frame.position[2] }; })()`);
+  assert.ok(Math.abs(still.y - box.y) < 2);
+  await browser.mouse("mousePressed", still.x, still.y);
+  for (let k = 1; k <= 8; ++k) await browser.mouse("mouseMoved", still.x, still.y - 10 * k);
+  await browser.until("/accepted at tick/.test(document.getElementById('notice').textContent)");
+  await browser.until(`freeflexPage.frame.position[2] > ${still.before} + 0.01`);
+  await browser.mouse("mouseReleased", still.x, still.y - 80, 0);
+  // the force ends: the velocity stays
+  await new Promise((resolve) => setTimeout(resolve, 1000));
+  writeFileSync(join(folder, "live.png"), await browser.picture());
+
+  // a mode is animated
+  await browser.value("document.querySelector('#modes button').click()");
+  const spread = await browser.value(`new Promise((resolve) => {
+    const seen = [];
+    const look = () => { seen.push(freeflexPage.frame.q[0]); seen.length < 60 ? requestAnimationFrame(look) : resolve(Math.max(...seen) - Math.min(...seen)); };
+    look(); })`);
+  assert.ok(spread > 0);
+  await browser.value("document.querySelector('#modes button').click()");
+
+  daemon.kill("SIGTERM");
+  await browser.until("/stopped|nothing heard/.test(document.getElementById('notice').textContent)");
+  assert.deepEqual(browser.complaints, []);
+});
+
+test("a recording plays, from the program and from one file", { skip, timeout: 120000 }, async () => {
+  const ran = spawnSync(join(bin, "freeflex"), ["run", join(scenes, "satellite.yaml"), "--until", "5", "--out", join(folder, "flight.log")]);
+  assert.equal(ran.status, 0, String(ran.stderr));
+  const played = async (url) => {
+    await browser.open(url);
+    await browser.until("window.freeflexPage?.player");
+    const { begin, end, count } = await browser.value("(({ begin, end, count }) => ({ begin, end, count }))(freeflexPage.player.recording)");
+    assert.ok(end - begin > 4.9 && count > 100);
+    const first = await browser.value("freeflexPage.player.time");
+    await browser.until(`freeflexPage.player.time > ${first} + 0.5`);
+    await browser.value("document.getElementById('play').click()");
+    const still = await browser.value("freeflexPage.player.time");
+    await new Promise((resolve) => setTimeout(resolve, 300));
+    assert.equal(await browser.value("freeflexPage.player.time"), still);
+    assert.ok(await browser.value("document.querySelectorAll('.strip').length") >= 2);
+    return browser.value("JSON.stringify(freeflexPage.player.recording.at(3))");
+  };
+  const live = await played(await urlOf(start("freeflex", "view", join(folder, "flight.log"))));
+  const wrote = spawnSync(join(bin, "freeflex"), ["view", join(folder, "flight.log"), "--html", join(folder, "flight.html")]);
+  assert.equal(wrote.status, 0, String(wrote.stderr));
+  assert.equal(await played(`file://${join(folder, "flight.html")}`), live);
+  console.log(`one page of ${(statSync(join(folder, "flight.html")).size / 1e6).toFixed(2)} MB`);
+  assert.deepEqual(browser.complaints, []);
+});

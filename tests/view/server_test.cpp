@@ -1,0 +1,216 @@
+// The page's server: who may enter, what a browser gets, and one that stops reading.
+#include "tools/view/server.hpp"
+
+#include <arpa/inet.h>
+#include <gtest/gtest.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
+
+#include <chrono>
+#include <cstring>
+#include <string>
+#include <thread>
+
+namespace freeflex::testing {
+namespace {
+
+using tools::PageServer;
+using Clock = std::chrono::steady_clock;
+
+/// A connection of one's own, byte by byte.
+class Connection {
+ public:
+  explicit Connection(int port) : socket_(::socket(AF_INET, SOCK_STREAM | SOCK_CLOEXEC, 0)) {
+    sockaddr_in address{};
+    address.sin_family = AF_INET;
+    address.sin_port = htons(static_cast<std::uint16_t>(port));
+    address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+    timeval patience{5, 0};
+    setsockopt(socket_, SOL_SOCKET, SO_RCVTIMEO, &patience, sizeof patience);
+    EXPECT_EQ(::connect(socket_, reinterpret_cast<sockaddr*>(&address), sizeof address), 0);
+  }
+  ~Connection() { ::close(socket_); }
+  Connection(const Connection&) = delete;
+  Connection& operator=(const Connection&) = delete;
+
+  void send(const std::string& text) {
+    EXPECT_EQ(::send(socket_, text.data(), text.size(), 0), std::ssize(text));
+  }
+  std::string read(std::size_t size) {
+    std::string text(size, '\0');
+    std::size_t got = 0;
+    while (got < size) {
+      const ssize_t n = ::recv(socket_, text.data() + got, size - got, 0);
+      if (n <= 0) break;
+      got += static_cast<std::size_t>(n);
+    }
+    text.resize(got);
+    return text;
+  }
+  std::string read_head() {
+    std::string head;
+    while (!head.ends_with("\r\n\r\n")) {
+      const std::string byte = read(1);
+      if (byte.empty()) break;
+      head += byte;
+    }
+    return head;
+  }
+  /// A frame of the server, which are not masked: opcode and content.
+  std::pair<int, std::string> read_frame() {
+    const std::string head = read(2);
+    if (head.size() < 2) return {-1, {}};
+    std::size_t size = static_cast<unsigned char>(head[1]) & 0x7fU;
+    const std::size_t more = size == 126 ? 2 : size == 127 ? 8 : 0;
+    if (more > 0) {
+      size = 0;
+      for (const char byte : read(more)) size = size << 8 | static_cast<unsigned char>(byte);
+    }
+    return {head[0] & 0xf, read(size)};
+  }
+  void send_text(const std::string& text) {
+    std::string frame = "\x81";
+    frame += static_cast<char>(0x80 | text.size());
+    frame += std::string(4, '\0') + text;  // masked by nothing
+    send(frame);
+  }
+
+ private:
+  int socket_;
+};
+
+class ViewServer : public ::testing::Test {
+ protected:
+  ViewServer() {
+    const std::string url = server_.url();
+    port_ = std::stoi(url.substr(url.find(":", 7) + 1));
+    token_ = url.substr(url.find("token=") + 6);
+  }
+  std::string get(const std::string& path, const std::string& host) {
+    Connection connection(port_);
+    connection.send("GET " + path + " HTTP/1.1\r\nHost: " + host + "\r\nConnection: close\r\n\r\n");
+    std::string answer = connection.read_head();
+    const std::size_t size = answer.find("Content-Length: ");
+    if (size != std::string::npos) answer += connection.read(std::stoul(answer.substr(size + 16)));
+    return answer;
+  }
+  std::string own() const { return "127.0.0.1:" + std::to_string(port_); }
+  std::string open_socket(Connection& connection, const std::string& origin, const std::string& token) {
+    connection.send("GET /ws?token=" + token + " HTTP/1.1\r\nHost: " + own() + "\r\nOrigin: " + origin +
+                    "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
+                    "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
+    return connection.read_head();
+  }
+  static tools::Bytes bytes_of(const std::string& text) {
+    std::vector<std::byte> bytes(text.size());
+    std::memcpy(bytes.data(), text.data(), text.size());
+    return std::make_shared<const std::vector<std::byte>>(std::move(bytes));
+  }
+
+  std::mutex mutex_;
+  std::string taken_;
+  PageServer server_{{"<html>the page</html>", {std::byte{'b'}}, {}}, 0, [this](std::string_view text) {
+                       const std::lock_guard lock(mutex_);
+                       taken_ = text;
+                     }};
+  int port_ = 0;
+  std::string token_;
+};
+
+TEST_F(ViewServer, GivesThePageToWhoHasTheAddress) {
+  ASSERT_TRUE(server_.error().empty()) << server_.error();
+  const std::string page = get("/?token=" + token_, own());
+  EXPECT_TRUE(page.starts_with("HTTP/1.1 200")) << page;
+  EXPECT_TRUE(page.ends_with("<html>the page</html>"));
+  EXPECT_NE(page.find("Content-Security-Policy: default-src 'none'"), std::string::npos);
+  EXPECT_TRUE(get("/body?token=" + token_, "localhost:" + std::to_string(port_)).ends_with("\r\n\r\nb"));
+  EXPECT_TRUE(get("/motion?token=" + token_, own()).starts_with("HTTP/1.1 204"));
+  EXPECT_TRUE(get("/other?token=" + token_, own()).starts_with("HTTP/1.1 404"));
+}
+
+TEST_F(ViewServer, LetsNobodyElseIn) {
+  EXPECT_TRUE(get("/", own()).starts_with("HTTP/1.1 403"));
+  EXPECT_TRUE(get("/?token=" + std::string(32, '0'), own()).starts_with("HTTP/1.1 403"));
+  EXPECT_TRUE(get("/?token=" + token_.substr(1), own()).starts_with("HTTP/1.1 403"));
+  // a name that somebody made to mean this machine
+  EXPECT_TRUE(get("/?token=" + token_, "evil.example:" + std::to_string(port_)).starts_with("HTTP/1.1 403"));
+  EXPECT_TRUE(get("/body?token=" + token_, "evil.example").starts_with("HTTP/1.1 403"));
+  for (const auto& [origin, token] : {std::pair<std::string, std::string>{"http://evil.example", token_},
+                                      {"null", token_},
+                                      {"http://" + own() + ".evil.example", token_},
+                                      {"http://" + own(), "wrong"}}) {
+    Connection connection(port_);
+    EXPECT_FALSE(open_socket(connection, origin, token).starts_with("HTTP/1.1 101")) << origin;
+  }
+}
+
+TEST_F(ViewServer, SendsTheLatestToWhoComesLate) {
+  server_.send_latest("status", "first");
+  server_.send_latest("status", "second");
+  Connection connection(port_);
+  ASSERT_TRUE(open_socket(connection, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
+  EXPECT_EQ(connection.read_frame(), (std::pair<int, std::string>{1, "second"}));
+  server_.send(PageServer::Kind::kState, bytes_of("a frame"));
+  EXPECT_EQ(connection.read_frame(), (std::pair<int, std::string>{2, "a frame"}));
+  server_.send_once("answered");
+  EXPECT_EQ(connection.read_frame(), (std::pair<int, std::string>{1, "answered"}));
+  connection.send_text("hello");
+  for (int k = 0; k < 500; ++k) {
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+    const std::lock_guard lock(mutex_);
+    if (!taken_.empty()) break;
+  }
+  const std::lock_guard lock(mutex_);
+  EXPECT_EQ(taken_, "hello");
+}
+
+// one browser reads nothing: nobody waits for it, and another gets its frames
+TEST_F(ViewServer, ABrowserThatStopsReadingHoldsNothingUp) {
+  Connection deaf(port_), other(port_);
+  ASSERT_TRUE(open_socket(deaf, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
+  ASSERT_TRUE(open_socket(other, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
+  const auto large = bytes_of(std::string(1 << 20, 'x'));
+  Clock::duration longest{};
+  for (int k = 0; k < 200; ++k) {
+    const Clock::time_point before = Clock::now();
+    server_.send(PageServer::Kind::kState, large);
+    server_.send_once("text " + std::to_string(k));
+    longest = std::max(longest, Clock::now() - before);
+  }
+  // to take what waits for a socket would be some milliseconds a megabyte, and for ever here
+  EXPECT_LT(longest, std::chrono::seconds(1));
+  bool has_frame = false, has_text = false;
+  for (int k = 0; k < 300 && !(has_frame && has_text); ++k) {
+    const auto [opcode, content] = other.read_frame();
+    has_frame = has_frame || (opcode == 2 && content.size() == 1 << 20);
+    has_text = has_text || content == "text 199";
+  }
+  EXPECT_TRUE(has_frame);
+  EXPECT_TRUE(has_text);
+}
+
+TEST_F(ViewServer, TakesEightAndSaysSo) {
+  std::vector<std::unique_ptr<Connection>> all;
+  for (int k = 0; k < tools::kMostViewers; ++k) {
+    all.push_back(std::make_unique<Connection>(port_));
+    ASSERT_TRUE(open_socket(*all.back(), "http://" + own(), token_).starts_with("HTTP/1.1 101"));
+  }
+  // the last may not have joined yet
+  server_.send_latest("status", "there");
+  for (const auto& connection : all) EXPECT_EQ(connection->read_frame().second, "there");
+  Connection late(port_);
+  ASSERT_TRUE(open_socket(late, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
+  EXPECT_NE(late.read_frame().second.find("as many browsers"), std::string::npos);
+}
+
+TEST(ViewServerPort, ThatIsTakenIsSaid) {
+  PageServer first({"", {}, {}}, 0, [](std::string_view) {});
+  const std::string url = first.url();
+  const int port = std::stoi(url.substr(url.find(":", 7) + 1));
+  const PageServer second({"", {}, {}}, port, [](std::string_view) {});
+  EXPECT_NE(second.error().find("another --port"), std::string::npos) << second.error();
+}
+
+}  // namespace
+}  // namespace freeflex::testing

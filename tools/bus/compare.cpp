@@ -1,0 +1,224 @@
+#include "tools/bus/compare.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <memory>
+#include <unordered_map>
+#include <utility>
+
+#include "tools/bus/motion_rows.hpp"
+#include "tools/terminal/console.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+using Result = CompareOutcome::Result;
+
+/// A column that a part of either has.
+struct Common {
+  std::size_t a, b;      // in the rows
+  std::size_t quantity;  // in the outcome
+  bool begins_quaternion;
+};
+
+double difference(double a, double b) {
+  if (std::isnan(a) && std::isnan(b)) return 0.0;
+  if (std::isnan(a) || std::isnan(b)) return HUGE_VAL;
+  return a == b ? 0.0 : std::abs(a - b);
+}
+
+/// What of a list the other does not have, shortened.
+std::string names_text(const std::vector<std::string>& names) {
+  constexpr std::size_t kShown = 4;
+  std::string text;
+  for (std::size_t k = 0; k < std::min(kShown, names.size()); ++k)
+    text += (k == 0 ? "" : ", ") + printable(names[k]);
+  return names.size() > kShown ? text + " and " + std::to_string(names.size() - kShown) + " more" : text;
+}
+
+/// Two parts that have columns in common, in two passes: the first finds the scale of each quantity.
+class Pair {
+ public:
+  Pair(MotionFile& a, std::size_t part_a, MotionFile& b, std::size_t part_b, CompareOutcome& outcome)
+      : a_(a), b_(b), part_a_(part_a), part_b_(part_b), outcome_(outcome) {
+    const Columns &in_a = a.parts()[part_a].columns, &in_b = b.parts()[part_b].columns;
+    std::unordered_map<std::string, std::size_t> places;
+    for (std::size_t k = 0; k < in_b.size(); ++k) places.emplace(in_b[k], k);
+    for (std::size_t k = 0; k < in_a.size(); ++k) {
+      const auto found = places.find(in_a[k]);
+      if (found != places.end()) columns_.push_back({k, found->second, quantity(in_a[k]), false});
+    }
+    for (std::size_t k = 0; k + 3 < columns_.size(); ++k)
+      columns_[k].begins_quaternion = in_a[columns_[k].a].ends_with("qw") &&
+                                      columns_[k + 3].a == columns_[k].a + 3 &&
+                                      columns_[k + 3].b == columns_[k].b + 3;
+  }
+  const std::vector<Common>& columns() const { return columns_; }
+
+  /// False when a file turned out to be damaged, or Ctrl-C came: the outcome says so.
+  bool find_scales() {
+    return walk([this] {
+      for (const Common& column : columns_) {
+        double& scale = outcome_.quantities[column.quantity].scale;
+        for (const double value : {row_a_.values[column.a], row_b_.values[column.b]})
+          if (std::abs(value) > scale) scale = std::abs(value);
+      }
+    });
+  }
+  bool find_differences(double tolerance) {
+    num_rows_ = num_only_a_ = num_only_b_ = 0;
+    const bool is_done = walk([&] { take_row(tolerance); });
+    outcome_.num_rows += num_rows_;
+    return is_done;
+  }
+  /// In words, what rows had no other.
+  void say_what_is_left() {
+    const auto say = [this](std::int64_t count, const MotionFile& file, std::size_t part, const char* which) {
+      if (count > 0)
+        outcome_.not_compared.push_back(counted(count, "tick") + " of " + file.parts()[part].name +
+                                        " that only " + which + " holds");
+    };
+    say(num_only_a_, a_, part_a_, "the first");
+    say(num_only_b_, b_, part_b_, "the second");
+    for (const auto& [odd, which] : {std::pair{odd_a_, "the first"}, {odd_b_, "the second"}})
+      if (odd > 0)
+        outcome_.not_compared.push_back(counted(odd, "tick") + " of " + a_.parts()[part_a_].name + " in " +
+                                        which + " that are not whole or have other columns than its first");
+  }
+
+ private:
+  std::size_t quantity(const std::string& column) {
+    const std::string name = quantity_of(column);
+    auto& all = outcome_.quantities;
+    const auto found = std::find_if(all.begin(), all.end(),
+                                    [&](const QuantityDifference& each) { return each.name == name; });
+    if (found != all.end()) return static_cast<std::size_t>(found - all.begin());
+    all.emplace_back().name = name;
+    return all.size() - 1;
+  }
+
+  template <typename Visit>
+  bool walk(const Visit& visit) {
+    const std::unique_ptr<RowReader> a = a_.open(part_a_), b = b_.open(part_b_);
+    num_only_a_ = num_only_b_ = 0;
+    bool has_a = a->next(row_a_), has_b = b->next(row_b_);
+    std::int64_t num_looked = 0;
+    while (has_a || has_b) {
+      if (++num_looked % 4096 == 0 && is_interrupted()) {
+        outcome_.result = Result::kStopped;
+        outcome_.error = "interrupted";
+        return false;
+      }
+      if (has_a && has_b && row_a_.tick == row_b_.tick) {
+        visit();
+        has_a = a->next(row_a_);
+        has_b = b->next(row_b_);
+      } else if (has_a && (!has_b || row_a_.tick < row_b_.tick)) {
+        ++num_only_a_;
+        has_a = a->next(row_a_);
+      } else {
+        ++num_only_b_;
+        has_b = b->next(row_b_);
+      }
+    }
+    odd_a_ = a->num_odd();
+    odd_b_ = b->num_odd();
+    const std::string& error = a->error().empty() ? b->error() : a->error();
+    if (error.empty()) return true;
+    outcome_.result = Result::kNothing;
+    outcome_.error = error;
+    return false;
+  }
+
+  // the same attitude has two quaternions
+  void align_quaternions() {
+    for (const Common& column : columns_) {
+      if (!column.begins_quaternion) continue;
+      double product = 0.0;
+      for (std::size_t k = 0; k < 4; ++k)
+        product += row_a_.values[column.a + k] * row_b_.values[column.b + k];
+      for (std::size_t k = 0; k < 4 && product < 0.0; ++k) row_b_.values[column.b + k] *= -1.0;
+    }
+  }
+
+  void take_row(double tolerance) {
+    ++num_rows_;
+    align_quaternions();
+    for (const Common& column : columns_) {
+      QuantityDifference& quantity = outcome_.quantities[column.quantity];
+      const double a = row_a_.values[column.a], b = row_b_.values[column.b], off = difference(a, b);
+      ++quantity.num_values;
+      if (off == 0.0) continue;
+      const auto here = [&] { return ValuePair{row_a_.tick, a_.parts()[part_a_].columns[column.a], a, b}; };
+      if (off > quantity.largest) {
+        quantity.largest = off;
+        quantity.at = here();
+      }
+      if (off <= tolerance * quantity.scale) continue;
+      quantity.is_beyond = true;
+      if (!outcome_.first || row_a_.tick < outcome_.first->tick) outcome_.first = here();
+    }
+  }
+
+  MotionFile &a_, &b_;
+  std::size_t part_a_, part_b_;
+  CompareOutcome& outcome_;
+  std::vector<Common> columns_;
+  MotionRow row_a_, row_b_;
+  std::int64_t num_rows_ = 0, num_only_a_ = 0, num_only_b_ = 0, odd_a_ = 0, odd_b_ = 0;
+};
+
+/// Columns of one that no part of the other has.
+void say_columns_left(const MotionFile& one, const MotionFile& other, const char* which,
+                      CompareOutcome& outcome) {
+  std::unordered_map<std::string, bool> known;
+  for (const MotionFile::Part& part : other.parts())
+    for (const std::string& column : part.columns) known[column] = true;
+  std::vector<std::string> left;
+  for (const MotionFile::Part& part : one.parts())
+    for (const std::string& column : part.columns)
+      if (!known.contains(column)) left.push_back(column);
+  if (!left.empty())
+    outcome.not_compared.push_back(counted(static_cast<std::int64_t>(left.size()), "column") + " that only " +
+                                   which + " holds: " + names_text(left));
+  for (const std::string& what : one.ignored()) outcome.not_compared.push_back(what + " of " + which);
+}
+
+}  // namespace
+
+CompareOutcome compare_motions(const CompareRequest& request) {
+  CompareOutcome outcome;
+  const auto fail = [&outcome](const std::string& error) {
+    outcome.result = Result::kError;
+    outcome.error = error;
+    return outcome;
+  };
+  std::string error;
+  const auto a = open_motion(request.a, request.prefix, request.session_a, error);
+  if (!a) return fail(error);
+  const auto b = open_motion(request.b, request.prefix, request.session_b, error);
+  if (!b) return fail(error);
+  std::vector<Pair> pairs;
+  for (std::size_t part_a = 0; part_a < a->parts().size(); ++part_a)
+    for (std::size_t part_b = 0; part_b < b->parts().size(); ++part_b) {
+      Pair pair(*a, part_a, *b, part_b, outcome);
+      if (!pair.columns().empty()) pairs.push_back(std::move(pair));
+    }
+  for (Pair& pair : pairs)
+    if (!pair.find_scales()) return outcome;
+  for (Pair& pair : pairs)
+    if (!pair.find_differences(request.tolerance)) return outcome;
+  for (Pair& pair : pairs) pair.say_what_is_left();
+  say_columns_left(*a, *b, "the first", outcome);
+  say_columns_left(*b, *a, "the second", outcome);
+  if (outcome.num_rows == 0) {
+    outcome.result = Result::kNothing;
+    outcome.error = "they have no tick in common, or no column: nothing was compared";
+  } else if (outcome.first) {
+    outcome.result = Result::kDiffers;
+  }
+  return outcome;
+}
+
+}  // namespace freeflex::tools

@@ -1,0 +1,50 @@
+// Two motions beside each other, tick by tick and column by column.
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "messages/channels.hpp"
+
+namespace freeflex::tools {
+
+struct CompareRequest {
+  std::string a, b;        // recordings or tables
+  double tolerance = 0.0;  // [-] of the largest value of each quantity; 0: every bit of a value
+  std::string prefix = channels::kDefaultPrefix;
+  std::optional<std::int64_t> session_a = {}, session_b = {};  // of a recording that holds several
+};
+
+/// One value in both.
+struct ValuePair {
+  std::int64_t tick = 0;
+  std::string column;
+  double a = 0.0, b = 0.0;
+};
+
+/// All columns that measure one thing.
+struct QuantityDifference {
+  std::string name;  // with its unit
+  std::int64_t num_values = 0;
+  double scale = 0.0;      // largest |value| of either
+  double largest = 0.0;    // difference; infinite where one is no number
+  ValuePair at;            // where it is
+  bool is_beyond = false;  // the tolerance
+};
+
+struct CompareOutcome {
+  enum class Result : std::uint8_t { kSame, kDiffers, kNothing, kStopped, kError };
+  Result result = Result::kSame;
+  std::string error;               // of kNothing, kStopped and kError
+  std::int64_t num_rows = 0;       // compared, of all parts
+  std::optional<ValuePair> first;  // beyond the tolerance, the earliest tick
+  std::vector<QuantityDifference> quantities;
+  std::vector<std::string> not_compared;  // what one of them holds and the other not, in words
+};
+
+/// Rows of one tick are compared by the names of their columns; q and -q are one attitude.
+CompareOutcome compare_motions(const CompareRequest& request);
+
+}  // namespace freeflex::tools

@@ -1,0 +1,351 @@
+// Recordings of a motion: STATE, POINTS and LOADS of one session, names by its SCENE.
+#include <algorithm>
+#include <array>
+#include <limits>
+#include <map>
+#include <set>
+#include <tuple>
+#include <utility>
+
+#include "freeflex_msgs/loads_t.hpp"
+#include "freeflex_msgs/points_t.hpp"
+#include "freeflex_msgs/scene_t.hpp"
+#include "freeflex_msgs/state_t.hpp"
+#include "messages/channels.hpp"
+#include "service/io/wire/decode.hpp"
+#include "tools/bus/motion_sources.hpp"
+#include "tools/bus/recording.hpp"
+#include "tools/terminal/console.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+using freeflex_msgs::loads_t;
+using freeflex_msgs::points_t;
+using freeflex_msgs::scene_t;
+using freeflex_msgs::state_t;
+
+/// What a message stands in the columns by: where the values of a thing begin, -1 of one that is in none.
+class Places {
+ public:
+  void set(std::int32_t index, std::size_t place) { places_[index] = place; }
+  double* find(std::int32_t index, std::vector<double>& values) const {
+    const auto found = places_.find(index);
+    return found == places_.end() ? nullptr : values.data() + found->second;
+  }
+  std::size_t size() const { return places_.size(); }
+
+ private:
+  std::map<std::int32_t, std::size_t> places_;
+};
+
+struct Names {
+  std::map<std::int32_t, std::string> points, groups;
+  std::map<std::int32_t, std::pair<std::string, std::string>> links;  // name, kind
+  std::vector<std::string> wheels;
+};
+
+std::string name_of(const std::map<std::int32_t, std::string>& names, std::int32_t index) {
+  const auto found = names.find(index);
+  return found == names.end() ? "#" + std::to_string(index) : found->second;
+}
+
+/// Where one page stands in the log.
+struct PageAt {
+  std::int64_t tick = 0;
+  std::int32_t page = 0, num_pages = 1;
+  std::int64_t offset = 0;  // [bytes]
+};
+
+/// One part: its pages by tick, and where their values stand in a row.
+struct Index {
+  std::vector<PageAt> pages;
+  std::size_t num_columns = 0;
+  Places points, bodies, groups, links;
+  std::map<std::int32_t, std::int32_t> link_sizes;
+  int num_elastic = -1;
+};
+
+void take(const double* from, std::size_t size, double*& to) { to = std::copy_n(from, size, to); }
+
+/// False when the message is not of these columns.
+bool fill(const Index& index, const state_t& message, std::vector<double>& values) {
+  if (message.num_elastic != index.num_elastic) return false;
+  double* to = values.data();
+  take(&message.time, 1, to);
+  take(message.position, 3, to);
+  take(message.attitude, 4, to);
+  take(message.velocity, 3, to);
+  take(message.angular_velocity, 3, to);
+  take(message.angular_momentum, 3, to);
+  for (const std::vector<double>* each : {&message.q, &message.q_dot, &message.wheel_momentum})
+    take(each->data(), each->size(), to);
+  return to == values.data() + values.size();
+}
+
+bool fill(const Index& index, const points_t& message, std::vector<double>& values) {
+  for (const auto& point : message.points) {
+    double* to = index.points.find(point.point, values);
+    if (to == nullptr) return false;
+    for (const double* vector : {point.position, point.velocity, point.acceleration}) take(vector, 3, to);
+  }
+  for (const auto& body : message.bodies) {
+    double* to = index.bodies.find(body.point, values);
+    if (to == nullptr) return false;
+    take(body.attitude, 4, to);
+    take(body.angular_velocity, 3, to);
+  }
+  for (const auto& group : message.groups) {
+    double* to = index.groups.find(group.group, values);
+    if (to == nullptr) return false;
+    take(group.position, 3, to);
+    take(group.attitude, 4, to);
+    take(group.velocity, 3, to);
+    take(group.angular_velocity, 3, to);
+  }
+  return true;
+}
+
+bool fill(const Index& index, const loads_t& message, std::vector<double>& values) {
+  for (const auto& link : message.links) {
+    double* to = index.links.find(link.link, values);
+    if (to == nullptr || link.num_values != index.link_sizes.at(link.link)) return false;
+    take(link.values.data(), link.values.size(), to);
+  }
+  return true;
+}
+
+template <class Message>
+class PageReader : public RowReader {
+ public:
+  PageReader(const std::string& path, const Index& index) : log_(path), index_(index) {}
+
+  bool next(MotionRow& row) override {
+    while (at_ != index_.pages.size()) {
+      const std::size_t first = at_;
+      while (at_ != index_.pages.size() && index_.pages[at_].tick == index_.pages[first].tick) ++at_;
+      row.tick = index_.pages[first].tick;
+      // what no page of the tick says is no number
+      row.values.assign(index_.num_columns, std::numeric_limits<double>::quiet_NaN());
+      bool is_whole = at_ - first == static_cast<std::size_t>(index_.pages[first].num_pages);
+      for (std::size_t k = first; k != at_ && is_whole; ++k) {
+        Message message;
+        if (!log_.read_at(index_.pages[k].offset, event_) || !io::decode_message(event_.bytes, message)) {
+          error_ = "the message at byte " + std::to_string(index_.pages[k].offset) + " cannot be read again";
+          return false;
+        }
+        is_whole = fill(index_, message, row.values);
+      }
+      if (is_whole) return true;
+      ++num_odd_;
+    }
+    return false;
+  }
+
+ private:
+  io::LogReader log_;
+  const Index& index_;
+  io::LogEvent event_;
+  std::size_t at_ = 0;
+};
+
+class RecordedMotion : public MotionFile {
+ public:
+  RecordedMotion(std::string path, const std::string& prefix, std::int64_t session)
+      : path_(std::move(path)), prefix_(prefix), session_(session) {}
+
+  /// Empty, or what is wrong with the log.
+  std::string read() {
+    io::LogReader log(path_);
+    io::LogEvent event;
+    std::set<std::string> others;
+    while (log.next(event)) {
+      if (event.channel == prefix_ + channels::kState) {
+        take_page<state_t>(event, io::kStateChannel);
+      } else if (event.channel == prefix_ + channels::kPoints) {
+        take_page<points_t>(event, io::kPointsChannel);
+      } else if (event.channel == prefix_ + channels::kLoads) {
+        take_page<loads_t>(event, io::kLoadsChannel);
+      } else if (event.channel == prefix_ + channels::kScene) {
+        take_scene(event);
+      } else {
+        others.insert(event.channel);
+      }
+    }
+    for (Index& index : indices_) sort(index);
+    std::string list;
+    for (const std::string& channel : others) list += (list.empty() ? "" : ", ") + printable(channel);
+    if (!list.empty()) ignored_.push_back("channels " + list);
+    lay_out(log);
+    return log.error();
+  }
+
+  std::unique_ptr<RowReader> open(std::size_t part) override {
+    switch (channels_[part]) {
+      case io::kStateChannel:
+        return std::make_unique<PageReader<state_t>>(path_, indices_[io::kStateChannel]);
+      case io::kPointsChannel:
+        return std::make_unique<PageReader<points_t>>(path_, indices_[io::kPointsChannel]);
+      default:
+        return std::make_unique<PageReader<loads_t>>(path_, indices_[io::kLoadsChannel]);
+    }
+  }
+
+ private:
+  template <class Message>
+  void take_page(const io::LogEvent& event, std::size_t channel) {
+    Message message;
+    if (!io::decode_message(event.bytes, message) || message.session != session_) return;
+    PageAt page{message.tick, 0, 1, event.offset};
+    if constexpr (!std::is_same_v<Message, state_t>) {
+      page.page = message.page;
+      page.num_pages = message.num_pages;
+    }
+    indices_[channel].pages.push_back(page);
+  }
+
+  void take_scene(const io::LogEvent& event) {
+    scene_t message;
+    if (!io::decode_message(event.bytes, message) || message.session != session_) return;
+    names_.wheels.clear();
+    for (const auto& wheel : message.wheels) names_.wheels.push_back(wheel.name);
+    for (std::int32_t k = 0; k < message.num_points; ++k)
+      names_.points[message.first_point + k] = message.points[static_cast<std::size_t>(k)].name;
+    for (std::int32_t k = 0; k < message.num_groups; ++k)
+      names_.groups[message.first_group + k] = message.groups[static_cast<std::size_t>(k)].name;
+    for (std::int32_t k = 0; k < message.num_links; ++k) {
+      const auto& link = message.links[static_cast<std::size_t>(k)];
+      names_.links[message.first_link + k] = {link.name, link.kind};
+    }
+  }
+
+  // by tick and page; a packet may have come twice, and while a daemon stands its last tick comes again
+  static void sort(Index& index) {
+    const auto key = [](const PageAt& page) { return std::tie(page.tick, page.page); };
+    std::stable_sort(index.pages.begin(), index.pages.end(),
+                     [key](const PageAt& a, const PageAt& b) { return key(a) < key(b); });
+    const auto repeats = std::unique(index.pages.begin(), index.pages.end(),
+                                     [key](const PageAt& a, const PageAt& b) { return key(a) == key(b); });
+    index.pages.erase(repeats, index.pages.end());
+  }
+
+  /// Columns by the first whole tick of each channel.
+  void lay_out(io::LogReader& log) {
+    const auto add = [this](std::size_t channel, const char* name, Columns columns) {
+      if (columns.empty()) return;
+      indices_[channel].num_columns = columns.size();
+      parts_.push_back({name, std::move(columns)});
+      channels_.push_back(channel);
+    };
+    add(io::kStateChannel, "STATE", state_layout(log));
+    add(io::kPointsChannel, "POINTS", points_layout(log));
+    add(io::kLoadsChannel, "LOADS", loads_layout(log));
+  }
+
+  template <class Message>
+  std::vector<Message> first_tick(io::LogReader& log, const Index& index) {
+    std::vector<Message> messages;
+    for (std::size_t first = 0; first < index.pages.size();) {
+      std::size_t end = first;
+      while (end != index.pages.size() && index.pages[end].tick == index.pages[first].tick) ++end;
+      if (end - first == static_cast<std::size_t>(index.pages[first].num_pages)) {
+        for (; first != end; ++first) {
+          io::LogEvent event;
+          Message& message = messages.emplace_back();
+          if (!log.read_at(index.pages[first].offset, event) || !io::decode_message(event.bytes, message))
+            return {};
+        }
+        return messages;
+      }
+      first = end;
+    }
+    return messages;
+  }
+
+  Columns state_layout(io::LogReader& log) {
+    Index& index = indices_[io::kStateChannel];
+    const std::vector<state_t> messages = first_tick<state_t>(log, index);
+    if (messages.empty()) return {};
+    index.num_elastic = messages[0].num_elastic;
+    names_.wheels.resize(static_cast<std::size_t>(messages[0].num_wheels));
+    return state_columns(index.num_elastic, names_.wheels);
+  }
+
+  Columns points_layout(io::LogReader& log) {
+    Index& index = indices_[io::kPointsChannel];
+    Columns columns;
+    const std::vector<points_t> messages = first_tick<points_t>(log, index);
+    std::set<std::int32_t> bodies;
+    for (const points_t& message : messages)
+      for (const auto& body : message.bodies) bodies.insert(body.point);
+    for (const points_t& message : messages)
+      for (const auto& point : message.points) {
+        index.points.set(point.point, columns.size());
+        const bool is_body = bodies.contains(point.point);
+        append_point_columns(name_of(names_.points, point.point), is_body, columns);
+        if (is_body) index.bodies.set(point.point, columns.size() - 7);
+      }
+    for (const points_t& message : messages)
+      for (const auto& group : message.groups) {
+        index.groups.set(group.group, columns.size());
+        append_group_columns(name_of(names_.groups, group.group), columns);
+      }
+    return columns;
+  }
+
+  Columns loads_layout(io::LogReader& log) {
+    Index& index = indices_[io::kLoadsChannel];
+    Columns columns;
+    for (const loads_t& message : first_tick<loads_t>(log, index))
+      for (const auto& link : message.links) {
+        index.links.set(link.link, columns.size());
+        index.link_sizes[link.link] = link.num_values;
+        const auto found = names_.links.find(link.link);
+        append_link_columns(
+            found == names_.links.end() ? "#" + std::to_string(link.link) : found->second.first,
+            found == names_.links.end() ? "" : found->second.second, link.num_values, columns);
+      }
+    return columns;
+  }
+
+  std::string path_, prefix_;
+  std::int64_t session_;
+  Names names_;
+  std::array<Index, io::kNumMotionChannels> indices_;
+  std::vector<std::size_t> channels_;  // of the parts
+};
+
+bool begins_as_log(const std::string& path) {
+  io::LogReader log(path);
+  io::LogEvent event;
+  return log.next(event);
+}
+
+}  // namespace
+
+std::unique_ptr<MotionFile> open_recording(const std::string& path, const std::string& prefix,
+                                           std::optional<std::int64_t> session, std::string& error) {
+  io::LogReader log(path);
+  const Recording recording = read_recording(log, prefix);
+  error = log.error().empty() ? recording.error : log.error();
+  if (!error.empty()) return nullptr;
+  const RecordedSession* const chosen = choose_session(recording, session, error);
+  if (chosen == nullptr) {
+    error = path + ": " + error;
+    return nullptr;
+  }
+  auto motion = std::make_unique<RecordedMotion>(path, prefix, chosen->session);
+  error = motion->read();
+  if (error.empty() && motion->parts().empty())
+    error = path + ": it holds no whole " + prefix + channels::kState + ", " + prefix + channels::kPoints +
+            " or " + prefix + channels::kLoads;
+  if (!error.empty()) return nullptr;
+  return motion;
+}
+
+std::unique_ptr<MotionFile> open_motion(const std::string& path, const std::string& prefix,
+                                        std::optional<std::int64_t> session, std::string& error) {
+  return begins_as_log(path) ? open_recording(path, prefix, session, error) : open_table(path, error);
+}
+
+}  // namespace freeflex::tools

@@ -1,0 +1,276 @@
+#include "tools/plot/chart.hpp"
+
+#include <cairo/cairo-svg.h>
+#include <cairo/cairo.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <utility>
+
+#include "service/io/wire/log.hpp"
+#include "tools/terminal/console.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+constexpr double kWidth = 900.0, kLeft = 90.0, kRight = 150.0, kTop = 40.0, kPanel = 150.0, kGap = 22.0;
+constexpr std::size_t kMostSamples = 4000;
+
+struct Colour {
+  double r, g, b;
+};
+// those of Okabe and Ito, which people who do not see all colours can tell apart
+constexpr std::array<Colour, 7> kColours{{{0.0, 0.45, 0.70},
+                                          {0.84, 0.37, 0.0},
+                                          {0.0, 0.62, 0.45},
+                                          {0.80, 0.47, 0.65},
+                                          {0.90, 0.62, 0.0},
+                                          {0.34, 0.71, 0.91},
+                                          {0.3, 0.3, 0.3}}};
+
+std::string ending_of(const std::string& path) {
+  std::string ending = std::filesystem::path(path).extension().string();
+  for (char& c : ending) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+  return ending;
+}
+
+/// A page of cairo's that becomes a file.
+class Page {
+ public:
+  Page(const std::string& path, double width, double height)
+      : target_(path), is_svg_(ending_of(path) == ".svg") {
+    constexpr double kScale = 2.0;  // pixels of a point, for screens of today
+    surface_.reset(is_svg_ ? cairo_svg_surface_create(target_.working_path().c_str(), width, height)
+                           : cairo_image_surface_create(CAIRO_FORMAT_RGB24, static_cast<int>(kScale * width),
+                                                        static_cast<int>(kScale * height)));
+    cairo_.reset(cairo_create(surface_.get()));
+    if (!is_svg_) cairo_scale(cairo_.get(), kScale, kScale);
+    cairo_set_source_rgb(cairo_.get(), 1.0, 1.0, 1.0);
+    cairo_paint(cairo_.get());
+    cairo_select_font_face(cairo_.get(), "sans-serif", CAIRO_FONT_SLANT_NORMAL, CAIRO_FONT_WEIGHT_NORMAL);
+    cairo_set_line_join(cairo_.get(), CAIRO_LINE_JOIN_ROUND);
+  }
+
+  cairo_t* get() const { return cairo_.get(); }
+  void ink(const Colour& colour, double opacity = 1.0) {
+    cairo_set_source_rgba(get(), colour.r, colour.g, colour.b, opacity);
+  }
+  /// \param align  share of the width that stands left of x
+  void text(double x, double y, const std::string& words, double size, double align = 0.0) {
+    cairo_text_extents_t extents;
+    cairo_set_font_size(get(), size);
+    cairo_text_extents(get(), words.c_str(), &extents);
+    cairo_move_to(get(), x - align * extents.x_advance, y);
+    cairo_show_text(get(), words.c_str());
+  }
+  void line(double x0, double y0, double x1, double y1, double width) {
+    cairo_set_line_width(get(), width);
+    cairo_move_to(get(), x0, y0);
+    cairo_line_to(get(), x1, y1);
+    cairo_stroke(get());
+  }
+  /// Empty, or what went wrong.
+  std::string finish() {
+    cairo_.reset();
+    cairo_status_t status = CAIRO_STATUS_SUCCESS;
+    if (is_svg_) {
+      cairo_surface_finish(surface_.get());
+      status = cairo_surface_status(surface_.get());
+    } else {
+      status = cairo_surface_write_to_png(surface_.get(), target_.working_path().c_str());
+    }
+    if (status != CAIRO_STATUS_SUCCESS)
+      return "cannot write '" + target_.working_path() + "': " + cairo_status_to_string(status);
+    return target_.commit();
+  }
+
+ private:
+  struct CloseSurface {
+    void operator()(cairo_surface_t* surface) const { cairo_surface_destroy(surface); }
+  };
+  struct CloseCairo {
+    void operator()(cairo_t* cairo) const { cairo_destroy(cairo); }
+  };
+  io::PartialFile target_;
+  bool is_svg_;
+  std::unique_ptr<cairo_surface_t, CloseSurface> surface_;
+  std::unique_ptr<cairo_t, CloseCairo> cairo_;
+};
+
+/// What an axis goes from and to, and where it has its marks.
+struct Axis {
+  double low = 0.0, high = 1.0, step = 1.0;
+
+  static Axis over(double low, double high, int num_marks) {
+    if (!(high > low)) {
+      const double room = low == 0.0 ? 1.0 : 0.1 * std::abs(low);
+      low -= room;
+      high += room;
+    }
+    const double rough = (high - low) / num_marks, power = std::pow(10.0, std::floor(std::log10(rough)));
+    double step = 10.0 * power;
+    for (const double nice : {1.0, 2.0, 5.0})
+      if (rough <= nice * power) {
+        step = nice * power;
+        break;
+      }
+    return {low, high, step};
+  }
+  std::vector<double> marks() const {
+    std::vector<double> all;
+    for (double k = std::ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; ++k)
+      all.push_back(k == 0.0 ? 0.0 : k * step);
+    return all;
+  }
+};
+
+std::string number(double value) { return format_text("%.4g", value); }
+
+void draw_curve(Page& page, const std::vector<double>& x, const std::vector<double>& y) {
+  bool is_down = false;
+  cairo_set_line_width(page.get(), 1.2);
+  for (std::size_t k = 0; k < x.size(); ++k) {
+    if (!std::isfinite(y[k])) {
+      is_down = false;
+      continue;
+    }
+    is_down ? cairo_line_to(page.get(), x[k], y[k]) : cairo_move_to(page.get(), x[k], y[k]);
+    is_down = true;
+  }
+  cairo_stroke(page.get());
+}
+
+void draw_panel(Page& page, const Panel& panel, const std::vector<double>& time, double top, bool is_last) {
+  constexpr Colour kInk{0.15, 0.15, 0.15}, kGrid{0.86, 0.86, 0.86};
+  constexpr double kText = 11.0, kSmall = 10.0;
+  double low = HUGE_VAL, high = -HUGE_VAL;
+  for (const Series& series : panel.series)
+    for (const double value : series.y)
+      if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
+  if (!(low <= high)) low = high = 0.0;
+  const Axis across = Axis::over(time.front(), time.back(), 8), up = Axis::over(low, high, 4);
+  const double width = kWidth - kLeft - kRight;
+  const auto x_of = [&](double t) { return kLeft + (t - across.low) / (across.high - across.low) * width; };
+  const auto y_of = [&](double v) { return top + kPanel * (1.0 - (v - up.low) / (up.high - up.low)); };
+  for (const double mark : up.marks()) {
+    page.ink(kGrid);
+    page.line(kLeft, y_of(mark), kLeft + width, y_of(mark), 0.6);
+    page.ink(kInk);
+    page.text(kLeft - 6.0, y_of(mark) + 3.5, number(mark), kSmall, 1.0);
+  }
+  for (const double mark : across.marks()) {
+    page.ink(kGrid);
+    page.line(x_of(mark), top, x_of(mark), top + kPanel, 0.6);
+    if (!is_last) continue;
+    page.ink(kInk);
+    page.text(x_of(mark), top + kPanel + 14.0, number(mark), kSmall, 0.5);
+  }
+  page.ink(kInk);
+  page.text(kLeft, top - 6.0, panel.label, kText);
+  if (is_last) page.text(kLeft + width, top + kPanel + 30.0, "time [s]", kText, 1.0);
+  for (std::size_t k = 0; k < panel.series.size(); ++k) {
+    const Series& series = panel.series[k];
+    std::vector<double> x(time.size()), y(time.size());
+    std::transform(time.begin(), time.end(), x.begin(), x_of);
+    std::transform(series.y.begin(), series.y.end(), y.begin(), y_of);
+    page.ink(kColours[k % kColours.size()]);
+    draw_curve(page, x, y);
+    const double at = top + 12.0 + 15.0 * static_cast<double>(k);
+    page.line(kLeft + width + 10.0, at - 4.0, kLeft + width + 26.0, at - 4.0, 2.0);
+    page.ink(kInk);
+    page.text(kLeft + width + 31.0, at, series.name, kSmall);
+  }
+}
+
+/// Across and up, as seen along a corner of the axes; z is up.
+std::array<double, 2> seen(const std::array<float, 3>& x) {
+  constexpr double kCos = 0.8660254037844387;
+  const double a = x[0], b = x[1], c = x[2];
+  return {kCos * (b - a), c - 0.5 * (a + b)};
+}
+
+}  // namespace
+
+bool is_picture(const std::string& path) {
+  const std::string ending = ending_of(path);
+  return ending == ".svg" || ending == ".png";
+}
+
+std::string plot_panels(const std::string& path, const std::string& title, const std::vector<double>& time,
+                        const std::vector<Panel>& panels) {
+  if (time.empty() || panels.empty()) return "there is nothing to plot";
+  const double height = kTop + static_cast<double>(panels.size()) * (kPanel + kGap) + 30.0;
+  Page page(path, kWidth, height);
+  page.ink({0.1, 0.1, 0.1});
+  page.text(kLeft, 20.0, title, 13.0);
+  for (std::size_t k = 0; k < panels.size(); ++k)
+    draw_panel(page, panels[k], time, kTop + 8.0 + static_cast<double>(k) * (kPanel + kGap),
+               k + 1 == panels.size());
+  return page.finish();
+}
+
+std::string plot_shapes(const std::string& path, const std::string& title,
+                        const std::vector<std::array<float, 3>>& rest,
+                        const std::vector<std::array<std::size_t, 2>>& lines,
+                        const std::vector<Shape>& shapes) {
+  constexpr std::size_t kColumns = 4;
+  constexpr double kCell = 220.0, kLabel = 24.0, kShown = 0.12;  // of the size: largest displacement
+  constexpr Colour kGhost{0.7, 0.7, 0.7}, kBody{0.0, 0.3, 0.55}, kInk{0.1, 0.1, 0.1};
+  if (shapes.empty()) return "there are no modes to plot";
+  std::array<double, 2> low{HUGE_VAL, HUGE_VAL}, high{-HUGE_VAL, -HUGE_VAL};
+  for (const auto& point : rest)
+    for (std::size_t k = 0; k < 2; ++k) {
+      low[k] = std::min(low[k], seen(point)[k]);
+      high[k] = std::max(high[k], seen(point)[k]);
+    }
+  const double size = std::max({high[0] - low[0], high[1] - low[1], 1e-300}), scale = (kCell - 60.0) / size;
+  const std::size_t rows = (shapes.size() + kColumns - 1) / kColumns;
+  Page page(path, kColumns * kCell + 20.0, static_cast<double>(rows) * (kCell + kLabel) + kTop);
+  page.ink(kInk);
+  page.text(16.0, 22.0, title, 13.0);
+  for (std::size_t s = 0; s < shapes.size(); ++s) {
+    const double left = 10.0 + kCell * static_cast<double>(s % kColumns),
+                 top = kTop + (kCell + kLabel) * static_cast<double>(s / kColumns);
+    const auto place = [&](std::size_t point, double share) {
+      std::array<float, 3> at = rest[point];
+      for (std::size_t k = 0; k < 3; ++k)
+        at[k] += static_cast<float>(share * size) * shapes[s].displacement[point][k];
+      const auto [x, y] = seen(at);
+      return std::array<double, 2>{left + kCell / 2 + (x - 0.5 * (low[0] + high[0])) * scale,
+                                   top + kLabel + kCell / 2 - (y - 0.5 * (low[1] + high[1])) * scale};
+    };
+    for (const auto& [share, colour, width] :
+         {std::tuple{0.0, kGhost, 0.6}, std::tuple{kShown, kBody, rest.size() > 500 ? 0.5 : 1.2}}) {
+      page.ink(colour);
+      cairo_set_line_width(page.get(), width);
+      for (const auto& [a, b] : lines) {
+        const auto from = place(a, share), to = place(b, share);
+        cairo_move_to(page.get(), from[0], from[1]);
+        cairo_line_to(page.get(), to[0], to[1]);
+      }
+      cairo_stroke(page.get());
+    }
+    page.ink(kInk);
+    page.text(left + 8.0, top + 14.0, shapes[s].label, 11.0);
+  }
+  return page.finish();
+}
+
+void Samples::take(double time, const std::vector<double>& values) {
+  time_.push_back(time);
+  for (std::size_t k = 0; k < columns_.size(); ++k) columns_[k].push_back(values[k]);
+  if (time_.size() < kMostSamples) return;
+  const auto halve = [](std::vector<double>& all) {
+    std::size_t kept = 0;
+    for (std::size_t k = 0; k < all.size(); k += 2) all[kept++] = all[k];
+    all.resize(kept);
+  };
+  halve(time_);
+  for (std::vector<double>& column : columns_) halve(column);
+  every_ *= 2;
+}
+
+}  // namespace freeflex::tools

@@ -1,0 +1,32 @@
+"""freeflex from Python: daemons on the bus, recordings, and plans stepped in this process.
+
+    import freeflex
+    with freeflex.connect() as daemon:                     # a freeflexd that runs
+        daemon.push({"tip": (0.0, 0.0, 10.0)}, duration=0.5)
+        for state in daemon.listen("STATE", timeout=2.0):
+            print(state.tick, state.position)
+
+    for event, message in freeflex.log.messages("recording.log"):
+        ...
+
+    motion = freeflex.Plan("boom.yaml").motion()           # without a daemon
+    motion.step(1000)
+    print(motion.point("tip").position)
+
+Everything is in SI units, vectors in world axes unless a docstring says body axes, quaternions scalar first.
+`python3 -m freeflex` has examples. The messages' fields: help(freeflex.messages).
+"""
+
+from freeflex import log, messages
+from freeflex.bus import Bus
+from freeflex.client import Daemon, Rejected, connect
+from freeflex.codec import DecodeError, Message
+from freeflex.keys import Key
+from freeflex.log import LogError, events
+from freeflex.messages import TYPES
+from freeflex.plan import Motion, Plan, StepError
+
+globals().update(TYPES)
+
+__all__ = ["Bus", "Daemon", "DecodeError", "Key", "LogError", "Message", "Motion", "Plan", "Rejected", "StepError",
+           "connect", "events", "log", "messages", *TYPES]

@@ -1,0 +1,92 @@
+"""python3 -m freeflex: examples of the package that do something useful.
+
+    listen [CHANNEL...]      what a daemon publishes, as it comes: STATE STATUS ...
+    push POINT FX FY FZ S    pushes a point for S seconds [N]
+    damp POINT POINT GAIN    an active strut between two points [N s/m]
+    log FILE                 what a recording holds
+    step FILE SECONDS        a scene or plan in this process: where it is after so many seconds, and the word on it
+"""
+
+import argparse
+import collections
+import sys
+
+import freeflex
+from freeflex.damp import damp
+
+
+def listen(arguments):
+    with freeflex.connect(arguments.prefix, key=arguments.key) as daemon:
+        for message in daemon.listen(*arguments.channels):
+            print(message, flush=True)
+
+
+def push(arguments):
+    with freeflex.connect(arguments.prefix, key=arguments.key) as daemon:
+        ack = daemon.push({arguments.point: arguments.force}, duration=arguments.seconds)
+        print(f"accepted at tick {ack.tick}")
+
+
+def strut(arguments):
+    with freeflex.connect(arguments.prefix, key=arguments.key) as daemon:
+        first, last = damp(daemon, arguments.first, arguments.second, arguments.gain, arguments.seconds)
+    print(f"largest speed along the strut: {first:.6g} m/s in the first second, {last:.6g} m/s in the last")
+
+
+def log(arguments):
+    seen, ticks = collections.Counter(), {}
+    for event, message in freeflex.log.messages(arguments.file, arguments.prefix):
+        seen[event.channel] += 1
+        if hasattr(message, "tick"):
+            ticks.setdefault(event.channel, [message.tick, message.tick])[1] = message.tick
+    for channel, count in sorted(seen.items()):
+        print(f"{channel:24} {count:9} messages" + (" of ticks {} to {}".format(*ticks[channel])
+                                                    if channel in ticks else ""))
+
+
+def step(arguments):
+    motion = freeflex.Plan(arguments.file).motion(with_word=True)
+    motion.step(round(arguments.seconds * motion.plan.rate))
+    frame, word = motion.frame, motion.word
+    print(f"{motion.plan.name}: tick {motion.tick}, {motion.time:g} s")
+    print("position {:.9g} {:.9g} {:.9g} m".format(*frame.position))
+    print("attitude {:.9g} {:.9g} {:.9g} {:.9g}".format(*frame.attitude))
+    print(f"word     {word.word}" + (f": {word.cause}" if word.cause else ""))
+
+
+def main():
+    parser = argparse.ArgumentParser("python3 -m freeflex", description=__doc__.split("\n", maxsplit=1)[0],
+                                     epilog=__doc__.split("\n", 1)[1],
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--prefix", default="FREEFLEX", help="of the daemon's channels")
+    parser.add_argument("--key", help="file of a key, for a daemon that requires one")
+    commands = parser.add_subparsers(required=True, metavar="COMMAND")
+
+    def add(name, run, *options):
+        command = commands.add_parser(name)
+        command.set_defaults(run=run)
+        for option, settings in options:
+            command.add_argument(option, **settings)
+
+    number = {"type": float}
+    add("listen", listen, ("channels", {"nargs": "*"}))
+    add("push", push, ("point", {}), ("force", {"nargs": 3, "type": float}), ("seconds", number))
+    add("damp", strut, ("first", {}), ("second", {}), ("gain", number), ("--seconds", {"type": float, "default": 20.0}))
+    add("log", log, ("file", {}))
+    add("step", step, ("file", {}), ("seconds", number))
+    arguments = parser.parse_args()
+    try:
+        arguments.run(arguments)
+    except KeyboardInterrupt:
+        return 130
+    except BrokenPipeError:
+        sys.stderr.close()
+        return 1
+    except (LookupError, OSError, RuntimeError, ValueError) as error:
+        print(f"python3 -m freeflex: {error}", file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -1,0 +1,31 @@
+"""An active strut: pushes two points along the line between them against the speed at which it grows."""
+
+from freeflex.client import Rejected
+
+
+def damp(daemon, first, second, gain, seconds=20.0, window=1.0):
+    """Damps the swing of two points with `gain` [N s/m] for `seconds` of simulated time. Returns the largest speed
+    [m/s] along their line in the first `window` [s] and in the last."""
+    a, b = daemon.scene.point(first), daemon.scene.point(second)
+    rate, start, speeds, tick = daemon.scene.rate, None, [], -1
+    for _ in daemon.listen("POINTS", timeout=daemon.timeout):
+        if daemon.points is None or daemon.points.tick <= tick:
+            continue
+        tick, one, other = daemon.points.tick, daemon.points.points[a], daemon.points.points[b]
+        start = tick if start is None else start
+        line = [y - x for x, y in zip(one.position, other.position)]
+        length = sum(x * x for x in line) ** 0.5
+        speed = sum(x * (w - v) for x, v, w in zip(line, one.velocity, other.velocity)) / length
+        speeds.append(((tick - start) / rate, abs(speed)))
+        if speeds[-1][0] > seconds:
+            break
+        force = [-gain * speed * x / length for x in line]
+        try:
+            daemon.push({second: force, first: [-x for x in force]}, lease=0.2)
+        except Rejected as rejected:
+            if rejected.ack.reason != 3:  # another session: its STATUS tells
+                raise
+    if not speeds:
+        raise TimeoutError(f"no whole POINTS on {daemon.prefix}_POINTS: does the scene publish {first} and {second}?")
+    end = speeds[-1][0]
+    return max(s for t, s in speeds if t <= window), max(s for t, s in speeds if t >= end - window)

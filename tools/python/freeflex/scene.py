@@ -1,0 +1,95 @@
+"""What the indices of messages mean: the pages of SCENE, and of POINTS, LOADS and SHAPES, put together."""
+
+import difflib
+
+
+class Pages:
+    """Pages of one thing; `add` says when all of them are there. Those of another thing begin anew."""
+
+    def __init__(self):
+        self._of, self._pages = None, {}
+
+    def add(self, of, message):
+        """All pages in their order once the last one came, else None."""
+        if of != self._of:
+            self._of, self._pages = of, {}
+        self._pages[message.page] = message
+        if len(self._pages) < message.num_pages:
+            return None
+        pages = [self._pages[k] for k in sorted(self._pages)]
+        self._of, self._pages = None, {}
+        return pages
+
+
+class Scene:
+    """The scene of a daemon.
+
+    `name`, `plan_file`, `plan_fingerprint`, `session`, `rate` [Hz], `mass` [kg], `inertia` [kg m^2],
+    `rigid_freedoms`; `points`, `links`, `groups`: what the daemon lists, by index; `wheels`: a list;
+    `frequencies` [Hz]: by elastic mode, from 1. Above 1000 points a daemon lists those alone that are named.
+    """
+
+    def __init__(self, pages):
+        front = pages[0]
+        for name in ("name", "plan_file", "plan_fingerprint", "session", "rate", "mass", "inertia", "rigid_freedoms",
+                     "wheels"):
+            setattr(self, name, getattr(front, name))
+        self.points, self.links, self.groups, self.frequencies = {}, {}, {}, {}
+        for page in pages:
+            self.points.update(enumerate(page.points, page.first_point))
+            self.links.update(enumerate(page.links, page.first_link))
+            self.groups.update(enumerate(page.groups, page.first_group))
+            self.frequencies.update(enumerate(page.frequencies, page.first_elastic + 1))
+        self._indices = {kind: {one.name: k for k, one in listed}
+                         for kind, listed in (("point", self.points.items()), ("link", self.links.items()),
+                                              ("group", self.groups.items()), ("wheel", enumerate(self.wheels)))}
+
+    def index(self, kind, name):
+        """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
+        if isinstance(name, int):
+            return name
+        return index_in(self._indices[kind], kind, name)
+
+    def point(self, name):
+        """Index of a point by its name. LookupError when the daemon lists none."""
+        return self.index("point", name)
+
+    def link(self, name):
+        """Index of a link."""
+        return self.index("link", name)
+
+    def group(self, name):
+        """Index of a group."""
+        return self.index("group", name)
+
+    def wheel(self, name):
+        """Index of a wheel."""
+        return self.index("wheel", name)
+
+
+def index_in(indices, kind, name):
+    """Index of a name. LookupError that tells names like it."""
+    if name in indices:
+        return indices[name]
+    close = difflib.get_close_matches(str(name), list(indices)[:10000], 5, 0.5) or list(indices)[:5]
+    raise LookupError(f"no {kind} {name!r}; there " + (f"are {', '.join(close)}"
+                      + (f" and {len(indices) - len(close)} more" if len(indices) > len(close) else "")
+                      if indices else "is none"))
+
+
+class Points:
+    """One tick of POINTS: `tick`, `epoch`; `points`, `groups`, `bodies` by index."""
+
+    def __init__(self, pages):
+        self.tick, self.epoch = pages[0].tick, pages[0].epoch
+        self.points = {one.point: one for page in pages for one in page.points}
+        self.groups = {one.group: one for page in pages for one in page.groups}
+        self.bodies = {one.point: one for page in pages for one in page.bodies}
+
+
+class Loads:
+    """One tick of LOADS: `tick`, `epoch`; `links`: the values of each, by index (messages/README.md, section 7)."""
+
+    def __init__(self, pages):
+        self.tick, self.epoch = pages[0].tick, pages[0].epoch
+        self.links = {one.link: one.values for page in pages for one in page.links}

@@ -1,0 +1,226 @@
+#include "tools/view/body.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <numbers>
+#include <variant>
+
+#include "core/plan/make_plan.hpp"
+#include "core/plan/plan_bytes.hpp"
+#include "core/plan/rates.hpp"
+#include "core/step/kernels.hpp"
+#include "service/io/scene/input.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+constexpr std::size_t kAlignment = 8;
+constexpr std::size_t kMostNamed = 200'000;  // points
+
+/// What is drawn of a link: lines, or a triangle.
+void draw(std::uint32_t link, const std::string& kind, std::span<const int> points, Body& body) {
+  if (kind == "bending" || kind == "torsion") return;  // of angles, which lie along others
+  if (kind == "plate" && points.size() == 3) {
+    for (const int point : points) body.triangles.push_back(static_cast<std::uint32_t>(point));
+    body.triangle_links.push_back(link);
+    return;
+  }
+  // a line, or from the first of several to all others
+  for (std::size_t k = 1; k < points.size(); ++k) {
+    body.lines.insert(body.lines.end(),
+                      {static_cast<std::uint32_t>(points[0]), static_cast<std::uint32_t>(points[k])});
+    body.line_links.push_back(link);
+  }
+}
+
+/// Shapes of the lowest modes, point by point within a mode: (3 x points x modes).
+using Shapes = std::vector<float>;
+
+int modes_that_fit(const Plan& plan) {
+  const std::size_t of_one = 3 * sizeof(float) * std::max<std::size_t>(1, plan.points.size());
+  return static_cast<int>(
+      std::min<std::size_t>(static_cast<std::size_t>(plan.num_elastic), kMostShapeBytes / of_one));
+}
+
+Shapes shapes_of(const Structure& structure, const Plan& plan, int num_modes) {
+  Shapes shapes;
+  shapes.reserve(static_cast<std::size_t>(structure.shapes.rows() * num_modes));
+  for (int l = 0; l < num_modes; ++l) {
+    const Eigen::Index column =
+        plan.mode_numbers.empty() ? l : plan.mode_numbers[static_cast<std::size_t>(l)] - 1;
+    for (Eigen::Index row = 0; row < structure.shapes.rows(); ++row)
+      shapes.push_back(static_cast<float>(structure.shapes(row, column)));
+  }
+  return shapes;
+}
+
+Shapes shapes_of(const Plan& plan, int num_modes) {
+  const std::size_t of_one = 3 * plan.points.size();
+  Shapes shapes(of_one * static_cast<std::size_t>(num_modes), 0.0F);
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+    if (plan.points[i].row < 0) continue;
+    const double* rows = point_rows(plan, plan.points[i].row);
+    for (std::size_t axis = 0; axis < 3; ++axis)
+      for (std::size_t l = 0; l < static_cast<std::size_t>(num_modes); ++l)
+        shapes[l * of_one + 3 * i + axis] =
+            static_cast<float>(rows[axis * static_cast<std::size_t>(plan.num_padded) + l]);
+  }
+  return shapes;
+}
+
+/// Names, empty where each is its number.
+template <typename Items>
+Json names_of(const Items& items) {
+  Json names = Json::array();
+  bool are_numbers = true;
+  for (std::size_t k = 0; k < items.size(); ++k)
+    are_numbers = are_numbers && items[k].name == std::to_string(k + 1);
+  if (are_numbers || items.size() > kMostNamed) return names;
+  for (const auto& item : items) names.push_back(item.name);
+  return names;
+}
+
+Json head_of(const Body& body) {
+  const Plan& plan = body.plan;
+  double size = 0.0;
+  for (const PlanPoint& point : plan.points)
+    size = std::max(size,
+                    std::sqrt(point.r[0] * point.r[0] + point.r[1] * point.r[1] + point.r[2] * point.r[2]));
+  Json head{{"name", plan.name},
+            {"fingerprint", fingerprint_text(body.fingerprint)},
+            {"rate", 1.0 / plan.period},
+            {"mass", plan.mass},
+            {"size", size},
+            {"points", plan.points.size()},
+            {"modes", body.num_modes},
+            {"allModes", plan.num_elastic},
+            {"unknownPoints", body.num_still},
+            {"forceLimit", plan.force_limit},
+            {"pointNames", names_of(plan.points)},
+            {"linkNames", names_of(plan.links)}};
+  Json& frequencies = head["frequencies"] = Json::array();
+  for (int l = 0; l < body.num_modes; ++l)
+    frequencies.push_back(plan.omega[static_cast<std::size_t>(l)] / (2.0 * std::numbers::pi));
+  Json& groups = head["groups"] = Json::array();
+  for (const PlanGroup& group : plan.groups)
+    groups.push_back({{"name", group.name}, {"points", group.points}});
+  Json& wheels = head["wheels"] = Json::array();
+  for (const PlanWheel& wheel : plan.wheels.all) wheels.push_back(wheel.name);
+  Json& links = head["publishedLinks"] = Json::array();
+  for (const PlanLinkOutput& output : plan.link_outputs) links.push_back(output.link);
+  return head;
+}
+
+void note_links(Body& body) {
+  for (const PlanLinkOutput& output : body.plan.link_outputs) body.published_links.push_back(output.link);
+}
+
+std::optional<Body> body_of_plan(const std::string& path) {
+  std::optional<Plan> plan = load_or_explain(path, 0.0);
+  if (!plan) return std::nullopt;
+  Body body{.fingerprint = plan_fingerprint(*plan), .plan_file = path, .plan = std::move(*plan)};
+  body.num_modes = modes_that_fit(body.plan);
+  for (std::size_t k = 0; k < body.plan.links.size(); ++k)
+    draw(static_cast<std::uint32_t>(k), body.plan.links[k].kind, body.plan.links[k].points, body);
+  body.num_still =
+      static_cast<std::size_t>(std::count_if(body.plan.points.begin(), body.plan.points.end(),
+                                             [](const PlanPoint& point) { return point.row < 0; }));
+  body.shapes = shapes_of(body.plan, body.num_modes);
+  note_links(body);
+  return body;
+}
+
+std::optional<Body> body_of_scene(const std::string& path) {
+  io::SceneResult read = io::read_scene(path);
+  std::optional<Structure> structure;
+  std::optional<Plan> plan;
+  if (read.scene) {
+    Progress progress("setting up " + path);
+    structure = build_structure(*read.scene, read.faults, progress.of_setup());
+    if (structure) plan = make_plan(*read.scene, *structure, read.faults);
+  }
+  print_faults(read.faults, read.sources);
+  if (!plan) return std::nullopt;
+  Body body{.fingerprint = plan_fingerprint(*plan), .plan_file = path, .plan = std::move(*plan)};
+  body.num_modes = modes_that_fit(body.plan);
+  for (std::size_t k = 0; k < body.plan.links.size(); ++k)
+    draw(static_cast<std::uint32_t>(k), body.plan.links[k].kind, read.scene->links[k].points, body);
+  body.shapes = shapes_of(*structure, body.plan, body.num_modes);
+  note_links(body);
+  return body;
+}
+
+}  // namespace
+
+void Blob::append(const std::string& name, const char* type, std::span<const std::byte> bytes,
+                  std::size_t size) {
+  arrays_.resize((arrays_.size() + kAlignment - 1) / kAlignment * kAlignment);
+  head_["arrays"][name] = {{"type", type}, {"offset", arrays_.size()}, {"length", bytes.size() / size}};
+  arrays_.insert(arrays_.end(), bytes.begin(), bytes.end());
+}
+
+std::vector<std::byte> Blob::finish() const {
+  std::string head = head_.dump(-1, ' ', false, Json::error_handler_t::replace);
+  // the arrays begin at a multiple of their alignment
+  head.resize((head.size() + 8 + kAlignment - 1) / kAlignment * kAlignment - 8, ' ');
+  const auto size = static_cast<std::uint32_t>(head.size());
+  std::vector<std::byte> bytes(8 + head.size() + arrays_.size());
+  std::memcpy(bytes.data(), "FFV1", 4);
+  std::memcpy(bytes.data() + 4, &size, 4);
+  std::memcpy(bytes.data() + 8, head.data(), head.size());
+  std::copy(arrays_.begin(), arrays_.end(), bytes.begin() + static_cast<std::ptrdiff_t>(8 + head.size()));
+  return bytes;
+}
+
+std::vector<std::byte> bytes_of(const Body& body) {
+  std::vector<float> rest, masses;
+  std::vector<std::uint32_t> pushable;
+  for (std::size_t i = 0; i < body.plan.points.size(); ++i) {
+    const PlanPoint& point = body.plan.points[i];
+    for (const double x : point.r) rest.push_back(static_cast<float>(x));
+    masses.push_back(static_cast<float>(point.mass));
+    if (point.pushable) pushable.push_back(static_cast<std::uint32_t>(i));
+  }
+  Blob blob(head_of(body));
+  blob.add("rest", rest);
+  blob.add("masses", masses);
+  blob.add("pushable", pushable);
+  blob.add("lines", body.lines);
+  blob.add("lineLinks", body.line_links);
+  blob.add("triangles", body.triangles);
+  blob.add("triangleLinks", body.triangle_links);
+  blob.add("shapes", body.shapes);
+  return blob.finish();
+}
+
+std::optional<Body> make_body(const std::string& path) {
+  return io::is_plan_file(path) ? body_of_plan(path) : body_of_scene(path);
+}
+
+bool take_rate(Body& body, std::uint64_t fingerprint, double rate) {
+  if (fingerprint == body.fingerprint) return true;
+  if (!std::isfinite(rate) || rate <= 0.0 || rate == 1.0 / body.plan.period) return false;
+  Plan plan = body.plan;
+  set_rate(plan, rate);
+  if (plan_fingerprint(plan) != fingerprint) return false;
+  body.fingerprint = fingerprint;
+  body.plan = std::move(plan);
+  return true;
+}
+
+double link_figure(const std::string& kind, std::span<const double> values) {
+  constexpr std::size_t kBeam = 12, kPlate = 6, kTensionOfBeam = 6;
+  if (values.empty()) return 0.0;
+  if (kind == "beam" && values.size() == kBeam) return values[kTensionOfBeam];
+  if (kind == "plate" && values.size() == kPlate)
+    return std::sqrt(values[0] * values[0] - values[0] * values[1] + values[1] * values[1] +
+                     3.0 * values[2] * values[2]);
+  if (values.size() == 1) return values[0];
+  double largest = 0.0;
+  for (std::size_t k = 0; k + 2 < values.size(); k += 3)
+    largest = std::max(largest, std::hypot(values[k], values[k + 1], values[k + 2]));
+  return largest;
+}
+
+}  // namespace freeflex::tools

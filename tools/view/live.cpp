@@ -1,0 +1,180 @@
+#include "tools/view/live.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstring>
+#include <limits>
+
+#include "core/step/command.hpp"
+#include "freeflex_msgs/ack_t.hpp"
+#include "freeflex_msgs/force_t.hpp"
+#include "messages/channels.hpp"
+#include "service/io/wire/codec.hpp"
+#include "service/io/wire/decode.hpp"
+#include "service/io/wire/versions.hpp"
+#include "tools/bus/message_json.hpp"
+#include "tools/terminal/console.hpp"
+
+namespace freeflex::tools {
+namespace {
+
+constexpr double kLease = 0.5;                  // [s] of a push; the page renews it five times as often
+constexpr std::int64_t kValidity = 10'000'000;  // [us] of a sealed command: its way to the daemon
+const std::string kSender = "view";
+
+template <typename T>
+void append(const T* values, std::size_t size, std::vector<std::byte>& bytes) {
+  const auto* first = reinterpret_cast<const std::byte*>(values);
+  bytes.insert(bytes.end(), first, first + size * sizeof(T));
+}
+
+Bytes shared(std::vector<std::byte> bytes) {
+  return std::make_shared<const std::vector<std::byte>>(std::move(bytes));
+}
+
+}  // namespace
+
+std::vector<std::byte> state_frame(const freeflex_msgs::state_t& state, int num_modes) {
+  std::vector<std::byte> bytes;
+  const double head[] = {1.0, static_cast<double>(state.tick), state.time};
+  append(head, 3, bytes);
+  append(state.position, 3, bytes);
+  append(state.attitude, 4, bytes);
+  append(state.angular_velocity, 3, bytes);
+  std::vector<float> q(static_cast<std::size_t>(num_modes), 0.0F);
+  for (std::size_t l = 0; l < std::min(q.size(), state.q.size()); ++l) q[l] = static_cast<float>(state.q[l]);
+  append(q.data(), q.size(), bytes);
+  return bytes;
+}
+
+std::vector<std::byte> loads_frame(const Body& body, std::int64_t tick,
+                                   const std::vector<freeflex_msgs::loads_t>& pages) {
+  std::vector<float> figures(body.published_links.size(), std::numeric_limits<float>::quiet_NaN());
+  for (const freeflex_msgs::loads_t& page : pages)
+    for (const auto& load : page.links) {
+      const auto found =
+          std::lower_bound(body.published_links.begin(), body.published_links.end(), load.link);
+      if (found == body.published_links.end() || *found != load.link) continue;
+      const std::string& kind = body.plan.links[static_cast<std::size_t>(load.link)].kind;
+      figures[static_cast<std::size_t>(found - body.published_links.begin())] =
+          static_cast<float>(link_figure(kind, load.values));
+    }
+  std::vector<std::byte> bytes;
+  const double head[] = {2.0, static_cast<double>(tick)};
+  append(head, 2, bytes);
+  append(figures.data(), figures.size(), bytes);
+  return bytes;
+}
+
+std::string status_text(const freeflex_msgs::status_t& status) {
+  const std::vector<std::byte> bytes = io::encode(status);
+  return Json{{"status", decode_by_suffix(channels::kStatus, bytes).fields}}.dump(
+      -1, ' ', false, Json::error_handler_t::replace);
+}
+
+Live::Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> key, PageServer*& server)
+    : body_(body), bus_(bus), prefix_(std::move(prefix)), key_(std::move(key)), server_(server) {
+  // above that of any run before
+  sequence_ = wall_clock_us();
+  const auto subscribe = [this](const char* suffix, void (Live::*take)(const BusMessage&)) {
+    bus_.subscribe(prefix_ + suffix, [this, take](const BusMessage& message) { (this->*take)(message); });
+  };
+  subscribe(channels::kStatus, &Live::take_status);
+  subscribe(channels::kState, &Live::take_state);
+  subscribe(channels::kLoads, &Live::take_loads);
+  subscribe(channels::kAck, &Live::take_ack);
+}
+
+void Live::take_status(const BusMessage& message) {
+  freeflex_msgs::status_t status;
+  if (!io::decode_message(message.bytes, status))
+    return server_->send_latest(
+        "notice",
+        Json{{"notice", "a daemon is heard, but its status is " + io::explain_unread(message.bytes)}}.dump());
+  const auto fingerprint = static_cast<std::uint64_t>(status.plan_fingerprint);
+  const bool is_known = fingerprint_ == fingerprint && rate_ == status.rate;
+  const bool is_other = is_known ? is_other_ : !take_rate(body_, fingerprint, status.rate);
+  fingerprint_ = fingerprint;
+  if (is_other != is_other_ || status.session != session_)
+    server_->send_latest(
+        "notice",
+        Json{{"notice", is_other ? "the daemon moves another plan (fingerprint " +
+                                       fingerprint_text(fingerprint) + ", this page has " +
+                                       fingerprint_text(body_.fingerprint) + "): start freeflex view again"
+                                 : ""}}
+            .dump());
+  is_other_ = is_other;
+  session_ = status.session;
+  rate_ = status.rate;
+  if (!is_other) server_->send_latest("status", status_text(status));
+}
+
+void Live::take_state(const BusMessage& message) {
+  freeflex_msgs::state_t state;
+  if (is_other_ || !io::decode_message(message.bytes, state) || state.session != session_) return;
+  server_->send(PageServer::Kind::kState, shared(state_frame(state, body_.num_modes)));
+}
+
+void Live::take_loads(const BusMessage& message) {
+  freeflex_msgs::loads_t page;
+  if (is_other_ || !io::decode_message(message.bytes, page) || page.session != session_) return;
+  if (!pages_.empty() && pages_.front().tick != page.tick) pages_.clear();
+  const std::int64_t tick = page.tick;
+  const std::int32_t num_pages = page.num_pages;
+  pages_.push_back(std::move(page));
+  if (static_cast<std::int32_t>(pages_.size()) < num_pages) return;
+  server_->send(PageServer::Kind::kLoads, shared(loads_frame(body_, tick, pages_)));
+  pages_.clear();
+}
+
+void Live::take_ack(const BusMessage& message) {
+  freeflex_msgs::ack_t ack;
+  if (!io::decode_message(message.bytes, ack) || ack.sender != (key_ ? key_->id : kSender)) return;
+  server_->send_once(Json{{"ack", {{"reason", ack.reason}, {"tick", ack.tick}, {"text", ack.text}}}}.dump(
+      -1, ' ', false, Json::error_handler_t::replace));
+}
+
+void Live::take_text(std::string_view text) {
+  const Json json = Json::parse(text, nullptr, false);
+  if (!json.is_object() || !json.contains("push")) return;
+  freeflex_msgs::force_t force{};
+  if (const Json& push = json["push"]; push.is_object()) {
+    const Json point = push.value("point", Json()), vector = push.value("force", Json());
+    if (!point.is_number_integer() || !vector.is_array() || vector.size() != 3) return;
+    freeflex_msgs::point_force_t entry{};
+    entry.point = point.get<std::int32_t>();
+    for (std::size_t axis = 0; axis < 3; ++axis) {
+      if (!vector[axis].is_number()) return;
+      entry.force[axis] = vector[axis].get<double>();
+    }
+    force.forces.push_back(entry);
+    force.num_forces = 1;
+  } else if (!push.is_null()) {
+    return;
+  }
+  const std::lock_guard lock(mutex_);
+  pending_ = force;
+}
+
+void Live::push() {
+  std::optional<freeflex_msgs::force_t> force;
+  {
+    const std::lock_guard lock(mutex_);
+    force = std::exchange(pending_, std::nullopt);
+  }
+  if (!force || is_other_) return;
+  force->utime = wall_clock_us();
+  force->session = session_;
+  force->sender = kSender;
+  force->sequence = ++sequence_;
+  force->start_tick = -1;
+  if (force->num_forces > 0) force->lease_ticks = std::max<std::int64_t>(1, std::llround(kLease * rate_));
+  const std::string channel = prefix_ + channels::kForce;
+  const std::vector<std::byte> bytes =
+      key_ ? seal(*force, channel, *key_, force->utime + kValidity) : io::encode(*force);
+  if (!bus_.publish(channel, bytes))
+    server_->send_once(
+        Json{{"ack", {{"reason", -1}, {"tick", 0}, {"text", "the network did not take it"}}}}.dump());
+}
+
+}  // namespace freeflex::tools

@@ -1,0 +1,78 @@
+// A daemon's messages to browsers, and their pushes to the daemon.
+#pragma once
+
+#include <cstdint>
+#include <mutex>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <vector>
+
+#include "freeflex_msgs/force_t.hpp"
+#include "freeflex_msgs/loads_t.hpp"
+#include "freeflex_msgs/points_t.hpp"
+#include "freeflex_msgs/state_t.hpp"
+#include "freeflex_msgs/status_t.hpp"
+#include "messages/seal.hpp"
+#include "tools/bus/bus.hpp"
+#include "tools/view/body.hpp"
+#include "tools/view/server.hpp"
+
+namespace freeflex::tools {
+
+/// STATE as the page takes it (page/blob.js): doubles 1, tick, time, position, attitude, angular velocity;
+/// then the lowest elastic coordinates as floats.
+std::vector<std::byte> state_frame(const freeflex_msgs::state_t& state, int num_modes);
+/// One tick of LOADS: doubles 2, tick; then a figure of each published link (link_figure), not a number where
+/// no page says it.
+std::vector<std::byte> loads_frame(const Body& body, std::int64_t tick,
+                                   const std::vector<freeflex_msgs::loads_t>& pages);
+/// STATUS as the page takes it: the message's fields.
+std::string status_text(const freeflex_msgs::status_t& status);
+
+/// Relays one daemon. Called by one thread, but for take_text.
+class Live {
+ public:
+  /// \param key  of pushes; empty: they go as they are
+  Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> key, PageServer*& server);
+
+  /// What a page says: {"push": {"point": index, "force": [x, y, z]}} [N, world axes], or {"push": null}. By
+  /// any thread.
+  void take_text(std::string_view text);
+  /// Sends the pushes that came meanwhile.
+  void push();
+
+ private:
+  void take_status(const BusMessage& message);
+  void take_state(const BusMessage& message);
+  void take_loads(const BusMessage& message);
+  void take_ack(const BusMessage& message);
+
+  Body& body_;
+  Bus& bus_;
+  std::string prefix_;
+  std::optional<SealingKey> key_;
+  PageServer*& server_;
+  std::int64_t session_ = 0, sequence_ = 0;
+  double rate_ = 0.0;                          // [Hz]
+  bool is_other_ = true;                       // the daemon moves another plan, or none is heard
+  std::optional<std::uint64_t> fingerprint_;   // of what the daemon moves
+  std::vector<freeflex_msgs::loads_t> pages_;  // of one tick
+  std::mutex mutex_;                           // of what follows
+  std::optional<freeflex_msgs::force_t> pending_;
+};
+
+/// The motion of a recording as the page takes it, a Blob: at most 60 frames a second of simulated time and
+/// 64 MB. Empty, explained in error, when the log holds none of this body.
+std::vector<std::byte> recorded_motion(Body& body, const std::string& log, const std::string& prefix,
+                                       std::optional<std::int64_t> session, std::string& error);
+/// The plan or scene that a recording names; empty, explained in error.
+std::string recorded_plan(const std::string& log, const std::string& prefix,
+                          std::optional<std::int64_t> session, std::string& error);
+
+/// The page with what it shows inside.
+std::string page_with(const std::vector<std::byte>& body, const std::vector<std::byte>& motion);
+/// The page as it was built, which asks its server for the rest.
+std::string_view plain_page();
+
+}  // namespace freeflex::tools

@@ -1,0 +1,69 @@
+// Where the picture is seen from: turned, moved and brought nearer by the mouse.
+
+/** 4 x 4 matrices are arrays of 16, column by column, as WebGL takes them. */
+export function multiply(a, b) {
+  const c = new Float64Array(16);
+  for (let column = 0; column < 4; ++column)
+    for (let row = 0; row < 4; ++row)
+      for (let k = 0; k < 4; ++k) c[4 * column + row] += a[4 * k + row] * b[4 * column + k];
+  return c;
+}
+
+/** Of rows of a rotation and a place behind it. */
+export function rigid(R, p) {
+  return [
+    R[0][0], R[1][0], R[2][0], 0, R[0][1], R[1][1], R[2][1], 0,
+    R[0][2], R[1][2], R[2][2], 0, p[0], p[1], p[2], 1,
+  ];
+}
+
+export class Camera {
+  constructor(size) {
+    this.yaw = 0.6;
+    this.pitch = 0.4;
+    this.distance = 3 * size;
+    this.size = size;
+    this.pan = [0, 0]; // [m] across the picture
+  }
+  turn(dx, dy) {
+    this.yaw -= 0.008 * dx;
+    this.pitch = Math.min(1.57, Math.max(-1.57, this.pitch + 0.008 * dy));
+  }
+  /** By so many pixels of a picture of this height. */
+  move(dx, dy, height) {
+    const scale = this.metresPerPixel(height);
+    this.pan[0] -= dx * scale;
+    this.pan[1] += dy * scale;
+  }
+  approach(steps) {
+    this.distance = Math.min(1e3 * this.size, Math.max(1e-3 * this.size, this.distance * 1.1 ** steps));
+  }
+  metresPerPixel(height) {
+    return (2 * this.distance * Math.tan(0.5 * Camera.ANGLE)) / height;
+  }
+  /** Axes of the picture in the world: right, up, towards the eye. z of the world is up. */
+  axes() {
+    const cy = Math.cos(this.yaw), sy = Math.sin(this.yaw), cp = Math.cos(this.pitch), sp = Math.sin(this.pitch);
+    return { right: [-sy, cy, 0], up: [-sp * cy, -sp * sy, cp], back: [cp * cy, cp * sy, sp] };
+  }
+  /** World, with the target in its origin, to clip coordinates. */
+  matrix(width, height) {
+    const { right, up, back } = this.axes();
+    const view = rigid([right, up, back], [-this.pan[0], -this.pan[1], -this.distance]);
+    const f = 1 / Math.tan(0.5 * Camera.ANGLE);
+    const near = 0.01 * this.distance, far = this.distance + 100 * this.size;
+    const projection = [
+      (f * height) / width, 0, 0, 0, 0, f, 0, 0,
+      0, 0, (far + near) / (near - far), -1, 0, 0, (2 * far * near) / (near - far), 0,
+    ];
+    return multiply(projection, view);
+  }
+}
+Camera.ANGLE = 0.7; // [rad] from below to above
+
+/** Pixel of a place: [x, y, depth], depth < 0 behind the eye. */
+export function project(matrix, place, width, height) {
+  const at = [0, 1, 2, 3].map(
+    (row) => matrix[row] * place[0] + matrix[4 + row] * place[1] + matrix[8 + row] * place[2] + matrix[12 + row]);
+  return [(0.5 + (0.5 * at[0]) / at[3]) * width, (0.5 - (0.5 * at[1]) / at[3]) * height, at[3]];
+}

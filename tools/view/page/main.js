@@ -1,0 +1,287 @@
+// The page: brings a body, frames and a picture together.
+import { parseBlob, fromBase64, nameOf } from "./blob.js";
+import { Amplifier, modeFrame, rms, rotation, apply, worldPoint } from "./motion.js";
+import { Camera, project } from "./camera.js";
+import { Picture } from "./picture.js";
+import { Strips, firstSignals } from "./strips.js";
+import { Live, Player } from "./source.js";
+import { Push, pick, forceOf, firstForce } from "./push.js";
+import { digits, element, modeList, showRows, signalOptions, statusRows } from "./panel.js";
+
+const $ = (id) => document.getElementById(id);
+const MODE_TURNS = 0.5; // [Hz] at which a mode is shown, whatever its frequency
+const LONGEST_TRAIL = 2000;
+const SILENCE = 1.5; // [s] without a word of the daemon
+const MANY_LINES = 20000; // beyond them no ghost unless asked for
+
+function notice(text, isBad = true) {
+  $("notice").textContent = text;
+  $("notice").className = text ? (isBad ? "bad" : "fine") : "";
+}
+
+async function load() {
+  const given = window.freeflexData;
+  if (given) return { body: parseBlob(fromBase64(given.body)), motion: given.motion ? parseBlob(fromBase64(given.motion)) : null };
+  const token = new URLSearchParams(location.search).get("token") ?? "";
+  const get = async (path) => {
+    const answer = await fetch(`${path}?token=${token}`);
+    if (!answer.ok) throw new Error(`${path}: ${answer.status} ${await answer.text()}`);
+    return answer.status === 204 ? null : parseBlob(await answer.arrayBuffer());
+  };
+  return { body: await get("body"), motion: await get("motion"), token };
+}
+
+class Page {
+  constructor({ body, motion, token }) {
+    this.body = body;
+    this.picture = new Picture($("picture"), body);
+    this.camera = new Camera(body.size || 1);
+    this.amplifier = new Amplifier(body.size || 1);
+    this.strips = new Strips($("strips"), body, (time) => this.seek(time));
+    this.status = null;
+    this.loads = null;
+    this.mode = null; // that is animated
+    this.trail = [];
+    this.heard = performance.now() / 1000;
+    this.last = null; // [s]
+    this.drawn = { frames: 0, since: performance.now(), rate: 0 };
+    this.push = new Push(body, (message) => this.live?.send(message), notice);
+    if (motion) {
+      this.player = new Player(motion, body.modes);
+    } else if (token !== undefined) {
+      const url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws?token=${token}`;
+      this.live = new Live(url, {
+        state: () => { this.heard = performance.now() / 1000; },
+        loads: (values) => { this.loads = values; this.picture.setLoads(values); },
+        text: (message) => this.hear(message),
+        closed: () => notice("freeflex view does not answer: it has ended, or is busy"),
+      });
+    }
+    this.layOut();
+    this.listen();
+    requestAnimationFrame((now) => this.tick(now / 1000));
+  }
+
+  hear(message) {
+    if (message.status) {
+      this.status = message.status;
+      this.heard = performance.now() / 1000;
+    }
+    if (message.ack) this.push.answered(message.ack);
+    if (message.notice !== undefined) this.trouble = message.notice;
+  }
+
+  layOut() {
+    const { body } = this;
+    document.title = `${body.name} - freeflex`;
+    $("modes").replaceChildren(...modeList(body, (mode) => { this.mode = mode; }));
+    if (body.modes < body.allModes)
+      $("modes").prepend(element("p", { textContent: `the lowest ${body.modes} of ${body.allModes} modes are drawn` }));
+    if (body.unknownPoints > 0)
+      $("modes").prepend(element("p", { textContent: `${body.unknownPoints} points stand still: the plan file has no shapes of them, the scene has` }));
+    $("signals").append(...signalOptions(body));
+    const hasStatus = !this.player || this.player.recording.motion.statuses?.length > 0;
+    for (const key of firstSignals(body, hasStatus)) this.strips.toggle(key);
+    $("signals").onchange = ({ target }) => {
+      if (target.value) this.strips.toggle(target.value);
+      target.value = "";
+      if (this.player) this.strips.fill(this.player.recording);
+    };
+    $("ghost").checked = body.lineLinks.length <= MANY_LINES;
+    $("newtons").value = firstForce(body);
+    $("player").hidden = !this.player;
+    $("pushing").hidden = !this.live || body.pushable.length === 0;
+    if (this.player) {
+      const { begin, end } = this.player.recording;
+      Object.assign($("bar"), { min: begin, max: end, step: (end - begin) / 2000 || 1, value: begin });
+      this.strips.fill(this.player.recording);
+    }
+    for (const group of body.groups) {
+      const label = element("span", { className: "label", textContent: group.name });
+      $("labels").append(label);
+      group.label = label;
+      group.isMassless = group.points.every((point) => body.masses[point] === 0);
+    }
+  }
+
+  listen() {
+    const canvas = $("picture");
+    let from = null;
+    canvas.onpointerdown = (event) => {
+      canvas.setPointerCapture(event.pointerId);
+      from = { x: event.clientX, y: event.clientY, start: [event.clientX, event.clientY] };
+      const point = event.button === 0 && !event.shiftKey && this.live ? this.pointAt(event) : null;
+      if (point !== null) this.push.begin(point);
+    };
+    canvas.onpointermove = (event) => {
+      if (!from) return;
+      const dx = event.clientX - from.x, dy = event.clientY - from.y;
+      if (this.push.point !== null) {
+        const [x, y] = from.start;
+        this.push.drag(forceOf(this.camera, event.clientX - x, event.clientY - y, Number($("newtons").value) || 0),
+          performance.now() / 1000);
+      } else if (event.shiftKey || event.buttons === 2) {
+        this.camera.move(dx, dy, canvas.clientHeight);
+      } else {
+        this.camera.turn(dx, dy);
+      }
+      from.x = event.clientX;
+      from.y = event.clientY;
+    };
+    canvas.onpointerup = canvas.onpointercancel = () => {
+      from = null;
+      this.push.end();
+    };
+    canvas.oncontextmenu = (event) => event.preventDefault();
+    canvas.addEventListener("wheel", (event) => {
+      event.preventDefault();
+      this.camera.approach(Math.sign(event.deltaY));
+    }, { passive: false });
+    $("play").onclick = () => {
+      this.player.isPlaying = !this.player.isPlaying;
+      $("play").textContent = this.player.isPlaying ? "pause" : "play";
+    };
+    $("bar").oninput = () => this.seek(Number($("bar").value));
+    $("speed").onchange = () => { this.player.speed = Number($("speed").value); };
+    $("amplify").onchange = () => { $("factor").disabled = $("amplify").checked; };
+  }
+
+  seek(time) {
+    if (this.player) this.player.time = time;
+  }
+
+  pointAt({ offsetX, offsetY }) {
+    const canvas = $("picture");
+    return this.frame && this.world
+      ? pick(this.body, this.frame, this.factor, this.target, this.world, canvas.clientWidth, canvas.clientHeight, offsetX, offsetY)
+      : null;
+  }
+
+  /** The frame to draw now. */
+  frameNow(now, dt) {
+    if (this.mode !== null) return modeFrame(this.body, this.mode, now * MODE_TURNS);
+    if (this.player) {
+      this.player.advance(dt);
+      this.status = this.player.recording.status(this.player.time);
+      this.picture.setLoads(this.player.recording.loads(this.player.time));
+      return this.player.frame();
+    }
+    return this.live?.frame ?? modeFrame(this.body, -1, 0);
+  }
+
+  factorNow(frame, dt) {
+    if (this.mode !== null) return 1;
+    if ($("amplify").checked) return this.amplifier.take(rms(frame.q), dt);
+    return Number($("factor").value) || 1;
+  }
+
+  tick(now) {
+    requestAnimationFrame((next) => this.tick(next / 1000));
+    const dt = this.last === null ? 0 : now - this.last;
+    this.last = now;
+    this.resize();
+    const frame = this.frameNow(now, dt), factor = this.factorNow(frame, dt);
+    const target = $("follow").checked ? frame.position : [0, 0, 0];
+    this.take(frame, target);
+    this.world = this.picture.draw(frame, {
+      camera: this.camera, factor, target, ghost: $("ghost").checked, extras: this.extras(frame, factor, target),
+      trail: this.trail.flatMap((place) => [...place.map((x, axis) => x - target[axis]), 0.45, 0.75, 0.5]),
+    });
+    Object.assign(this, { frame, factor, target });
+    this.push.tick(now);
+    this.label(frame, factor, target);
+    this.beside(now, frame, factor);
+    ++this.drawn.frames;
+  }
+
+  resize() {
+    const canvas = $("picture"), scale = window.devicePixelRatio || 1;
+    const width = Math.round(canvas.clientWidth * scale), height = Math.round(canvas.clientHeight * scale);
+    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+  }
+
+  /** The trail of the centre, and samples of the strips. */
+  take(frame) {
+    if (this.mode !== null) return;
+    const last = this.trail.at(-1);
+    const step = last ? Math.hypot(...frame.position.map((x, axis) => x - last[axis])) : Infinity;
+    if (step > 0.01 * this.body.size) this.trail.push([...frame.position]);
+    if (this.trail.length > LONGEST_TRAIL) this.trail.shift();
+    if (this.live?.frame) this.strips.take(frame.time, frame, this.status, this.loads);
+  }
+
+  /** Axes of body and groups, and the force that the mouse draws. */
+  extras(frame, factor, target) {
+    const lines = [], R = rotation(frame.attitude);
+    const line = (a, b, colour) => lines.push(...a, ...colour, ...b, ...colour);
+    const cross = (at, size, dim) => {
+      for (let axis = 0; axis < 3; ++axis) {
+        const colour = [0, 1, 2].map((k) => (k === axis ? 1 : 0.25) * dim);
+        const end = apply(R, [0, 1, 2].map((k) => (k === axis ? size : 0)));
+        line(at, at.map((x, k) => x + end[k]), colour);
+      }
+    };
+    if ($("axes").checked) {
+      cross(frame.position.map((x, k) => x - target[k]), 0.25 * this.body.size, 1);
+      for (const group of this.body.groups) cross(this.groupPlace(group, frame, factor, target), 0.1 * this.body.size, 0.7);
+    }
+    if (this.push.point !== null) {
+      const from = worldPoint(this.body, frame, this.push.point, factor).map((x, k) => x - target[k]);
+      const scale = (100 * this.camera.metresPerPixel($("picture").clientHeight)) / (Number($("newtons").value) || 1);
+      line(from, from.map((x, k) => x + scale * this.push.force[k]), [1, 0.9, 0.2]);
+    }
+    return lines;
+  }
+
+  /** Mean of some points of a group, by mass where they have any. */
+  groupPlace(group, frame, factor, target) {
+    const step = Math.max(1, Math.floor(group.points.length / 50));
+    const sum = [0, 0, 0, 0];
+    for (let k = 0; k < group.points.length; k += step) {
+      const point = group.points[k], mass = group.isMassless ? 1 : this.body.masses[point];
+      worldPoint(this.body, frame, point, factor).forEach((x, axis) => { sum[axis] += mass * (x - target[axis]); });
+      sum[3] += mass;
+    }
+    return sum.slice(0, 3).map((x) => x / (sum[3] || 1));
+  }
+
+  label(frame, factor, target) {
+    const canvas = $("picture");
+    for (const group of this.body.groups) {
+      const [x, y, depth] = project(this.world, this.groupPlace(group, frame, factor, target), canvas.clientWidth, canvas.clientHeight);
+      group.label.hidden = !$("axes").checked || depth < 0;
+      group.label.style.transform = `translate(${x}px, ${y}px)`;
+    }
+  }
+
+  /** Text beside the picture, a few times a second. */
+  beside(now, frame, factor) {
+    if (now - (this.besideAt ?? -1) < 0.2) return;
+    this.besideAt = now;
+    const { drawn } = this, passed = performance.now() - drawn.since;
+    if (passed > 1000) Object.assign(drawn, { rate: (1000 * drawn.frames) / passed, frames: 0, since: performance.now() });
+    showRows($("status"), [...statusRows(this.body, this.mode === null ? frame : null, this.status, factor),
+      ["picture", `${drawn.rate.toFixed(1)} frames a second`]]);
+    this.strips.draw();
+    if (this.player) {
+      $("bar").value = this.player.time;
+      $("clock").textContent = digits(this.player.time, "s");
+      this.strips.setNow(this.player.time);
+    }
+    if (this.live) this.sayTrouble();
+  }
+
+  sayTrouble() {
+    const silence = performance.now() / 1000 - this.heard;
+    if (!this.live.isOpen) return;
+    if (this.trouble) notice(this.trouble);
+    else if (this.status?.mode === 3) notice(`fault: ${this.status.fault}`);
+    else if (this.status?.mode === 4) notice("the daemon has stopped");
+    else if (silence > SILENCE) notice(this.status ? `nothing heard of the daemon for ${silence.toFixed(0)} s` : "no daemon is heard yet");
+    else if ($("notice").className === "bad" && !$("notice").textContent.startsWith("refused")) notice("");
+  }
+}
+
+load().then((loaded) => { window.freeflexPage = new Page(loaded); }, (error) => notice(String(error)));
+window.addEventListener("error", ({ message }) => notice(message));
+window.addEventListener("unhandledrejection", ({ reason }) => notice(String(reason)));

@@ -1,0 +1,64 @@
+// A force by the mouse: from a point, as far as it is drawn.
+import { worldPoint, niceBelow } from "./motion.js";
+import { project } from "./camera.js";
+import { nameOf } from "./blob.js";
+
+const NEAR = 12; // [pixels]
+const RENEWED = 0.1; // [s] between two commands of one drag, whose leases are half a second
+
+/** Newtons that a drag of 100 pixels means, until somebody says otherwise. */
+export function firstForce(body) {
+  const force = niceBelow(0.05 * body.mass);
+  return body.forceLimit > 0 ? Math.min(force, body.forceLimit) : force;
+}
+
+/** The pushable point nearest to a pixel, or null. */
+export function pick(body, frame, factor, target, matrix, width, height, x, y) {
+  let found = null, least = NEAR;
+  for (const point of body.pushable) {
+    const place = worldPoint(body, frame, point, factor).map((value, axis) => value - target[axis]);
+    const [px, py, depth] = project(matrix, place, width, height);
+    const away = Math.hypot(px - x, py - y);
+    if (depth > 0 && away < least) [found, least] = [point, away];
+  }
+  return found;
+}
+
+/** Force [N] of a drag by so many pixels, in world axes. */
+export function forceOf(camera, dx, dy, newtonsPer100) {
+  const { right, up } = camera.axes();
+  return [0, 1, 2].map((axis) => (newtonsPer100 / 100) * (dx * right[axis] - dy * up[axis]));
+}
+
+/** One push at a time. `send` takes the message; `show` the text of what was answered. */
+export class Push {
+  constructor(body, send, show) {
+    Object.assign(this, { body, send, show, point: null, force: [0, 0, 0], sent: 0 });
+  }
+  begin(point) {
+    this.point = point;
+    this.force = [0, 0, 0];
+  }
+  drag(force, now) {
+    this.force = force;
+    if (now - this.sent >= RENEWED) this.renew(now);
+  }
+  renew(now) {
+    if (this.point === null || Math.hypot(...this.force) === 0) return;
+    this.sent = now;
+    this.send({ push: { point: this.point, force: this.force } });
+  }
+  tick(now) {
+    if (now - this.sent >= RENEWED) this.renew(now);
+  }
+  end() {
+    if (this.point !== null) this.send({ push: null });
+    this.point = null;
+    this.sent = 0;
+  }
+  answered({ reason, tick, text }) {
+    const size = Math.hypot(...this.force).toPrecision(3);
+    const what = this.point === null ? "push ended" : `${size} N on ${nameOf(this.body.pointNames, this.point)}`;
+    this.show(reason === 0 ? `${what}: accepted at tick ${tick}` : `refused: ${text}`, reason !== 0);
+  }
+}

@@ -1,0 +1,132 @@
+// Values over time, drawn by dygraphs: one strip a unit.
+/* global Dygraph */
+import { displacement, rms } from "./motion.js";
+import { nameOf } from "./blob.js";
+
+const KEPT = 60; // [s] of a live motion
+const MOST_SAMPLES = 1500;
+
+/** What can be drawn: key -> {label, unit, read(frame, status, loads)}. */
+export function signalOf(body, key) {
+  const [kind, index] = key.split(":"), k = Number(index);
+  const ofStatus = (label, unit, read) => ({ label, unit, read: (_, status) => (status ? read(status) : null) });
+  switch (kind) {
+    case "point": {
+      const label = `|V| ${nameOf(body.pointNames, k)}`;
+      return { label, unit: "m", read: (frame) => Math.hypot(...displacement(body, frame.q, k)) };
+    }
+    case "mode": return { label: `q${k + 1}`, unit: "m", read: (frame) => frame.q[k] };
+    case "load":
+      return { label: nameOf(body.linkNames, body.publishedLinks[k]), unit: "N, N m",
+        read: (_frame, _status, loads) => (loads ? loads[k] : null) };
+    case "rms": return { label: "rms V", unit: "m", read: (frame) => rms(frame.q) };
+    case "spin": return { label: "|w|", unit: "rad/s", read: (frame) => Math.hypot(...frame.spin) };
+    case "energy": return ofStatus("elastic energy", "J", (s) => s.kinetic_elastic + s.potential);
+    case "error": return ofStatus("error estimate", "m", (s) => s.model_error);
+    case "scale": return ofStatus("its scale", "m", (s) => s.error_scale);
+    case "word": return ofStatus("word: 0 good, 1 watch, 2 outside", "", (s) => s.validity);
+    case "late": return ofStatus("lateness p99.9", "us", (s) => s.lateness_us[2]);
+    default: return null;
+  }
+}
+
+/** What a page begins with. `hasStatus`: STATUS is there to be read. */
+export function firstSignals(body, hasStatus) {
+  const first = ["rms:0"];
+  for (let k = 0; k < Math.min(3, body.modes); ++k) first.push(`mode:${k}`);
+  return [...first, "spin:0", ...(hasStatus ? ["energy:0", "error:0", "scale:0", "word:0"] : [])];
+}
+
+// told apart on black
+const COLOURS = ["#6db3f2", "#f2b35c", "#7dd68a", "#ff8a7a", "#c9a0f0", "#5cd6d0", "#f07fb8", "#d8d86a"];
+
+export class Strips {
+  /** @param onTime called with a time when it is clicked, where that means something */
+  constructor(element, body, onTime) {
+    this.element = element;
+    this.body = body;
+    this.onTime = onTime;
+    this.signals = new Map(); // key -> {signal, samples: [[t, value]]}
+    this.graphs = new Map(); // unit -> {graph, keys}
+    this.now = null;
+  }
+  has(key) {
+    return this.signals.has(key);
+  }
+  toggle(key) {
+    if (this.signals.delete(key)) return this.layOut();
+    const signal = signalOf(this.body, key);
+    if (signal) this.signals.set(key, { signal, samples: [] });
+    return this.layOut();
+  }
+  layOut() {
+    for (const { graph } of this.graphs.values()) graph?.destroy();
+    this.graphs.clear();
+    this.element.replaceChildren();
+    for (const [key, { signal }] of this.signals) {
+      if (!this.graphs.has(signal.unit)) {
+        const place = document.createElement("div");
+        place.className = "strip";
+        this.element.append(place);
+        this.graphs.set(signal.unit, { place, keys: [], graph: null });
+      }
+      this.graphs.get(signal.unit).keys.push(key);
+    }
+    this.draw();
+  }
+  clear() {
+    for (const one of this.signals.values()) one.samples = [];
+  }
+  /** One sample of every signal at a time [s]. */
+  take(time, frame, status, loads) {
+    for (const { signal, samples } of this.signals.values()) {
+      const last = samples.at(-1);
+      if (last && time <= last[0]) {
+        if (time < last[0]) samples.length = 0; // begun anew
+        else continue;
+      }
+      samples.push([time, signal.read(frame, status, loads)]);
+      while (samples.length > 2 && time - samples[0][0] > KEPT) samples.shift();
+    }
+  }
+  /** The whole of a recording. */
+  fill(recording) {
+    const step = Math.max(1, Math.ceil(recording.count / MOST_SAMPLES));
+    this.clear();
+    for (let k = 0; k < recording.count; k += step) {
+      const clock = recording.motion.clock[k];
+      for (const { signal, samples } of this.signals.values())
+        samples.push([clock, signal.read(recording.frame(k), recording.status(clock), recording.loads(clock))]);
+    }
+    this.draw();
+  }
+  draw() {
+    for (const [unit, one] of this.graphs) {
+      const all = one.keys.map((key) => this.signals.get(key));
+      const labels = ["time [s]", ...all.map(({ signal }) => signal.label)];
+      const rows = all[0].samples.map(([time], k) => [time, ...all.map(({ samples }) => samples[k]?.[1] ?? null)]);
+      if (rows.length === 0) continue;
+      if (one.graph) {
+        one.graph.updateOptions({ file: rows });
+        continue;
+      }
+      one.graph = new Dygraph(one.place, rows, {
+        labels, ylabel: unit, colors: COLOURS, legend: "always", height: 110, connectSeparatedPoints: true, strokeWidth: 1.3,
+        axisLabelFontSize: 10, axisLineColor: "#556", gridLineColor: "#2a2e36", axisLabelWidth: 60, digitsAfterDecimal: 4,
+        underlayCallback: (context, area, graph) => this.mark(context, area, graph),
+        clickCallback: (_, time) => this.onTime?.(time),
+      });
+    }
+  }
+  /** Where a recording stands. */
+  setNow(time) {
+    this.now = time;
+    for (const { graph } of this.graphs.values()) graph?.updateOptions({});
+  }
+  mark(context, area, graph) {
+    if (this.now === null) return;
+    const x = graph.toDomXCoord(this.now);
+    context.fillStyle = "#f0c060";
+    context.fillRect(x, area.y, 1, area.h);
+  }
+}
