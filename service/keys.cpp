@@ -87,6 +87,30 @@ std::string without_secret(const std::string& text) {
   return cleared;
 }
 
+/// What a file of a key may hold.
+const reader::Section kKeySection = [] {
+  using reader::Bound;
+  using reader::Form;
+  const auto limit = [](std::string_view name, std::string_view unit, std::string_view about) {
+    return reader::Key{name, Form::kNumber, about, {unit, Bound::kPositive}};
+  };
+  return reader::Section{
+      "key",
+      {{"id", Form::kText, "The sender of its commands."},
+       {"secret", Form::kText, "64 hexadecimal digits."},
+       {.name = "channels", .form = Form::kWords, .about = "Of its commands.", .words = {"FORCE", "CONTROL"}},
+       {.name = "controls",
+        .form = Form::kWords,
+        .about = "Controls that it may send, from the first at bit 1.",
+        .words = {"run", "hold", "step", "reset", "stop", "shapes", "scene"}},
+       {"points", Form::kSelection, "Points that it may push."},
+       {"groups", Form::kSelection, "Groups that it may push."},
+       limit("largest_force", "N", "Of each entry of a command."),
+       limit("largest_torque", "N m", "Of each entry of a command."),
+       {"slots", Form::kWhole, "Number of slots, from the first."},
+       limit("commands_per_second", "1/s", "How often.")}};
+}();
+
 /// Reads one key out of the tree of its file.
 class KeyReader {
  public:
@@ -94,9 +118,7 @@ class KeyReader {
   KeyReader(reader::Report& report, const Plan* plan) : report_(report), plan_(plan) {}
 
   Key read(const reader::Node& root) {
-    const reader::Fields fields(report_, root, "key",
-                                {"id", "secret", "channels", "controls", "points", "groups", "largest_force",
-                                 "largest_torque", "slots", "commands_per_second"});
+    const reader::Fields fields(report_, root, "key", kKeySection);
     if (!fields.is_mapping()) return {};
     Key key;
     read_id(fields, key.sealing.id);
@@ -133,8 +155,8 @@ class KeyReader {
   }
 
   /// A list of words as bits of their places; nothing where the key is absent.
-  std::optional<std::uint32_t> read_words(const reader::Fields& fields, const char* name,
-                                          const std::vector<std::string_view>& words) {
+  std::optional<std::uint32_t> read_words(const reader::Fields& fields, const char* name) {
+    const std::vector<std::string_view>& words = fields.key(name).words;
     const reader::Node* node = fields.find(name);
     if (node == nullptr) return std::nullopt;
     const std::string label = std::string("key: ") + name;
@@ -164,16 +186,13 @@ class KeyReader {
   }
 
   void read_grants(const reader::Fields& fields, Grants& grants) {
-    using reader::Bound;
-    if (const auto channels = read_words(fields, "channels", {"FORCE", "CONTROL"})) {
+    if (const auto channels = read_words(fields, "channels")) {
       grants.has_force = (*channels & 1U) != 0;
       grants.has_control = (*channels & 2U) != 0;
     }
     // the first stands at bit 0, RUN is 1
     static_assert(control_t::RUN == 1 && control_t::SCENE == 7);
-    if (const auto words =
-            read_words(fields, "controls", {"run", "hold", "step", "reset", "stop", "shapes", "scene"}))
-      grants.controls = *words << 1U;
+    if (const auto words = read_words(fields, "controls")) grants.controls = *words << 1U;
     read_items(fields, "points", "point", plan_->points, grants.points);
     refuse_unpushable(fields, grants.points);
     if (!grants.points.empty())
@@ -182,9 +201,9 @@ class KeyReader {
         grants.wheels.push_back(grants.points[static_cast<std::size_t>(point)]);
       }
     read_items(fields, "groups", "group", plan_->groups, grants.groups);
-    fields.read("largest_force", {"N", Bound::kPositive}, grants.largest_force);
-    fields.read("largest_torque", {"N m", Bound::kPositive}, grants.largest_torque);
-    fields.read("commands_per_second", {"1/s", Bound::kPositive}, grants.commands_per_second);
+    fields.read("largest_force", grants.largest_force);
+    fields.read("largest_torque", grants.largest_torque);
+    fields.read("commands_per_second", grants.commands_per_second);
     if (const reader::Node* slots = fields.find("slots")) {
       const auto number = reader::parse_integer(slots->text, 1, kMaxSlotNumber + 1);
       grants.num_slots = static_cast<int>(number.value_or(1));

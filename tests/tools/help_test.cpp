@@ -131,8 +131,8 @@ TEST_F(Help, NamesTheExitCodeOfAnInterruptWhereSomethingIsKeptOrSaid) {
 
 TEST_F(Help, FitsTheScreen) {
   std::vector<std::string> programs{kFreeflex, kFreeflexd};
-  for (const char* command : {"check", "modes", "inspect", "loads", "plan", "report", "stability", "compile",
-                              "run", "keygen", "push", "monitor", "replay"})
+  for (const char* command : {"check", "schema", "modes", "inspect", "loads", "plan", "report", "stability",
+                              "compile", "run", "keygen", "push", "monitor", "replay"})
     programs.push_back(kFreeflex + " " + command);
   for (const std::string& program : programs) {
     const std::string help = run(program + " --help").out;

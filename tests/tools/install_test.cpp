@@ -72,9 +72,9 @@ TEST(Install, AControllerBuiltAgainstTheInstalledTreeDampsItsVibrationAndLeavesI
   for (const char* file :
        {"bin/freeflex", "bin/freeflex-study", "bin/freeflexd", "share/freeflex/lcm/state_t.lcm",
         "share/freeflex/lcm/README.md", "share/doc/freeflex/LICENSE", "share/freeflex/scenes/boom.yaml",
-        "share/freeflex/examples/controller/controller.cpp", "include/freeflex/core/step/step.hpp",
-        "include/freeflex/core/plan/compile.hpp", "include/freeflex/service/io/scene/input.hpp",
-        "include/freeflex/freeflex_msgs/state_t.hpp"}) {
+        "share/freeflex/scene.schema.json", "share/freeflex/examples/controller/controller.cpp",
+        "include/freeflex/core/step/step.hpp", "include/freeflex/core/plan/compile.hpp",
+        "include/freeflex/service/io/scene/input.hpp", "include/freeflex/freeflex_msgs/state_t.hpp"}) {
     EXPECT_TRUE(std::filesystem::exists(folder + "/prefix/" + file)) << file;
   }
 

@@ -27,6 +27,7 @@ inline constexpr Description kStability{
     "stability", "stiff and extreme cases, each beside the figure that it must meet and other methods"};
 
 void add_check(CLI::App& app, int& exit_code);
+void add_schema(CLI::App& app, int& exit_code);
 void add_modes(CLI::App& app, int& exit_code);
 void add_loads(CLI::App& app, int& exit_code);
 void add_inspect(CLI::App& app, int& exit_code);

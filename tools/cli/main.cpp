@@ -22,6 +22,7 @@ constexpr std::array kStudies{kInspect, kReport, kStability};
 void add_commands(CLI::App& app, int& exit_code) {
   const auto name = [&app](const Description& study) { app.add_subcommand(study.name, study.meaning); };
   add_check(app, exit_code);
+  add_schema(app, exit_code);
   add_modes(app, exit_code);
   add_loads(app, exit_code);
   name(kInspect);

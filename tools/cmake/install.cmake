@@ -1,5 +1,5 @@
-# what cmake --install gives: programs, libraries, headers, message types and their document, licence, scenes, an
-# example and the CMake package with its components messages and core
+# what cmake --install gives: programs, libraries, headers, message types and their document, licence, scenes and
+# their schema, an example and the CMake package with its components messages and core
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/freeflex)
 set(header_dir ${CMAKE_INSTALL_INCLUDEDIR}/freeflex)
@@ -56,6 +56,7 @@ set(share ${CMAKE_BINARY_DIR}/share)
 install(DIRECTORY ${share}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT programs FILES_MATCHING PATTERN "*.1")
 install(FILES ${share}/bash-completion/freeflex DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
   COMPONENT programs)
+install(FILES ${share}/scene.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex COMPONENT programs)
 install(DIRECTORY ${share}/html DESTINATION ${CMAKE_INSTALL_DOCDIR} COMPONENT programs)
 foreach(package freeflex:programs libfreeflex-dev:development python3-freeflex:python)
   string(REPLACE ":" ";" package ${package})

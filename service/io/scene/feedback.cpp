@@ -60,7 +60,7 @@ void SceneReader::read_feedbacks(const Node& node) {
 void SceneReader::read_feedback(const Node& node) {
   const std::string number = std::to_string(scene_.feedbacks.size() + 1);
   const Fields fields(report_, node, item_label("feedback", node, scene_.feedbacks.size() + 1),
-                      {"name", "at", "from", "displacement", "velocity", "acceleration"});
+                      sections::kFeedback);
   Feedback feedback;
   feedback.origin = node.origin;
   feedback.name = number;
@@ -72,15 +72,16 @@ void SceneReader::read_feedback(const Node& node) {
   if (const Node* from = fields.find("from"))
     feedback.sensor = points_.resolve(report_, *from, fields.label() + ": from").value_or(-1);
   bool has_gain = false;
-  const auto read = [&](const char* key, std::string_view unit, Eigen::Matrix3d& gain) {
+  const auto read = [&](const char* key, Eigen::Matrix3d& gain) {
     const Node* value = fields.find(key);
     if (!value) return;
     has_gain = true;
-    if (const auto matrix = read_gain(report_, *value, fields.label() + ": " + key, unit)) gain = *matrix;
+    if (const auto matrix = read_gain(report_, *value, fields.label_of(key), fields.key(key).quantity.unit))
+      gain = *matrix;
   };
-  read("displacement", "N/m", feedback.displacement_gain);
-  read("velocity", "N s/m", feedback.velocity_gain);
-  read("acceleration", "N s^2/m", feedback.acceleration_gain);
+  read("displacement", feedback.displacement_gain);
+  read("velocity", feedback.velocity_gain);
+  read("acceleration", feedback.acceleration_gain);
   if (!has_gain && fields.is_mapping())
     report_.error(node.origin,
                   fields.label() + " has no gain; it must have displacement, velocity or acceleration");

@@ -2,24 +2,11 @@
 #include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
-namespace {
 
-constexpr Quantity kHorizon{"s", Bound::kPositive};
-
-std::vector<std::string_view> rung_names() {
-  std::vector<std::string_view> names;
-  names.reserve(kRungs.size() + 1);
-  for (const RungTraits& rung : kRungs) names.emplace_back(rung.name);
-  names.emplace_back("auto");
-  return names;
-}
-
-}  // namespace
-
-void SceneReader::read_fidelity(const Node* fidelity, const Node* tolerance) {
-  std::optional<std::size_t> word;
-  if (fidelity) word = read_word(report_, *fidelity, "scene: fidelity", rung_names());
-  const bool is_auto = word && *word + 1 == rung_names().size();
+void SceneReader::read_fidelity(const Fields& scene) {
+  const Node *fidelity = scene.find("fidelity"), *tolerance = scene.find("tolerance");
+  const std::optional<std::size_t> word = scene.read_word("fidelity");
+  const bool is_auto = word && *word == kRungs.size();
   if (word && !is_auto) scene_.fidelity = kRungs[*word].rung;
   if (is_auto && !tolerance)
     report_.error(
@@ -27,11 +14,9 @@ void SceneReader::read_fidelity(const Node* fidelity, const Node* tolerance) {
         "scene: fidelity is auto without a tolerance; add tolerance: {position: [m], attitude: [rad], "
         "elastic: share, horizon: [s]}, with at least one of the first three");
   if (!tolerance) return;
-  const Fields fields(report_, *tolerance, "tolerance",
-                      {"displacement", "position", "attitude", "elastic", "horizon"});
+  const Fields fields(report_, *tolerance, "tolerance", sections::kTolerance);
   if (!fields.is_mapping()) return;
-  if (fields.find("displacement") != nullptr)
-    fields.read("displacement", {"m", Bound::kPositive}, scene_.tolerance);
+  fields.read("displacement", scene_.tolerance);
   if ((!fidelity || word) && !is_auto) {
     for (const char* key : {"position", "attitude", "elastic", "horizon"})
       if (const Node* node = fields.find(key))
@@ -41,25 +26,25 @@ void SceneReader::read_fidelity(const Node* fidelity, const Node* tolerance) {
   }
   AutomaticRung& automatic = scene_.automatic.emplace();
   automatic.origin = tolerance->origin;
-  const auto read = [&](const char* key, const char* unit, std::optional<double>& value) {
+  const auto read = [&](const char* key, std::optional<double>& value) {
     if (fields.find(key) == nullptr) return;
     double number = 0.0;
-    fields.read(key, {unit, Bound::kPositive}, number);
+    fields.read(key, number);
     value = number;
   };
-  read("position", "m", automatic.position);
-  read("attitude", "rad", automatic.attitude);
-  read("elastic", "-", automatic.elastic);
-  fields.require("horizon", kHorizon, automatic.horizon);
+  read("position", automatic.position);
+  read("attitude", automatic.attitude);
+  read("elastic", automatic.elastic);
+  fields.require("horizon", automatic.horizon);
   if (!automatic.position && !automatic.attitude && !automatic.elastic)
     report_.error(tolerance->origin,
                   "tolerance: none is stated; give position [m], attitude [rad] or elastic (share)");
 }
 
 void SceneReader::read_error_budget(const Node& node) {
-  const Fields fields(report_, node, "error_budget", {"horizon"}, {}, "horizon");
+  const Fields fields(report_, node, "error_budget", sections::kErrorBudget);
   scene_.error_budget.origin = node.origin;
-  if (fields.is_mapping()) fields.require("horizon", kHorizon, scene_.error_budget.horizon);
+  fields.read("horizon", scene_.error_budget.horizon);
 }
 
 }  // namespace freeflex::io::reader

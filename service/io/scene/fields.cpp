@@ -141,36 +141,36 @@ std::string advise_key(std::string_view key, const std::vector<std::string_view>
 
 }  // namespace
 
-Fields::Fields(Report& report, const Node& node, std::string label, std::vector<std::string_view> keys,
-               const std::vector<RefusedKey>& refused, std::string_view number_key)
+Fields::Fields(Report& report, const Node& node, std::string label, const Section& section)
     : report_(report),
       node_(node),
       label_(std::move(label)),
-      keys_(std::move(keys)),
+      section_(section),
       is_mapping_(node.kind == Node::Kind::kMapping) {
   if (!is_mapping_) {
-    report.error(node.origin, label_ + " is " + describe(node) + ", must be a mapping of " + join(keys_) +
-                                  advise_mapping(node, label_, number_key));
+    report.error(node.origin, label_ + " is " + describe(node) + ", must be a mapping of " +
+                                  join(section.names()) + advise_mapping(node, label_, section.number_key));
     return;
   }
-  std::vector<std::string_view> absent;  // keys a misspelt one may stand for
-  for (const std::string_view key : keys_)
-    if (!find(key)) absent.push_back(key);
   for (const auto& entry : node.entries) {
     const Node& key = *entry.first;
-    if (std::find(keys_.begin(), keys_.end(), key.text) != keys_.end()) continue;
-    const auto reason =
-        std::find_if(refused.begin(), refused.end(), [&](const RefusedKey& r) { return r.key == key.text; });
-    if (reason != refused.end())
+    if (section.find(key.text) != nullptr) continue;
+    const auto reason = std::find_if(section.refused.begin(), section.refused.end(),
+                                     [&](const RefusedKey& r) { return r.key == key.text; });
+    if (reason != section.refused.end()) {
       report.error(key.origin, label_of(key.text) + " " + std::string(reason->reason));
-    else
-      report.error(key.origin, label_ + ": unknown key " + quote(key.text) + advise_key(key.text, absent) +
-                                   "; allowed: " + join(keys_));
+      continue;
+    }
+    std::vector<std::string_view> absent;  // keys that a misspelt one may stand for
+    for (const Key& known : section.keys)
+      if (!find(known.name)) absent.push_back(known.name);
+    report.error(key.origin, label_ + ": unknown key " + quote(key.text) + advise_key(key.text, absent) +
+                                 "; allowed: " + join(section.names()));
   }
 }
 
 const Node* Fields::find(std::string_view key) const {
-  if (std::find(keys_.begin(), keys_.end(), key) == keys_.end()) return nullptr;
+  if (section_.find(key) == nullptr) return nullptr;
   for (const auto& [name, value] : node_.entries)
     if (name->text == key) return value;
   return nullptr;
@@ -182,25 +182,32 @@ const Node* Fields::require(std::string_view key, const std::string& allowed) co
   return node;
 }
 
-void Fields::read(std::string_view key, const Quantity& quantity, double& value) const {
-  const Node* node = find(key);
+void Fields::read(std::string_view key, double& value) const {
+  const Key* known = section_.find(key);
+  if (!known) return;
+  const Node* node = known->is_required ? require(key, "must be " + describe(known->quantity)) : find(key);
   if (!node) return;
-  if (const auto number = read_number(report_, *node, label_of(key), quantity)) value = *number;
+  if (const auto number = read_number(report_, *node, label_of(key), known->quantity)) value = *number;
 }
 
-void Fields::require(std::string_view key, const Quantity& quantity, double& value) const {
-  if (require(key, "must be " + describe(quantity))) read(key, quantity, value);
+void Fields::require(std::string_view key, double& value) const {
+  if (require(key, "must be " + describe(section_.at(key).quantity))) read(key, value);
 }
 
-void Fields::read(std::string_view key, std::string_view unit, Eigen::Vector3d& value) const {
-  const Node* node = find(key);
+void Fields::read(std::string_view key, Eigen::Vector3d& value) const {
+  const Key* known = section_.find(key);
+  if (!known) return;
+  const std::string_view unit = known->quantity.unit;
+  const std::string suffix = unit == "-" ? "" : " [" + std::string(unit) + "]";
+  const Node* node = known->is_required ? require(key, "must be a list of 3 numbers" + suffix) : find(key);
   if (!node) return;
   if (const auto vector = read_vector(report_, *node, label_of(key), unit)) value = *vector;
 }
 
-void Fields::require(std::string_view key, std::string_view unit, Eigen::Vector3d& value) const {
-  const std::string suffix = unit == "-" ? "" : " [" + std::string(unit) + "]";
-  if (require(key, "must be a list of 3 numbers" + suffix)) read(key, unit, value);
+std::optional<std::size_t> Fields::read_word(std::string_view key) const {
+  const Node* node = find(key);
+  if (!node) return std::nullopt;
+  return reader::read_word(report_, *node, label_of(key), section_.at(key).words);
 }
 
 void Names::add(Report& report, std::string name, const Origin& origin) {

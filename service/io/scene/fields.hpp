@@ -7,6 +7,7 @@
 #include <unordered_map>
 #include <vector>
 
+#include "service/io/scene/keys.hpp"
 #include "service/io/scene/report.hpp"
 #include "service/io/scene/text.hpp"
 #include "service/io/scene/yaml.hpp"
@@ -40,17 +41,11 @@ std::optional<std::string> read_name(Report& report, const Node& node, const std
 /// "point 'hub'" when the mapping has a good name, "point 3" by its place in the list, from 1, otherwise.
 std::string item_label(const std::string& noun, const Node& node, std::size_t position);
 
-/// A key with a meaning elsewhere, and why it has none here: "is not for beams: ...".
-struct RefusedKey {
-  std::string_view key, reason;
-};
-
-/// A mapping whose keys are known: unknown and refused ones are reported at once.
+/// A mapping with the keys of a section: unknown and refused ones are reported at once.
 class Fields {
  public:
-  /// \param number_key  the key that a number in place of the mapping is for: it goes into the advice
-  Fields(Report& report, const Node& node, std::string label, std::vector<std::string_view> keys,
-         const std::vector<RefusedKey>& refused = {}, std::string_view number_key = {});
+  /// \param section  outlives this
+  Fields(Report& report, const Node& node, std::string label, const Section& section);
 
   bool is_mapping() const { return is_mapping_; }
   const std::string& label() const { return label_; }
@@ -61,19 +56,24 @@ class Fields {
   /// Reports a missing key as "<label>: <key> is missing, <allowed>".
   const Node* require(std::string_view key, const std::string& allowed) const;
 
-  /// Each reads the key into `value` when it is there and good.
-  void read(std::string_view key, const Quantity& quantity, double& value) const;
-  void require(std::string_view key, const Quantity& quantity, double& value) const;
-  void read(std::string_view key, std::string_view unit, Eigen::Vector3d& value) const;
-  void require(std::string_view key, std::string_view unit, Eigen::Vector3d& value) const;
-
- private:
+  /// What the section says of one of its keys.
+  const Key& key(std::string_view key) const { return section_.at(key); }
   std::string label_of(std::string_view key) const { return label_ + ": " + std::string(key); }
 
+  /// Each reads the key into `value` when it is known, there and good, and reports one that is missing and
+  /// required.
+  void read(std::string_view key, double& value) const;
+  void read(std::string_view key, Eigen::Vector3d& value) const;
+  /// The same of a number that is required whatever the section says.
+  void require(std::string_view key, double& value) const;
+  /// Index of the word of the key, or nullopt when there is none or after reporting.
+  std::optional<std::size_t> read_word(std::string_view key) const;
+
+ private:
   Report& report_;
   const Node& node_;
   std::string label_;
-  std::vector<std::string_view> keys_;
+  const Section& section_;
   bool is_mapping_;
 };
 

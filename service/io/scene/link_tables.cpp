@@ -46,25 +46,25 @@ LinkKind read_spring(const CsvTable&, const CsvRow& row, const std::string& labe
 
 LinkKind read_bar(const CsvTable& table, const CsvRow& row, const std::string& label) {
   Bar bar;
-  bar.EA = row.number(kEA, label, kForce);
+  bar.EA = row.number(kEA, label, kAxialRigidity);
   if (table.has(kColumns[kMassColumn])) bar.mass_per_length = row.number(kMassColumn, label, kMassPerLength);
   return bar;
 }
 
 LinkKind read_beam(const CsvTable& table, const CsvRow& row, const std::string& label) {
   Beam beam;
-  beam.EA = row.number(kEA, label, kForce);
+  beam.EA = row.number(kEA, label, kAxialRigidity);
   beam.GJ = row.number(kGJ, label, kRigidity);
   beam.EI_y = row.number(kEIy, label, kRigidity);
   beam.EI_z = row.number(kEIz, label, kRigidity);
-  if (table.has(kColumns[kGAy])) beam.GA_y = row.number(kGAy, label, kForce);
-  if (table.has(kColumns[kGAz])) beam.GA_z = row.number(kGAz, label, kForce);
+  if (table.has(kColumns[kGAy])) beam.GA_y = row.number(kGAy, label, kAxialRigidity);
+  if (table.has(kColumns[kGAz])) beam.GA_z = row.number(kGAz, label, kAxialRigidity);
   if (table.has(kColumns[kMassColumn])) beam.mass_per_length = row.number(kMassColumn, label, kMassPerLength);
   return beam;
 }
 
 LinkKind read_dashpot(const CsvTable&, const CsvRow& row, const std::string& label) {
-  return Dashpot{row.number(kDampingColumn, label, kDamping)};
+  return Dashpot{row.number(kDampingColumn, label, kDampingCoefficient)};
 }
 
 LinkKind read_plate(const CsvTable& table, const CsvRow& row, const std::string& label) {
@@ -116,7 +116,7 @@ void SceneReader::read_ends(const CsvRow& row, const std::string& label, bool ha
 }
 
 void SceneReader::read_links_table(const Node& node) {
-  const Fields fields(report_, node, "links", {"csv"});
+  const Fields fields(report_, node, "links", sections::kLinkTable);
   const auto source = open_beside(*fields.find("csv"), "links: csv");
   if (!source) return links_.mark_incomplete();
   CsvTable table(report_, *source, kColumns, {"from", "to"});

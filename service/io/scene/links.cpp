@@ -17,11 +17,9 @@ struct LinkForm {
     kBody,   // num_points or more, one link
     kFile,   // a file; the key `points` has the points
   };
-  std::string_view key;  // gives the kind; its value is the points, or the file of a matrix
+  std::string_view key;  // gives the kind and names its section; its value is the points, or a matrix's file
   Extent extent;
   std::size_t num_points;
-  std::vector<std::string_view> keys;  // beside name, key, viscous and loss_factor
-  LossRefusal losses;
   LinkKind (*read)(Report& report, const Fields& fields);
 };
 
@@ -47,7 +45,7 @@ std::string describe_repeated(const std::string& label, const std::string& point
 
 LinkKind read_spring(Report&, const Fields& fields) {
   Spring spring;
-  fields.require("stiffness", kStiffness, spring.stiffness);
+  fields.read("stiffness", spring.stiffness);
   return spring;
 }
 
@@ -56,13 +54,12 @@ MassSpread read_spread(Report& report, const Fields& fields, bool has_mass) {
   const auto is_set = [&](std::string_view key) {
     const Node* node = fields.find(key);
     if (node == nullptr) return false;
-    const std::string label = fields.label() + ": " + std::string(key);
     if (!has_mass)
       report.error(node->origin,
-                   label +
+                   fields.label_of(key) +
                        " tells how the mass of the link is spread, and it has none; give one, or "
                        "leave this out");
-    return read_word(report, *node, label, {"true", "false"}) == 0;
+    return fields.read_word(key) == 0;
   };
   const bool is_lumped = is_set("lumped"), is_mean = is_set("mean_axial");
   if (is_lumped && is_mean)
@@ -74,8 +71,8 @@ MassSpread read_spread(Report& report, const Fields& fields, bool has_mass) {
 
 LinkKind read_bar(Report& report, const Fields& fields) {
   Bar bar;
-  fields.require("EA", kForce, bar.EA);
-  fields.read("mass_per_length", kMassPerLength, bar.mass_per_length);
+  fields.read("EA", bar.EA);
+  fields.read("mass_per_length", bar.mass_per_length);
   bar.spread = read_spread(report, fields, fields.find("mass_per_length") != nullptr);
   return bar;
 }
@@ -107,13 +104,13 @@ void read_released(Report& report, const Node& node, const std::string& label,
 
 LinkKind read_beam(Report& report, const Fields& fields) {
   Beam beam;
-  fields.require("EA", kForce, beam.EA);
-  fields.require("GJ", kRigidity, beam.GJ);
-  fields.require("EIy", kRigidity, beam.EI_y);
-  fields.require("EIz", kRigidity, beam.EI_z);
-  fields.read("GAy", kForce, beam.GA_y);
-  fields.read("GAz", kForce, beam.GA_z);
-  fields.read("mass_per_length", kMassPerLength, beam.mass_per_length);
+  fields.read("EA", beam.EA);
+  fields.read("GJ", beam.GJ);
+  fields.read("EIy", beam.EI_y);
+  fields.read("EIz", beam.EI_z);
+  fields.read("GAy", beam.GA_y);
+  fields.read("GAz", beam.GA_z);
+  fields.read("mass_per_length", beam.mass_per_length);
   beam.spread = read_spread(report, fields, fields.find("mass_per_length") != nullptr);
   if (const Node* axis = fields.find("y_axis")) {
     const auto direction = read_vector(report, *axis, fields.label() + ": y_axis", "-");
@@ -122,7 +119,7 @@ LinkKind read_beam(Report& report, const Fields& fields) {
     if (direction) beam.y_axis = *direction;
   }
   if (const Node* release = fields.find("release")) {
-    const Fields ends(report, *release, fields.label() + ": release", {"from", "to"});
+    const Fields ends(report, *release, fields.label() + ": release", sections::kRelease);
     if (const Node* from = ends.find("from"))
       read_released(report, *from, ends.label() + ": from", beam.released[0]);
     if (const Node* to = ends.find("to")) read_released(report, *to, ends.label() + ": to", beam.released[1]);
@@ -132,22 +129,22 @@ LinkKind read_beam(Report& report, const Fields& fields) {
 
 LinkKind read_bending(Report&, const Fields& fields) {
   BendingSpring spring;
-  fields.require("stiffness", kAngleStiffness, spring.stiffness);
+  fields.read("stiffness", spring.stiffness);
   return spring;
 }
 
 LinkKind read_torsion(Report&, const Fields& fields) {
   TorsionSpring spring;
-  fields.require("stiffness", kAngleStiffness, spring.stiffness);
+  fields.read("stiffness", spring.stiffness);
   return spring;
 }
 
 LinkKind read_plate(Report& report, const Fields& fields) {
   Plate plate;
-  fields.require("E", kModulus, plate.E);
-  fields.require("nu", kPoissonRatio, plate.nu);
-  fields.require("thickness", kThickness, plate.thickness);
-  fields.read("density", kDensity, plate.density);
+  fields.read("E", plate.E);
+  fields.read("nu", plate.nu);
+  fields.read("thickness", plate.thickness);
+  fields.read("density", plate.density);
   plate.spread = read_spread(report, fields, fields.find("density") != nullptr);
   return plate;
 }
@@ -155,14 +152,14 @@ LinkKind read_plate(Report& report, const Fields& fields) {
 LinkKind read_stiffness_matrix(Report& report, const Fields& fields) {
   LinkKind kind(std::in_place_type<MatrixLink>);
   auto& matrix = std::get<MatrixLink>(kind);
-  if (const Node* node = fields.find("rotations"))
-    matrix.has_rotations = read_word(report, *node, fields.label() + ": rotations", {"true", "false"}) == 0;
+  matrix.has_rotations = fields.read_word("rotations") == 0;
   double num_inner = 0.0;
-  fields.read("inner", kCount, num_inner);
-  if (num_inner != std::floor(num_inner) || num_inner > kMaxInner)
+  fields.read("inner", num_inner);
+  const Range& range = fields.key("inner").range;
+  if (num_inner != std::floor(num_inner) || !range.holds(num_inner))
     report.error(fields.find("inner")->origin, fields.label() + ": inner is " + format_number(num_inner) +
                                                    ", must be a whole number from 0 to " +
-                                                   format_number(kMaxInner));
+                                                   format_number(range.most));
   else
     matrix.num_inner = static_cast<int>(num_inner);
   if (matrix.num_inner > 0 && fields.find("mass") == nullptr)
@@ -183,55 +180,30 @@ LinkKind read_rigid(Report&, const Fields&) { return Rigid{}; }
 
 LinkKind read_dashpot(Report&, const Fields& fields) {
   Dashpot dashpot;
-  fields.require("damping", kDamping, dashpot.damping);
+  fields.read("damping", dashpot.damping);
   return dashpot;
 }
 
-const std::vector<LinkForm>& link_forms() {
-  static const std::vector<LinkForm> kForms{
-      {"spring", Extent::kChain, 2, {"stiffness"}, kElasticLosses, read_spring},
-      {"bar", Extent::kChain, 2, {"EA", "mass_per_length", "lumped", "mean_axial"}, kElasticLosses, read_bar},
-      {"beam",
-       Extent::kChain,
-       2,
-       {"EA", "GJ", "EIy", "EIz", "GAy", "GAz", "y_axis", "release", "mass_per_length", "lumped",
-        "mean_axial"},
-       kRotationLosses,
-       read_beam},
-      {"bending", Extent::kChain, 3, {"stiffness"}, kElasticLosses, read_bending},
-      {"torsion", Extent::kChain, 4, {"stiffness"}, kElasticLosses, read_torsion},
-      {"plate", Extent::kOne, 3, {"E", "nu", "thickness", "density", "lumped"}, kRotationLosses, read_plate},
-      {"matrix",
-       Extent::kFile,
-       2,
-       {"points", "mass", "rotations", "inner"},
-       kElasticLosses,
-       read_stiffness_matrix},
-      {"flexibility", Extent::kFile, 2, {"points"}, kElasticLosses, read_flexibility_matrix},
-      {"rigid", Extent::kBody, 2, {}, kRigidLosses, read_rigid},
-      {"dashpot", Extent::kChain, 2, {"damping"}, kDashpotLosses, read_dashpot}};
-  return kForms;
+constexpr std::array kLinkForms{LinkForm{"spring", Extent::kChain, 2, read_spring},
+                                LinkForm{"bar", Extent::kChain, 2, read_bar},
+                                LinkForm{"beam", Extent::kChain, 2, read_beam},
+                                LinkForm{"bending", Extent::kChain, 3, read_bending},
+                                LinkForm{"torsion", Extent::kChain, 4, read_torsion},
+                                LinkForm{"plate", Extent::kOne, 3, read_plate},
+                                LinkForm{"matrix", Extent::kFile, 2, read_stiffness_matrix},
+                                LinkForm{"flexibility", Extent::kFile, 2, read_flexibility_matrix},
+                                LinkForm{"rigid", Extent::kBody, 2, read_rigid},
+                                LinkForm{"dashpot", Extent::kChain, 2, read_dashpot}};
+
+const Section& section_of(const LinkForm& form) {
+  return *std::find_if(sections::kLinks.begin(), sections::kLinks.end(),
+                       [&](const Section& section) { return section.name == form.key; });
 }
 
 std::vector<std::string_view> kinds_of_link() {
   std::vector<std::string_view> kinds;
-  for (const LinkForm& form : link_forms()) kinds.push_back(form.key);
+  for (const LinkForm& form : kLinkForms) kinds.push_back(form.key);
   return kinds;
-}
-
-// the keys of a link, with the losses that it takes; what it does not goes to refused
-std::vector<std::string_view> keys_of(const LinkForm& form, std::vector<RefusedKey>& refused) {
-  std::vector<std::string_view> keys{"name", form.key};
-  keys.insert(keys.end(), form.keys.begin(), form.keys.end());
-  const auto add = [&](std::string_view key, std::string_view reason) {
-    if (reason.empty())
-      keys.push_back(key);
-    else
-      refused.push_back({key, reason});
-  };
-  add("viscous", form.losses.viscous);
-  add("loss_factor", form.losses.loss_factor);
-  return keys;
 }
 
 }  // namespace
@@ -273,7 +245,7 @@ const LinkForm* SceneReader::find_form(const Node& node, const std::string& labe
                        [&](const auto& entry) { return entry.first->text == key; });
   };
   const LinkForm* found = nullptr;
-  for (const LinkForm& form : link_forms()) {
+  for (const LinkForm& form : kLinkForms) {
     if (!has(form.key)) continue;
     if (found) {
       report_.error(node.origin, label + " is both " + std::string(found->key) + " and " +
@@ -299,9 +271,7 @@ void SceneReader::read_link(const Node& node, std::size_t position) {
   }
   const LinkForm* form = find_form(node, label);
   if (!form) return leave_link_unread(node.origin);
-  std::vector<RefusedKey> refused;
-  const std::vector<std::string_view> keys = keys_of(*form, refused);
-  const Fields fields(report_, node, label, keys, refused);
+  const Fields fields(report_, node, label, section_of(*form));
   Link link;
   link.origin = node.origin;
   link.name = next_link_name();
@@ -311,8 +281,8 @@ void SceneReader::read_link(const Node& node, std::size_t position) {
     link.place = std::to_string(position);
   }
   link.kind = form->read(report_, fields);
-  fields.read("viscous", kViscous, link.viscous);
-  fields.read("loss_factor", kLossFactor, link.loss_factor);
+  fields.read("viscous", link.viscous);
+  fields.read("loss_factor", link.loss_factor);
   if (form->extent == Extent::kFile)
     read_matrix(fields, *form, std::move(link));
   else

@@ -17,24 +17,21 @@ void SceneReader::read_loads(const Node& node) {
 
 void SceneReader::read_load(const Node& node) {
   const std::string number = std::to_string(scene_.loads.size() + 1);
-  const Fields fields(report_, node, item_label("load", node, scene_.loads.size() + 1),
-                      {"name", "axes", "forces", "wrenches", "torques", "wheels", "pulse", "sine", "table"});
+  const Fields fields(report_, node, item_label("load", node, scene_.loads.size() + 1), sections::kLoad);
   Load load;
   load.origin = node.origin;
   load.name = number;
   if (const Node* name = fields.find("name"))
     if (const auto text = read_name(report_, *name, fields.label() + ": name")) load.name = *text;
-  if (const Node* axes = fields.find("axes"))
-    load.axes = static_cast<Axes>(
-        read_word(report_, *axes, fields.label() + ": axes", {"world", "body", "local"}).value_or(0));
+  load.axes = static_cast<Axes>(fields.read_word("axes").value_or(0));
   const Node* forces = fields.find("forces");
   const Node* wrenches = fields.find("wrenches");
   const Node* torques = fields.find("torques");
-  if (torques) read_torques(*torques, fields.label() + ": torques", load);
+  if (torques) read_torques(fields, *torques, load);
   const Node* wheels = fields.find("wheels");
-  if (wheels) read_wheel_torques(*wheels, fields.label() + ": wheels", load);
-  if (forces) read_forces(*forces, fields.label() + ": forces", load);
-  if (wrenches) read_wrenches(*wrenches, fields.label() + ": wrenches", load);
+  if (wheels) read_wheel_torques(fields, *wheels, load);
+  if (forces) read_forces(fields, *forces, load);
+  if (wrenches) read_wrenches(fields, *wrenches, load);
   if (wrenches && load.axes == Axes::kLocal)
     report_.error(wrenches->origin, fields.label() +
                                         ": wrenches with axes local: a group has no one local rotation; use "
@@ -51,42 +48,52 @@ void SceneReader::read_load(const Node& node) {
   scene_.loads.push_back(std::move(load));
 }
 
-void SceneReader::read_forces(const Node& node, const std::string& label, Load& load) {
+void SceneReader::read_forces(const Fields& fields, const Node& node, Load& load) {
+  const std::string label = fields.label_of("forces");
+  const Quantity& quantity = fields.key("forces").quantity;
   if (node.kind != Node::Kind::kMapping)
     return report_.error(node.origin, label + " is " + describe(node) +
-                                          ", must be a mapping of point names to [x, y, z] in N");
+                                          ", must be a mapping of point names to [x, y, z] in " +
+                                          std::string(quantity.unit));
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
     PointLoad point;
     point.point = points_.resolve(report_, name->text, name->origin, label).value_or(-1);
-    if (const auto force = read_vector(report_, *value, label + ": " + name->text, "N")) point.force = *force;
+    if (const auto force = read_vector(report_, *value, label + ": " + name->text, quantity.unit))
+      point.force = *force;
     load.forces.push_back(point);
   }
 }
 
-void SceneReader::read_torques(const Node& node, const std::string& label, Load& load) {
+void SceneReader::read_torques(const Fields& fields, const Node& node, Load& load) {
+  const std::string label = fields.label_of("torques");
+  const Quantity& quantity = fields.key("torques").quantity;
   if (node.kind != Node::Kind::kMapping)
     return report_.error(node.origin, label + " is " + describe(node) +
-                                          ", must be a mapping of names of bodies to [x, y, z] in N m");
+                                          ", must be a mapping of names of bodies to [x, y, z] in " +
+                                          std::string(quantity.unit));
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
     TorqueLoad body;
     body.point = points_.resolve(report_, name->text, name->origin, label).value_or(-1);
-    if (const auto torque = read_vector(report_, *value, label + ": " + name->text, "N m"))
+    if (const auto torque = read_vector(report_, *value, label + ": " + name->text, quantity.unit))
       body.torque = *torque;
     load.torques.push_back(body);
   }
 }
 
-void SceneReader::read_wheel_torques(const Node& node, const std::string& label, Load& load) {
+void SceneReader::read_wheel_torques(const Fields& fields, const Node& node, Load& load) {
+  const std::string label = fields.label_of("wheels");
+  const Quantity& quantity = fields.key("wheels").quantity;
   if (node.kind != Node::Kind::kMapping)
     return report_.error(node.origin, label + " is " + describe(node) +
-                                          ", must be a mapping of names of wheels to torques in N m");
+                                          ", must be a mapping of names of wheels to torques in " +
+                                          std::string(quantity.unit));
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
     WheelLoad wheel;
     wheel.wheel = wheels_.resolve(report_, name->text, name->origin, label).value_or(-1);
-    if (const auto torque = read_number(report_, *value, label + ": " + name->text, {"N m"}))
+    if (const auto torque = read_number(report_, *value, label + ": " + name->text, quantity))
       wheel.torque = *torque;
     load.wheels.push_back(wheel);
   }
@@ -94,8 +101,7 @@ void SceneReader::read_wheel_torques(const Node& node, const std::string& label,
 
 void SceneReader::read_wheel(const Node& node) {
   const std::string number = std::to_string(scene_.wheels.size() + 1);
-  const Fields fields(report_, node, item_label("wheel", node, scene_.wheels.size() + 1),
-                      {"name", "at", "axis", "momentum"});
+  const Fields fields(report_, node, item_label("wheel", node, scene_.wheels.size() + 1), sections::kWheel);
   Wheel wheel;
   wheel.origin = node.origin;
   wheel.name = number;
@@ -110,24 +116,25 @@ void SceneReader::read_wheel(const Node& node) {
     else if (direction)
       wheel.axis = direction->stableNormalized();
   }
-  fields.read("momentum", {"N m s"}, wheel.momentum);
+  fields.read("momentum", wheel.momentum);
   wheels_.add(report_, wheel.name, wheel.origin);
   scene_.wheels.push_back(std::move(wheel));
 }
 
-void SceneReader::read_wrenches(const Node& node, const std::string& label, Load& load) {
+void SceneReader::read_wrenches(const Fields& fields, const Node& node, Load& load) {
+  const std::string label = fields.label_of("wrenches");
   if (node.kind != Node::Kind::kMapping)
     return report_.error(node.origin, label + " is " + describe(node) +
                                           ", must be a mapping of group names to {force, torque}");
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
-    const Fields fields(report_, *value, label + ": " + name->text, {"force", "torque"});
+    const Fields wrench_fields(report_, *value, label + ": " + name->text, sections::kWrench);
     WrenchLoad wrench;
     wrench.group = groups_.resolve(report_, name->text, name->origin, label).value_or(-1);
-    fields.read("force", "N", wrench.force);
-    fields.read("torque", "N m", wrench.torque);
-    if (fields.is_mapping() && !fields.find("force") && !fields.find("torque"))
-      report_.error(value->origin, fields.label() + " has neither force nor torque; it must have one");
+    wrench_fields.read("force", wrench.force);
+    wrench_fields.read("torque", wrench.torque);
+    if (wrench_fields.is_mapping() && !wrench_fields.find("force") && !wrench_fields.find("torque"))
+      report_.error(value->origin, wrench_fields.label() + " has neither force nor torque; it must have one");
     load.wrenches.push_back(wrench);
   }
 }
@@ -144,30 +151,30 @@ History SceneReader::read_history(const Fields& fields) {
     if (node) given = node;
   }
   if (const Node* node = fields.find("pulse")) {
-    const Fields pulse_fields(report_, *node, fields.label() + ": pulse", {"start", "duration"}, {},
-                              "duration");
+    const Fields pulse_fields(report_, *node, fields.label() + ": pulse", sections::kPulse);
     PulseHistory pulse;
-    pulse_fields.read("start", {"s", Bound::kNonNegative}, pulse.start);
-    pulse_fields.require("duration", {"s", Bound::kPositive}, pulse.duration);
+    pulse_fields.read("start", pulse.start);
+    pulse_fields.read("duration", pulse.duration);
     return pulse;
   }
   if (const Node* node = fields.find("sine")) {
-    const Fields sine_fields(report_, *node, fields.label() + ": sine", {"frequency", "phase"}, {},
-                             "frequency");
+    const Fields sine_fields(report_, *node, fields.label() + ": sine", sections::kSine);
     SineHistory sine;
-    sine_fields.require("frequency", {"Hz", Bound::kPositive}, sine.frequency);
-    sine_fields.read("phase", {"rad", Bound::kAny}, sine.phase);
+    sine_fields.read("frequency", sine.frequency);
+    sine_fields.read("phase", sine.phase);
     return sine;
   }
   const Node* node = fields.find("table");
   if (!node) return ConstantHistory{};
-  const Fields table_fields(report_, *node, fields.label() + ": table", {"times", "values"});
+  const Fields table_fields(report_, *node, fields.label() + ": table", sections::kTable);
   const std::string& label = table_fields.label();
   const Node* times_node = table_fields.require("times", "must be a list of numbers [s]");
   const Node* values_node = table_fields.require("values", "must be a list of numbers");
   if (!times_node || !values_node) return ConstantHistory{};
-  const auto times = read_numbers(report_, *times_node, label + ": times", {"s"}, std::nullopt);
-  const auto values = read_numbers(report_, *values_node, label + ": values", {"-"}, std::nullopt);
+  const auto times =
+      read_numbers(report_, *times_node, label + ": times", table_fields.key("times").quantity, std::nullopt);
+  const auto values = read_numbers(report_, *values_node, label + ": values",
+                                   table_fields.key("values").quantity, std::nullopt);
   if (!times || !values) return ConstantHistory{};
   if (times->empty())
     report_.error(times_node->origin, label + ": times is empty; a table has at least one row");

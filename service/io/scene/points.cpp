@@ -2,11 +2,6 @@
 #include "service/io/scene/reader.hpp"
 
 namespace freeflex::io::reader {
-namespace {
-
-constexpr Quantity kMass{"kg", Bound::kNonNegative};  // 0: a point that links hold
-
-}  // namespace
 
 void SceneReader::read_points(const Node& node) {
   std::size_t position = 0;
@@ -33,8 +28,7 @@ bool SceneReader::add_point(PointMass point) {
 }
 
 void SceneReader::read_point(const Node& node, std::size_t position) {
-  const Fields fields(report_, node, item_label("point", node, position),
-                      {"name", "mass", "at", "inertia", "offset", "axes"});
+  const Fields fields(report_, node, item_label("point", node, position), sections::kPoint);
   PointMass point;
   point.origin = node.origin;
   point.name = std::to_string(scene_.points.size() + 1);
@@ -46,8 +40,8 @@ void SceneReader::read_point(const Node& node, std::size_t position) {
       points_.mark_incomplete();
     }
   }
-  fields.require("mass", kMass, point.mass);
-  fields.require("at", "m", point.position);
+  fields.read("mass", point.mass);
+  fields.read("at", point.position);
   read_body(fields, point);
   add_point(std::move(point));
 }
@@ -55,7 +49,7 @@ void SceneReader::read_point(const Node& node, std::size_t position) {
 // moments, or the six entries of the matrix, and the centre of mass, in axes of the body's own
 void SceneReader::read_body(const Fields& fields, PointMass& point) {
   const Node *inertia = fields.find("inertia"), *axes = fields.find("axes");
-  fields.read("offset", "m", point.offset);
+  fields.read("offset", point.offset);
   if (inertia != nullptr) {
     const std::size_t size = inertia->items.size();
     const bool is_matrix = size == 6;
@@ -65,8 +59,8 @@ void SceneReader::read_body(const Fields& fields, PointMass& point) {
                                (inertia->kind == Node::Kind::kList ? "has " + std::to_string(size) + " items"
                                                                    : "is no list of numbers") +
                                ", must be 3 moments or 6 entries xx, yy, zz, xy, xz, yz [kg m^2]");
-    const auto J = read_numbers(report_, *inertia, fields.label() + ": inertia", {"kg m^2"},
-                                is_matrix ? std::size_t{6} : std::size_t{3});
+    const auto J = read_numbers(report_, *inertia, fields.label() + ": inertia",
+                                fields.key("inertia").quantity, is_matrix ? std::size_t{6} : std::size_t{3});
     if (J) point.inertia.diagonal() << (*J)[0], (*J)[1], (*J)[2];
     if (J && is_matrix) {
       point.inertia(0, 1) = point.inertia(1, 0) = (*J)[3];
@@ -86,7 +80,7 @@ void SceneReader::read_body(const Fields& fields, PointMass& point) {
 }
 
 void SceneReader::read_points_table(const Node& node) {
-  const Fields fields(report_, node, "points", {"csv"});
+  const Fields fields(report_, node, "points", sections::kPointTable);
   const auto source = open_beside(*fields.find("csv"), "points: csv");
   if (!source) return points_.mark_incomplete();
   enum { kName, kMassColumn, kX, kY, kZ };
@@ -102,7 +96,7 @@ void SceneReader::read_points_table(const Node& node) {
     }
     point.mass = row.number(kMassColumn, label, kMass);
     for (int axis = 0; axis < 3; ++axis)
-      point.position[axis] = row.number(kX + static_cast<std::size_t>(axis), label, {"m"});
+      point.position[axis] = row.number(kX + static_cast<std::size_t>(axis), label, kPosition);
     return add_point(std::move(point));
   });
   if (!is_whole) points_.mark_incomplete();

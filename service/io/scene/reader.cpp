@@ -48,14 +48,6 @@ SceneResult read_scene(const std::string& path) {
 namespace reader {
 namespace {
 
-const std::vector<std::string_view> kSections{"name",      "rate",    "fidelity", "tolerance", "error_budget",
-                                              "points",    "links",   "groups",   "damping",   "gravity",
-                                              "attractor", "initial", "wheels",   "loads",     "feedback",
-                                              "leave_out", "modes",   "publish",  "commands"};
-constexpr Quantity kRate{"Hz", Bound::kTickRate};  // as that of --rate
-constexpr Quantity kPublicationRate{"Hz", Bound::kNonNegative};
-constexpr Quantity kRatio{"-", Bound::kNonNegative};
-
 // scene name when none is given: the file's, with what a name may not hold replaced
 std::string name_from_path(const std::string& path) {
   std::string name = std::filesystem::path(path).stem().string().substr(0, 63);
@@ -87,14 +79,14 @@ Scene SceneReader::read() {
 }
 
 void SceneReader::read_sections(const Node& root) {
-  const Fields fields(report_, root, "scene", kSections);
+  const Fields fields(report_, root, "scene", sections::kScene);
   if (!fields.is_mapping()) return;
   for (const auto& entry : root.entries) other_places_.push_back(entry.first->origin);
   scene_.name = name_from_path(path_);
   if (const Node* name = fields.find("name"))
     if (const auto text = read_name(report_, *name, "scene: name")) scene_.name = *text;
-  fields.read("rate", kRate, scene_.rate);
-  read_fidelity(fields.find("fidelity"), fields.find("tolerance"));
+  fields.read("rate", scene_.rate);
+  read_fidelity(fields);
   if (const Node* budget = fields.find("error_budget")) read_error_budget(*budget);
   // in the order of reference: points, what joins them, what names them
   const Node* points = fields.require("points", "must be a list of {name, mass, at} or {csv: FILE}");
@@ -105,7 +97,7 @@ void SceneReader::read_sections(const Node& root) {
   if (const Node* links = fields.find("links")) read_links(*links);
   if (const Node* groups = fields.find("groups")) read_groups(*groups);
   if (const Node* damping = fields.find("damping")) read_damping(*damping);
-  fields.read("gravity", "m/s^2", scene_.gravity);
+  fields.read("gravity", scene_.gravity);
   if (const Node* attractor = fields.find("attractor")) read_attractor(*attractor);
   if (const Node* initial = fields.find("initial")) read_initial(*initial);
   if (const Node* wheels = fields.find("wheels"))
@@ -166,13 +158,13 @@ void SceneReader::read_groups(const Node& node) {
 }
 
 void SceneReader::read_damping(const Node& node) {
-  const Fields fields(report_, node, "damping", {"ratio", "modes", "rayleigh"}, {}, "ratio");
+  const Fields fields(report_, node, "damping", sections::kDamping);
   scene_.damping.origin = node.origin;
-  fields.read("ratio", kRatio, scene_.damping.modal_ratio);
+  fields.read("ratio", scene_.damping.modal_ratio);
   if (const Node* rayleigh = fields.find("rayleigh")) {
-    const Fields terms(report_, *rayleigh, "damping: rayleigh", {"alpha", "beta"});
-    terms.read("alpha", {"1/s", Bound::kNonNegative}, scene_.damping.alpha);
-    terms.read("beta", {"s", Bound::kNonNegative}, scene_.damping.beta);
+    const Fields terms(report_, *rayleigh, "damping: rayleigh", sections::kRayleigh);
+    terms.read("alpha", scene_.damping.alpha);
+    terms.read("beta", scene_.damping.beta);
   }
   const Node* modes = fields.find("modes");
   if (!modes) return;
@@ -184,22 +176,24 @@ void SceneReader::read_damping(const Node& node) {
     if (!mode)
       report_.error(key->origin,
                     "damping: modes: " + quote(key->text) + " is not a mode, must be a whole number from 1");
-    const auto ratio = read_number(report_, *value, "damping: mode " + key->text, kRatio);
+    const auto ratio =
+        read_number(report_, *value, "damping: mode " + key->text, fields.key("modes").quantity);
     if (mode && ratio) scene_.damping.mode_ratios.emplace_back(static_cast<int>(*mode), *ratio);
   }
 }
 
 void SceneReader::read_modes(const Node& node) {
-  const Fields fields(report_, node, "modes", {"below", "count"}, {}, "count");
+  const Fields fields(report_, node, "modes", sections::kModes);
   ModesAsked& modes = scene_.modes;
   modes.origin = node.origin;
-  fields.read("below", {"Hz", Bound::kPositive}, modes.below);
+  fields.read("below", modes.below);
   double count = 1.0;
-  fields.read("count", kCount, count);
-  if (count != std::floor(count) || count < 1.0 || count > kMaxElastic)
+  fields.read("count", count);
+  const Range& range = fields.key("count").range;
+  if (count != std::floor(count) || !range.holds(count))
     report_.error(fields.find("count")->origin,
                   "modes: count is " + format_number(count) + ", must be a whole number from 1 to " +
-                      std::to_string(kMaxElastic) + ", what one state message can carry");
+                      format_number(range.most) + ", what one state message can carry");
   else if (fields.find("count"))
     modes.count = static_cast<int>(count);
   if (fields.find("below") && fields.find("count"))
@@ -209,20 +203,19 @@ void SceneReader::read_modes(const Node& node) {
 }
 
 void SceneReader::read_attractor(const Node& node) {
-  const Fields fields(report_, node, "attractor", {"at", "mu"}, {}, "mu");
+  const Fields fields(report_, node, "attractor", sections::kAttractor);
   scene_.attractor.origin = node.origin;
-  fields.read("at", "m", scene_.attractor.position);
-  fields.require("mu", {"m^3/s^2", Bound::kPositive}, scene_.attractor.mu);
+  fields.read("at", scene_.attractor.position);
+  fields.read("mu", scene_.attractor.mu);
 }
 
 void SceneReader::read_initial(const Node& node) {
-  const Fields fields(report_, node, "initial",
-                      {"position", "attitude", "velocity", "angular_velocity", "points", "modes"});
+  const Fields fields(report_, node, "initial", sections::kInitial);
   Initial& initial = scene_.initial;
   initial.origin = node.origin;
-  fields.read("position", "m", initial.position);
-  fields.read("velocity", "m/s", initial.velocity);
-  fields.read("angular_velocity", "rad/s", initial.angular_velocity);
+  fields.read("position", initial.position);
+  fields.read("velocity", initial.velocity);
+  fields.read("angular_velocity", initial.angular_velocity);
   if (const Node* attitude = fields.find("attitude")) {
     if (const auto q = read_unit_quaternion(report_, *attitude, "initial: attitude"))
       initial.attitude << q->w(), q->x(), q->y(), q->z();
@@ -238,9 +231,9 @@ void SceneReader::read_initial_points(const Node& node) {
   for (const auto& [key, value] : node.entries) {
     Initial::PointElastic point;
     point.point = points_.resolve(report_, key->text, key->origin, "initial: points").value_or(-1);
-    const Fields fields(report_, *value, "initial: point " + quote(key->text), {"displacement", "velocity"});
-    fields.read("displacement", "m", point.displacement);
-    fields.read("velocity", "m/s", point.velocity);
+    const Fields fields(report_, *value, "initial: point " + quote(key->text), sections::kInitialPoint);
+    fields.read("displacement", point.displacement);
+    fields.read("velocity", point.velocity);
     scene_.initial.points.push_back(point);
   }
 }
@@ -256,9 +249,9 @@ void SceneReader::read_initial_modes(const Node& node) {
       report_.error(key->origin,
                     "initial: modes: " + quote(key->text) + " is not a mode, must be a whole number from 1");
     mode.mode = static_cast<int>(number.value_or(0));
-    const Fields fields(report_, *value, "initial: mode " + key->text, {"q", "q_dot"});
-    fields.read("q", {"m"}, mode.q);
-    fields.read("q_dot", {"m/s"}, mode.q_dot);
+    const Fields fields(report_, *value, "initial: mode " + key->text, sections::kInitialMode);
+    fields.read("q", mode.q);
+    fields.read("q_dot", mode.q_dot);
     scene_.initial.modes.push_back(mode);
   }
 }
@@ -270,11 +263,11 @@ void SceneReader::check_publication_rate(const Node* node, const std::string& la
                                       " Hz; each tick is published at most once");
 }
 
-void SceneReader::read_rate_and_selection(const Node& node, const std::string& label, const Names& names,
-                                          const std::vector<int>& all, double& rate,
+void SceneReader::read_rate_and_selection(const Node& node, const std::string& label, const Section& section,
+                                          const Names& names, const std::vector<int>& all, double& rate,
                                           std::vector<int>& chosen) {
-  const Fields fields(report_, node, label, {"rate", "of"}, {}, "rate");
-  fields.read("rate", kPublicationRate, rate);
+  const Fields fields(report_, node, label, section);
+  fields.read("rate", rate);
   check_publication_rate(fields.find("rate"), label + ": rate", rate);
   const Node* of = fields.find("of");
   if (of && of->kind == Node::Kind::kText && of->text == "all")
@@ -297,20 +290,20 @@ void SceneReader::read_publish(const Node* node) {
     publication.links = all_links;
   }
   if (!node) return;
-  const Fields fields(report_, *node, "publish", {"state", "points", "loads", "groups", "status"});
-  fields.read("state", kPublicationRate, publication.state_rate);
-  fields.read("status", kPublicationRate, publication.status_rate);
+  const Fields fields(report_, *node, "publish", sections::kPublish);
+  fields.read("state", publication.state_rate);
+  fields.read("status", publication.status_rate);
   check_publication_rate(fields.find("state"), "publish: state", publication.state_rate);
   check_publication_rate(fields.find("status"), "publish: status", publication.status_rate);
   if (const Node* points = fields.find("points"))
-    read_rate_and_selection(*points, "publish: points", points_, all_points, publication.points_rate,
-                            publication.points);
+    read_rate_and_selection(*points, "publish: points", sections::kPublishedPoints, points_, all_points,
+                            publication.points_rate, publication.points);
   if (const Node* groups = fields.find("groups"))
     if (auto selection = read_selection(report_, *groups, "publish: groups", groups_))
       publication.groups = std::move(*selection);
   if (const Node* loads = fields.find("loads"))
-    read_rate_and_selection(*loads, "publish: loads", links_, all_links, publication.loads_rate,
-                            publication.links);
+    read_rate_and_selection(*loads, "publish: loads", sections::kPublishedLoads, links_, all_links,
+                            publication.loads_rate, publication.links);
 }
 
 void SceneReader::warn_of_defaults() {
@@ -329,22 +322,21 @@ void SceneReader::read_commands(const Node* node) {
   else
     warn_of_defaults();
   if (!node) return;
-  const Fields fields(report_, *node, "commands",
-                      {"points", "force_limit", "torque_limit", "max_age", "sender_share"});
+  const Fields fields(report_, *node, "commands", sections::kCommands);
   if (const Node* points = fields.find("points"))
     if (auto selection = read_selection(report_, *points, "commands: points", points_))
       scene_.pushable = std::move(*selection);
-  fields.read("force_limit", {"N", Bound::kPositive}, scene_.force_limit);
-  fields.read("torque_limit", {"N m", Bound::kPositive}, scene_.torque_limit);
-  fields.read("max_age", {"s", Bound::kPositive}, scene_.command_limits.max_age);
-  fields.read("sender_share", {"-", Bound::kPositive}, scene_.command_limits.sender_share);
-  constexpr double kShortestAge = 0.1;  // [s] a loop of slow ticks looks at its commands every 50 ms
-  if (const double age = scene_.command_limits.max_age; age < kShortestAge && fields.find("max_age"))
+  fields.read("force_limit", scene_.force_limit);
+  fields.read("torque_limit", scene_.torque_limit);
+  fields.read("max_age", scene_.command_limits.max_age);
+  fields.read("sender_share", scene_.command_limits.sender_share);
+  const Range& ages = fields.key("max_age").range;
+  if (const double age = scene_.command_limits.max_age; !ages.holds(age))
     report_.error(fields.find("max_age")->origin,
-                  "commands: max_age is " + format_number(age) +
-                      " s, must be at least 0.1 s: between slow ticks commands "
-                      "are looked at every 50 ms");
-  if (const double share = scene_.command_limits.sender_share; share > 1.0)
+                  "commands: max_age is " + format_number(age) + " s, must be at least " +
+                      format_number(ages.least) +
+                      " s: between slow ticks commands are looked at every 50 ms");
+  if (const double share = scene_.command_limits.sender_share; !fields.key("sender_share").range.holds(share))
     report_.error(fields.find("sender_share")->origin,
                   "commands: sender_share is " + format_number(share) + ", must be a share, at most 1");
 }

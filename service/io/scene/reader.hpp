@@ -41,8 +41,9 @@ class SceneReader {
   void read_publish(const Node* node);
   void read_commands(const Node* node);
   /// \param chosen  what is published by default, replaced by what `of` names, `all` of them too
-  void read_rate_and_selection(const Node& node, const std::string& label, const Names& names,
-                               const std::vector<int>& all, double& rate, std::vector<int>& chosen);
+  void read_rate_and_selection(const Node& node, const std::string& label, const Section& section,
+                               const Names& names, const std::vector<int>& all, double& rate,
+                               std::vector<int>& chosen);
   void check_publication_rate(const Node* node, const std::string& label, double rate);
   /// File named by the node, opened; nullopt after reporting.
   std::optional<int> open_beside(const Node& node, const std::string& label);
@@ -77,18 +78,18 @@ class SceneReader {
   // loads.cpp
   void read_loads(const Node& node);
   void read_load(const Node& node);
-  void read_forces(const Node& node, const std::string& label, Load& load);
+  void read_forces(const Fields& fields, const Node& node, Load& load);
   void read_wheel(const Node& node);
-  void read_wheel_torques(const Node& node, const std::string& label, Load& load);
-  void read_torques(const Node& node, const std::string& label, Load& load);
-  void read_wrenches(const Node& node, const std::string& label, Load& load);
+  void read_wheel_torques(const Fields& fields, const Node& node, Load& load);
+  void read_torques(const Fields& fields, const Node& node, Load& load);
+  void read_wrenches(const Fields& fields, const Node& node, Load& load);
   History read_history(const Fields& fields);
 
   // leave_out.cpp
   void read_leave_out(const Node& node);
 
   // fidelity.cpp
-  void read_fidelity(const Node* fidelity, const Node* tolerance);
+  void read_fidelity(const Fields& scene);
   void read_error_budget(const Node& node);
 
   // feedback.cpp

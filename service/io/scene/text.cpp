@@ -186,22 +186,6 @@ std::string explain_tail(std::string_view number, std::string_view tail, std::st
   return found + " has a unit of another kind, must be " + describe(quantity) + ", in SI without a unit";
 }
 
-bool is_in_range(double value, Bound bound) {
-  switch (bound) {
-    case Bound::kAny:
-      return true;
-    case Bound::kNonNegative:
-      return value >= 0.0;
-    case Bound::kPositive:
-      return value > 0.0;
-    case Bound::kPoissonRatio:
-      return value > -1.0 && value < 0.5;
-    case Bound::kTickRate:
-      return value >= kLeastRate && value <= kMostRate;
-  }
-  return false;
-}
-
 bool has_leading_zero(std::string_view number) {
   if (number.front() == '+' || number.front() == '-') number.remove_prefix(1);
   return number.size() > 1 && number[0] == '0' && is_digit(number[1]);
@@ -265,6 +249,15 @@ std::string lower(std::string_view text) {
   return result;
 }
 
+Range range_of(Bound bound) {
+  Range range;
+  if (bound == Bound::kNonNegative || bound == Bound::kPositive) range.least = 0.0;
+  range.has_least = bound != Bound::kPositive;
+  if (bound == Bound::kPoissonRatio) range = {-1.0, 0.5, false, false};
+  if (bound == Bound::kTickRate) range = {kLeastRate, kMostRate};
+  return range;
+}
+
 std::string describe(const Quantity& quantity) {
   std::string text = "a number";
   if (quantity.bound == Bound::kPositive) text += " > 0";
@@ -296,7 +289,7 @@ NumberResult parse_number(std::string_view text, const Quantity& quantity) {
   const auto value = to_double(text);
   if (!value)
     return {{}, quote(text) + " is too large or too small for a double, must be " + describe(quantity)};
-  if (!is_in_range(*value, quantity.bound)) {
+  if (!range_of(quantity.bound).holds(*value)) {
     const std::string range = describe({"-", quantity.bound}).substr(std::string_view("a number ").size());
     return {{},
             std::string(text) + (quantity.unit == "-" ? "" : " " + std::string(quantity.unit)) +

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -10,6 +11,18 @@
 namespace freeflex::io::reader {
 
 enum class Bound { kAny, kNonNegative, kPositive, kPoissonRatio, kTickRate };
+
+/// Numbers from the least to the most, which belong to it or do not.
+struct Range {
+  double least = -std::numeric_limits<double>::infinity();
+  double most = std::numeric_limits<double>::infinity();
+  bool has_least = true, has_most = true;
+
+  bool holds(double value) const {
+    return (has_least ? value >= least : value > least) && (has_most ? value <= most : value < most);
+  }
+};
+Range range_of(Bound bound);
 
 /// What a number stands for: its SI unit ("-" for none) and its range.
 struct Quantity {

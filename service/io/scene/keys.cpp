@@ -1,0 +1,429 @@
+#include "service/io/scene/keys.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "core/limits.hpp"
+#include "core/words.hpp"
+
+namespace freeflex::io::reader {
+
+const Key* Section::find(std::string_view key) const {
+  const auto found = std::find_if(keys.begin(), keys.end(), [&](const Key& k) { return k.name == key; });
+  return found == keys.end() ? nullptr : &*found;
+}
+
+std::vector<std::string_view> Section::names() const {
+  std::vector<std::string_view> names;
+  names.reserve(keys.size());
+  for (const Key& key : keys) names.push_back(key.name);
+  return names;
+}
+
+namespace sections {
+namespace {
+
+constexpr Quantity kNumber{"-"};
+constexpr Quantity kCount{"-", Bound::kNonNegative};
+constexpr Quantity kRatio{"-", Bound::kNonNegative};
+constexpr Quantity kAngleStiffness{"N m/rad", Bound::kPositive};
+constexpr Quantity kHorizon{"s", Bound::kPositive};
+constexpr Quantity kPublicationRate{"Hz", Bound::kNonNegative};
+constexpr Quantity kForce{"N"};
+constexpr Quantity kTorque{"N m"};
+constexpr Quantity kVelocity{"m/s"};
+constexpr double kMaxInner = 2000.0;  // coordinates of one superelement
+constexpr double kShortestAge = 0.1;  // [s] a loop of slow ticks looks at its commands every 50 ms
+
+// keys by what stands at them
+Key key(std::string_view name, Form form, std::string_view about, Quantity quantity = kNumber) {
+  return {.name = name, .form = form, .about = about, .quantity = quantity};
+}
+Key number(std::string_view name, Quantity quantity, std::string_view about, Range range = {}) {
+  Key made = key(name, Form::kNumber, about, quantity);
+  made.range = range;
+  return made;
+}
+Key whole(std::string_view name, double least, double most, std::string_view about) {
+  Key made = key(name, Form::kWhole, about, kCount);
+  made.range = {least, most};
+  return made;
+}
+Key numbers(std::string_view name, std::vector<std::size_t> counts, Quantity quantity,
+            std::string_view about) {
+  Key made = key(name, Form::kNumbers, about, quantity);
+  made.counts = std::move(counts);
+  return made;
+}
+Key vector(std::string_view name, Quantity quantity, std::string_view about) {
+  return numbers(name, {3}, quantity, about);
+}
+Key words(std::string_view name, Form form, std::vector<std::string_view> allowed, std::string_view about) {
+  Key made = key(name, form, about);
+  made.words = std::move(allowed);
+  return made;
+}
+Key mapping(std::string_view name, const Section& section, std::string_view about) {
+  Key made = key(name, Form::kSection, about);
+  made.sections = {&section};
+  return made;
+}
+Key items(std::string_view name, std::vector<const Section*> of, std::string_view about,
+          std::string_view example) {
+  Key made = key(name, Form::kItems, about);
+  made.sections = std::move(of);
+  made.example = example;
+  return made;
+}
+
+// and what more is said of one
+Key required(Key made) {
+  made.is_required = true;
+  return made;
+}
+Key per(Per names, Key made) {
+  made.per = names;
+  return made;
+}
+Key shown(Key made, std::string_view example) {
+  made.example = example;
+  return made;
+}
+
+Key name_or_number() { return key("name", Form::kName, "Its name; default: its number, counted from 1."); }
+Key true_or_false(std::string_view name, std::string_view about) {
+  return words(name, Form::kWord, {"true", "false"}, about);
+}
+
+std::vector<std::string_view> rungs() {
+  std::vector<std::string_view> names;
+  for (const RungTraits& rung : kRungs) names.emplace_back(rung.name);
+  names.emplace_back("auto");
+  return names;
+}
+
+// every part by its number, then all of them
+std::vector<std::string_view> parts() {
+  std::vector<std::string_view> names;
+  for (int k = 0; k < kNumParts; ++k) names.emplace_back(name_of(static_cast<Part>(k)));
+  names.emplace_back("all");
+  return names;
+}
+
+// a kind of link: its own keys, and of viscous and loss_factor those that it takes
+Section link(Key kind, std::vector<Key> own, const LossRefusal& losses) {
+  Section section{kind.name, {name_or_number(), required(std::move(kind))}};
+  section.keys.insert(section.keys.end(), own.begin(), own.end());
+  const auto add = [&](Key loss, std::string_view reason) {
+    if (reason.empty())
+      section.keys.push_back(std::move(loss));
+    else
+      section.refused.push_back({loss.name, reason});
+  };
+  add(number("viscous", kViscous,
+             "Force is stiffness times (deformation + viscous times its rate); default 0."),
+      losses.viscous);
+  add(number("loss_factor", kLossFactor,
+             "Structural damping: equivalent modal damping at each frequency; default 0."),
+      losses.loss_factor);
+  return section;
+}
+
+Key lumped() {
+  return true_or_false(
+      "lumped", "The mass in equal parts on the link's points, not spread as it moves; default false.");
+}
+Key mean_axial() {
+  return true_or_false(
+      "mean_axial", "Along the link the mean of spread and lumped mass, as Nastran's bars; default false.");
+}
+Key mass_per_length() {
+  return number("mass_per_length", kMassPerLength, "Mass of the link, along its axis; default 0.");
+}
+Key axial_rigidity() { return required(number("EA", kAxialRigidity, "Axial rigidity.")); }
+Key matrix_points() {
+  return required(key("points", Form::kSelection, "Points, in the order of the rows of the matrix."));
+}
+Key chain(std::string_view kind, std::string_view about) { return key(kind, Form::kSelection, about); }
+
+}  // namespace
+
+const Section kTolerance{
+    "tolerance",
+    {number("displacement", {"m", Bound::kPositive},
+            "Displacement that matters: the word on the motion counts errors against it."),
+     number("position", {"m", Bound::kPositive},
+            "With fidelity auto: error of position, root mean square over the points."),
+     number("attitude", {"rad", Bound::kPositive}, "With fidelity auto: error of attitude."),
+     number("elastic", {"-", Bound::kPositive},
+            "With fidelity auto: error of the elastic displacements, as a share of them."),
+     number("horizon", kHorizon, "With fidelity auto, required: over which the errors must hold.")}};
+
+const Section kErrorBudget{
+    "error_budget",
+    {required(number("horizon", kHorizon, "Better equations start again from the state each horizon."))},
+    "horizon"};
+
+const Section kPoint{
+    "point",
+    {name_or_number(), required(number("mass", kMass, "Mass; 0: a massless point, which links must hold.")),
+     required(vector("at", kPosition, "Rest position, scene axes.")),
+     numbers(
+         "inertia", {3, 6}, {"kg m^2"},
+         "Inertia of a body about its centre of mass: moments Jxx, Jyy, Jzz, or entries of the matrix Jxx, "
+         "Jyy, Jzz, Jxy, Jxz, Jyz."),
+     vector("offset", kPosition, "Centre of mass of the body, from the point; default [0, 0, 0]."),
+     numbers(
+         "axes", {4}, kNumber,
+         "Unit quaternion [w, x, y, z]: axes of inertia and offset, to scene axes; default [1, 0, 0, 0].")}};
+
+const Section kPointTable{
+    "point_table",
+    {required(key("csv", Form::kText,
+                  "CSV file, relative to the scene, with the columns mass,x,y,z [kg, m] and, if wanted, "
+                  "name."))}};
+
+const Section kLinkTable{
+    "link_table",
+    {required(key("csv", Form::kText,
+                  "CSV file, relative to the scene, with the columns from,to, if wanted name, and those of "
+                  "one kind of link."))}};
+
+const Section kRelease{
+    "release",
+    {words("from", Form::kWords, {"x", "y", "z"}, "Local axes about which the first end turns freely."),
+     words("to", Form::kWords, {"x", "y", "z"}, "Local axes about which the last end turns freely.")}};
+
+const std::vector<Section> kLinks{
+    link(chain("spring", "Axial springs along a chain of 2 or more points."),
+         {required(number("stiffness", kStiffness, "Axial stiffness."))}, kElasticLosses),
+    link(chain("bar", "Bars of axial stiffness EA / length along a chain of 2 or more points."),
+         {axial_rigidity(), mass_per_length(), lumped(), mean_axial()}, kElasticLosses),
+    link(chain("beam",
+               "Beams along a chain of 2 or more points, rigidly joined to the other beams and plates at "
+               "them."),
+         {axial_rigidity(), required(number("GJ", kRigidity, "Torsional rigidity.")),
+          required(number("EIy", kRigidity, "Bending rigidity about local y (deflection along z).")),
+          required(number("EIz", kRigidity, "Bending rigidity about local z (deflection along y).")),
+          number("GAy", kAxialRigidity,
+                 "Shear rigidity k G A for deflection along local y; default: no shear deformation."),
+          number("GAz", kAxialRigidity,
+                 "Shear rigidity k G A for deflection along local z; default: no shear deformation."),
+          vector("y_axis", kNumber, "Direction of local y in scene axes; default: chosen."),
+          mapping("release", kRelease, "Rotations that the joints at the ends of a single beam do not hold."),
+          mass_per_length(), lumped(), mean_axial()},
+         kRotationLosses),
+    link(chain("bending",
+               "Springs on the angle at the middle point of every 3 that follow one another in a chain."),
+         {required(number("stiffness", kAngleStiffness, "Stiffness against change of the angle."))},
+         kElasticLosses),
+    link(chain("torsion",
+               "Springs on the dihedral angle about the middle two points of every 4 that follow one another "
+               "in a chain."),
+         {required(number("stiffness", kAngleStiffness, "Stiffness against change of the angle."))},
+         kElasticLosses),
+    link(chain("plate", "Thin triangle of 3 points, membrane and bending."),
+         {required(number("E", kModulus, "Young's modulus.")),
+          required(number("nu", kPoissonRatio, "Poisson's ratio.")),
+          required(number("thickness", kThickness, "Thickness.")),
+          number("density", kDensity, "Mass of the plate per volume; default 0."), lumped()},
+         kRotationLosses),
+    link(key("matrix", Form::kText, "File with a stiffness matrix [N/m] in Matrix Market format."),
+         {matrix_points(),
+          key("mass", Form::kText, "File with the mass matrix [kg] of a superelement, in the same format."),
+          true_or_false("rotations", "The matrices have rows of rotations too; default false."),
+          whole("inner", 0.0, kMaxInner, "Rows of inner coordinates after those of the points; default 0.")},
+         kElasticLosses),
+    link(key("flexibility", Form::kText,
+             "File with a flexibility matrix [m/N] in Matrix Market format: displacements per force, held in "
+             "any statically determinate way."),
+         {matrix_points()}, kElasticLosses),
+    link(chain("rigid", "Keeps the distances of 2 points, or makes one rigid body of more."), {},
+         kRigidLosses),
+    link(chain("dashpot", "Dashpots along a chain of 2 or more points."),
+         {required(number("damping", kDampingCoefficient, "Tension for the rate of elongation."))},
+         kDashpotLosses)};
+
+const Section kRayleigh{
+    "rayleigh",
+    {number("alpha", {"1/s", Bound::kNonNegative}, "Share of the mass matrix; default 0."),
+     number("beta", {"s", Bound::kNonNegative}, "Share of the stiffness matrix; default 0.")}};
+
+const Section kDamping{
+    "damping",
+    {number("ratio", kRatio, "Damping ratio of every elastic mode; default 0."),
+     per(Per::kMode, number("modes", kRatio, "Ratios of single modes, by their numbers from 1.")),
+     mapping("rayleigh", kRayleigh, "Adds alpha M + beta K.")},
+    "ratio"};
+
+const Section kAttractor{
+    "attractor",
+    {vector("at", kPosition, "Place of the body that attracts, world axes; default [0, 0, 0]."),
+     required(number("mu", {"m^3/s^2", Bound::kPositive},
+                     "Each point is drawn with the acceleration mu / distance^2."))},
+    "mu"};
+
+const Section kInitialPoint{
+    "initial_point",
+    {vector("displacement", kPosition, "Elastic displacement, body axes; default [0, 0, 0]."),
+     vector("velocity", kVelocity, "Its rate, body axes; default [0, 0, 0].")}};
+
+const Section kInitialMode{"initial_mode",
+                           {number("q", kPosition, "Elastic coordinate; default 0."),
+                            number("q_dot", kVelocity, "Its rate; default 0.")}};
+
+const Section kInitial{
+    "initial",
+    {vector("position", kPosition, "Of the scene's origin, world axes; default [0, 0, 0]."),
+     numbers("attitude", {4}, kNumber, "Unit quaternion [w, x, y, z], scene to world; default [1, 0, 0, 0]."),
+     vector("velocity", kVelocity, "Of the centre of mass, world axes; default [0, 0, 0]."),
+     vector("angular_velocity", {"rad/s"}, "Body axes; default [0, 0, 0]."),
+     per(Per::kName, mapping("points", kInitialPoint, "Elastic motion of points.")),
+     per(Per::kMode, mapping("modes", kInitialMode, "Elastic motion of modes, by their numbers from 1."))}};
+
+const Section kWheel{
+    "wheel",
+    {name_or_number(), required(key("at", Form::kReference, "The body that it is in: a point with inertia.")),
+     required(vector("axis", kNumber, "Axis of its spin, scene axes.")),
+     number("momentum", {"N m s"}, "At the start, about its axis; default 0.")}};
+
+const Section kWrench{"wrench",
+                      {vector("force", kForce, "At the group's centre of mass; default [0, 0, 0]."),
+                       vector("torque", kTorque, "On the group; default [0, 0, 0].")},
+                      {},
+                      {"force", "torque"}};
+
+const Section kPulse{"pulse",
+                     {number("start", {"s", Bound::kNonNegative}, "When it begins; default 0."),
+                      required(number("duration", {"s", Bound::kPositive}, "How long it lasts."))},
+                     "duration"};
+
+const Section kSine{"sine",
+                    {required(number("frequency", {"Hz", Bound::kPositive}, "Its frequency.")),
+                     number("phase", {"rad"}, "Its phase at the start; default 0.")},
+                    "frequency"};
+
+const Section kTable{"table",
+                     {required(numbers("times", {}, {"s"}, "Times of the rows, which increase.")),
+                      required(numbers("values", {}, kNumber, "Strength at these times, linear between."))}};
+
+const Section kLoad{
+    "load",
+    {name_or_number(),
+     words("axes", Form::kWord, {"world", "body", "local"},
+           "Axes of the forces and torques; local: those of the body, turned by the elastic rotation at the "
+           "point; default world."),
+     per(Per::kName, vector("forces", kForce, "Forces on points.")),
+     per(Per::kName, mapping("wrenches", kWrench, "Wrenches on groups, spread over their points.")),
+     per(Per::kName, vector("torques", kTorque, "Torques on bodies: points with inertia or offset.")),
+     per(Per::kName, number("wheels", kTorque, "Torques of the motors of wheels.")),
+     mapping("pulse", kPulse, "Full strength from start on for a duration, nothing outside."),
+     mapping("sine", kSine, "Strength sin(2 pi frequency t + phase)."),
+     mapping("table", kTable, "Strength linear between rows, the first and last held outside.")},
+    {},
+    {"forces", "wrenches", "torques", "wheels"}};
+
+const Section kFeedback{
+    "feedback",
+    {name_or_number(), required(key("at", Form::kReference, "Point that takes the force.")),
+     key("from", Form::kReference, "Point whose motion is sensed; default: at."),
+     key("displacement", Form::kGain, "Gain of the elastic displacement, body axes.", {"N/m"}),
+     key("velocity", Form::kGain, "Gain of its rate, body axes.", {"N s/m"}),
+     key("acceleration", Form::kGain, "Gain of its acceleration, body axes.", {"N s^2/m"})},
+    {},
+    {"displacement", "velocity", "acceleration"}};
+
+const Section kLeaveOut{
+    "leave_out",
+    {number("tolerance", {"-", Bound::kNonNegative},
+            "Largest share of the elastic displacements that small modes have which go; default 0.",
+            {.most = 1.0, .has_most = false}),
+     number("horizon", kHorizon, "Simulated time over which that is judged; default 10."),
+     words("on_need", Form::kWord, {"keep", "refuse", "replan"},
+           "What becomes of what only commands could need; default keep."),
+     words("keep", Form::kWords, parts(), "Parts that stay whatever the scene needs; default: none.")},
+    "tolerance"};
+
+const Section kModes{
+    "modes",
+    {number("below", {"Hz", Bound::kPositive}, "All modes below it, none missing by a count of inertia."),
+     whole("count", 1.0, kMaxElastic, "The lowest, as many, mechanisms among them.")},
+    "count",
+    {"below", "count"}};
+
+const Section kPublishedPoints{"published_points",
+                               {number("rate", kPublicationRate, "Rate; default 50, 0 switches it off."),
+                                key("of", Form::kSelection, "Points; default: all, above 1000 points none.")},
+                               "rate"};
+
+const Section kPublishedLoads{"published_loads",
+                              {number("rate", kPublicationRate, "Rate; default 50, 0 switches it off."),
+                               key("of", Form::kSelection, "Links; default: all, above 1000 points none.")},
+                              "rate"};
+
+const Section kPublish{
+    "publish",
+    {number("state", kPublicationRate, "Rate of the state; default 50, 0 switches it off."),
+     mapping("points", kPublishedPoints, "Positions, velocities and accelerations of points."),
+     mapping("loads", kPublishedLoads, "Forces of links."),
+     key("groups", Form::kSelection, "Groups whose poses go with the points; default: all."),
+     number("status", kPublicationRate, "Rate of the status; default 10, and at least 10 a second go out.")}};
+
+const Section kCommands{
+    "commands",
+    {key("points", Form::kSelection, "Points that commands may push; default: all, above 1000 points none."),
+     number("force_limit", {"N", Bound::kPositive}, "Largest force on a point or wrench; default: none."),
+     number("torque_limit", {"N m", Bound::kPositive}, "Largest torque of a wrench; default: none."),
+     number("max_age", {"s", Bound::kPositive},
+            "A command that waited longer for its decision is refused; default 1.", {.least = kShortestAge}),
+     number("sender_share", {"-", Bound::kPositive},
+            "Of slots and of waiting commands, for one sender on the bus; default 0.25.", {.most = 1.0})}};
+
+namespace {
+
+std::vector<const Section*> link_items() {
+  std::vector<const Section*> of{&kLinkTable};
+  for (const Section& kind : kLinks) of.push_back(&kind);
+  return of;
+}
+
+}  // namespace
+
+const Section kScene{
+    "scene",
+    {key("name", Form::kName, "Name of the scene; default: the file's."),
+     number("rate", {"Hz", Bound::kTickRate}, "Ticks per second; default 1000."),
+     words("fidelity", Form::kWord, rungs(),
+           "The equations: a rung of the fidelity ladder, or auto for the cheapest that meets the tolerance; "
+           "default separated."),
+     mapping("tolerance", kTolerance, "Which displacements matter and, with fidelity auto, which errors."),
+     mapping("error_budget", kErrorBudget, "The live error budget: better equations run beside the state."),
+     required(items(
+         "points", {&kPointTable, &kPoint}, "Point masses and bodies.",
+         R"([{"name": "hub", "mass": 40, "at": [0, 0, 0]}, {"name": "tip", "mass": 2, "at": [3, 0, 0]}])")),
+     items(
+         "links", link_items(), "What joins the points. One of the keys gives the kind.",
+         R"([{"name": "tube", "beam": ["hub..tip"], "EA": 6.4e7, "GJ": 5.6e4, "EIy": 7.5e4, "EIz": 7.5e4}])"),
+     shown(per(Per::kNewName,
+               key("groups", Form::kSelection, "Sets of points that take wrenches and have a pose.")),
+           R"({"outer": ["tip"]})"),
+     shown(mapping("damping", kDamping, "Damping of the elastic modes."), R"({"ratio": 0.01})"),
+     shown(vector("gravity", {"m/s^2"}, "Uniform field, world axes; default [0, 0, 0]."), "[0, 0, -9.81]"),
+     mapping("attractor", kAttractor, "A body that attracts every point."),
+     mapping("initial", kInitial, "State at the start; default: at rest at the origin."),
+     items("wheels", {&kWheel}, "Wheels in bodies.", ""),
+     items("loads", {&kLoad},
+           "Forces and torques with histories, at most one of pulse, sine, table; default: "
+           "constant.",
+           R"([{"name": "kick", "forces": {"tip": [0, 5, 0]}, "pulse": {"start": 1, "duration": 0.1}}])"),
+     items("feedback", {&kFeedback}, "Forces that go by the motion of a point.",
+           R"([{"at": "tip", "velocity": -0.5}])"),
+     mapping("leave_out", kLeaveOut, "What the plan may do without."),
+     mapping("modes", kModes,
+             "Which modes are set up: one of below and count; default: all, above 1235 points below half the "
+             "rate, at most 300."),
+     mapping("publish", kPublish, "What is published, and how often."),
+     mapping("commands", kCommands, "What commands may do.")}};
+
+}  // namespace sections
+}  // namespace freeflex::io::reader
