@@ -5,7 +5,8 @@
 #include <optional>
 #include <string>
 
-#include "core/step/kernels.hpp"
+#include "core/step/budget.hpp"
+#include "core/step/step.hpp"
 #include "service/c/freeflex.h"
 #include "service/io/scene/input.hpp"
 

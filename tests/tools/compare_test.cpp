@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <regex>
 #include <sstream>
 
 #include "tests/tools/shell.hpp"
@@ -93,7 +94,9 @@ TEST_F(Compare, OneAttitudeHasTwoQuaternions) {
 // another set-up, another rung
 TEST_F(Compare, AnotherRungDiffersByItsError) {
   make(kScenes + "truss-s5.yaml", "a.log");
-  write_text(folder_ / "coupled.yaml", read_text(kScenes + "truss-s5.yaml") + "\nfidelity: coupled\n");
+  write_text(folder_ / "coupled.yaml", std::regex_replace(read_text(kScenes + "truss-s5.yaml"),
+                                                          std::regex("csv: "), "csv: " + kScenes) +
+                                           "\nfidelity: coupled\n");
   make(folder_ / "coupled.yaml", "b.log");
   const Json json = compare_json("a.log", "b.log", "--tolerance 1e-9");
   EXPECT_EQ(json["result"], "differs");

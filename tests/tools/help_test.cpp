@@ -1,6 +1,7 @@
 // --help says what the fields of --json are: every one that a command prints.
 #include <gtest/gtest.h>
 
+#include <regex>
 #include <sstream>
 #include <vector>
 
@@ -112,6 +113,12 @@ TEST_F(Help, NamesTheColumnsOfATable) {
     else if (last != std::string::npos)
       said = column.substr(0, column.find('.')) + ".NAME" +
              (std::isdigit(static_cast<unsigned char>(column.back())) != 0 ? ".1 .." : column.substr(last));
+    // components stand in a row behind the first: point.NAME.x y z [m], vx vy vz
+    if (column.starts_with("point.") || column.starts_with("group.")) {
+      EXPECT_TRUE(contains(help, said.substr(0, said.rfind('.')) + ".x")) << said;
+      EXPECT_TRUE(std::regex_search(help, std::regex("[ .]" + column.substr(last + 1) + "[ ,;]"))) << said;
+      continue;
+    }
     EXPECT_TRUE(contains(help, said)) << column << " as " << said << " in " << help;
     if (column.starts_with("link.")) {
       EXPECT_TRUE(contains(document, said.substr(0, said.find(' ')))) << said;

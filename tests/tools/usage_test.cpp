@@ -12,7 +12,7 @@ namespace {
 
 TEST(CommandLine, AMisspeltWordIsAnsweredWithTheNearest) {
   const std::vector<std::pair<std::string, std::string>> misspelt{
-      {"chek a.yaml", "no command 'chek' (did you mean 'check'?); there are check, modes, "},
+      {"chek a.yaml", "no command 'chek' (did you mean 'check'?); there are check, schema, modes, "},
       {"check --jsno a.yaml", "no option '--jsno' (did you mean '--json'?)"},
       {"run a.yaml --untl=3", "no option '--untl=3' (did you mean '--until'?)"},
       {"--versoin", "no option '--versoin' (did you mean '--version'?)"},

@@ -169,7 +169,7 @@ class Replay {
     for (const std::size_t channel : kBeside)
       if (const std::size_t count = session_.pages[channel].size(); count > 0)
         outcome_.not_compared.push_back(counted(static_cast<std::int64_t>(count), "message") + " of " +
-                                        io::kMotionChannels[channel].suffix);
+                                        (io::kMotionChannels[channel].suffix + 1));
     outcome_.losses = find_losses(session_, plan_);
     for (const Loss& loss : outcome_.losses)
       if (loss.num_ticks > 0) outcome_.warn(describe(loss, session_.unsent));
