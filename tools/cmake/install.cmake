@@ -53,7 +53,7 @@ install(FILES tools/python/README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/py
 
 # made from --help and from the documents
 set(share ${CMAKE_BINARY_DIR}/share)
-install(DIRECTORY ${share}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT programs FILES_MATCHING PATTERN "*.1")
+install(DIRECTORY ${share}/man/ DESTINATION ${CMAKE_INSTALL_MANDIR}/man1 COMPONENT programs FILES_MATCHING PATTERN "*.1.gz")
 install(FILES ${share}/bash-completion/freeflex DESTINATION ${CMAKE_INSTALL_DATADIR}/bash-completion/completions
   COMPONENT programs)
 install(FILES ${share}/scene.schema.json DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex COMPONENT programs)
