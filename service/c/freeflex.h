@@ -3,13 +3,18 @@
  *
  *   freeflex_plan *plan;
  *   freeflex_motion *motion;
- *   if (freeflex_plan_open("boom.yaml", NULL, NULL, &plan) != FREEFLEX_OK) { puts(freeflex_last_error());
- * return 1; } freeflex_motion_new(plan, FREEFLEX_WITH_WORD, &motion); freeflex_motion_step(motion, 1000);
+ *   if (freeflex_plan_open("boom.yaml", NULL, NULL, &plan) != FREEFLEX_OK) {
+ *     puts(freeflex_last_error());
+ *     return 1;
+ *   }
+ *   freeflex_motion_new(plan, FREEFLEX_WITH_WORD, &motion);
+ *   freeflex_motion_step(motion, 1000);
  *
  * SI units. Quaternions w x y z, body axes to world axes. Indices count from 0, in the order of the scene.
  * Functions that can fail return a code below; freeflex_last_error() then says why. They leave what they were
  * given as it was, and write no result. A plan never changes and may serve any number of motions and threads;
- * one motion belongs to one thread at a time. The motion is that of freeflexd and `freeflex run`, to the bit.
+ * one motion belongs to one thread at a time. No pointer may be NULL where nothing says so. The motion is that
+ * of freeflexd and `freeflex run`, to the bit.
  *
  * The binary interface is stable: no function or structure here changes, new ones are added. */
 #ifndef FREEFLEX_H
@@ -35,9 +40,7 @@ extern "C" {
 #define FREEFLEX_OK 0
 #define FREEFLEX_BAD_ARGUMENT 1 /* an index, a size or a value that the function does not take */
 #define FREEFLEX_BAD_SCENE 2    /* a scene or plan with errors, or none at all */
-#define FREEFLEX_NOT_FINITE                                                      \
-  3 /* the next state would not be finite: the motion stands at the last that is \
-     */
+#define FREEFLEX_NOT_FINITE 3   /* the next state would not be finite; the motion stands before it */
 #define FREEFLEX_NO_MEMORY 4
 #define FREEFLEX_ENDED 5    /* the caller's progress function said so */
 #define FREEFLEX_INTERNAL 6 /* a fault of the library */

@@ -72,9 +72,11 @@ TEST(Install, AControllerBuiltAgainstTheInstalledTreeDampsItsVibrationAndLeavesI
   for (const char* file :
        {"bin/freeflex", "bin/freeflex-study", "bin/freeflexd", "share/freeflex/lcm/state_t.lcm",
         "share/freeflex/lcm/README.md", "share/doc/freeflex/LICENSE", "share/freeflex/scenes/boom.yaml",
-        "share/freeflex/scene.schema.json", "share/freeflex/examples/controller/controller.cpp",
-        "include/freeflex/core/step/step.hpp", "include/freeflex/core/plan/compile.hpp",
-        "include/freeflex/service/io/scene/input.hpp", "include/freeflex/freeflex_msgs/state_t.hpp"}) {
+        "share/freeflex/scene.schema.json", "share/man/man1/freeflex.1.gz",
+        "share/doc/freeflex/html/index.html", "share/bash-completion/completions/freeflex",
+        "share/freeflex/examples/controller/controller.cpp", "include/freeflex/core/step/step.hpp",
+        "include/freeflex/core/plan/compile.hpp", "include/freeflex/service/io/scene/input.hpp",
+        "include/freeflex/freeflex_msgs/state_t.hpp"}) {
     EXPECT_TRUE(std::filesystem::exists(folder + "/prefix/" + file)) << file;
   }
 
@@ -147,6 +149,28 @@ TEST(Install, MessagesNeedLcmAloneAndTheCoreItsOwn) {
   EXPECT_TRUE(contains(core.err, "Eigen3")) << core.err;
   EXPECT_NE(other.exit_code, 0);
   EXPECT_TRUE(contains(other.err, "freeflex has no component 'engine'")) << other.err;
+}
+
+// C by pkg-config, Python by its path, both with the library that is installed
+TEST(Install, ServesCAndPython) {
+#ifdef __SANITIZE_ADDRESS__
+  GTEST_SKIP() << "a library with the address sanitizer wants it of the program that loads it";
+#endif
+  const std::string prefix = example().folder + "/prefix", program = example().folder + "/plain_c";
+  const Outcome built =
+      run("PKG_CONFIG_PATH=" + prefix + "/lib/pkgconfig cc -o " + program +
+          " " FREEFLEX_SOURCE_DIR "/tests/c/plain_c.c $(PKG_CONFIG_PATH=" + prefix +
+          "/lib/pkgconfig pkg-config --cflags --libs freeflex) -Wl,-rpath," + prefix + "/lib");
+  ASSERT_EQ(built.exit_code, 0) << built.err;
+  const std::string scene = prefix + "/share/freeflex/scenes/boom.yaml";
+  const Outcome from_c = run(program + " " + scene + " tip 1000");
+  ASSERT_EQ(from_c.exit_code, 0) << from_c.err;
+  EXPECT_TRUE(contains(from_c.out, "1000 ")) << from_c.out;
+  const Outcome from_python =
+      run("PYTHONPATH=" + prefix + "/lib/python3/dist-packages FREEFLEX_LIBRARY=" + prefix +
+          "/lib/libfreeflex.so.1 PYTHONDONTWRITEBYTECODE=1 python3 -m freeflex step " + scene + " 1");
+  ASSERT_EQ(from_python.exit_code, 0) << from_python.err;
+  EXPECT_TRUE(contains(from_python.out, "boom: tick 1000")) << from_python.out;
 }
 
 /// #include of every header that is installed: one that lacks another is found where it does not compile.

@@ -1,5 +1,5 @@
 // The page: brings a body, frames and a picture together.
-import { parseBlob, fromBase64, nameOf } from "./blob.js";
+import { parseBlob, fromBase64 } from "./blob.js";
 import { Amplifier, modeFrame, rms, rotation, apply, worldPoint } from "./motion.js";
 import { Camera, project } from "./camera.js";
 import { Picture } from "./picture.js";
@@ -8,6 +8,9 @@ import { Live, Player } from "./source.js";
 import { Push, pick, forceOf, firstForce } from "./push.js";
 import { digits, element, modeList, showRows, signalOptions, statusRows } from "./panel.js";
 
+/** @type {any} what the program puts into a page that needs no server, and what its tests ask */
+const shared = window;
+/** @returns {any} */
 const $ = (id) => document.getElementById(id);
 const MODE_TURNS = 0.5; // [Hz] at which a mode is shown, whatever its frequency
 const LONGEST_TRAIL = 2000;
@@ -20,7 +23,7 @@ function notice(text, isBad = true) {
 }
 
 async function load() {
-  const given = window.freeflexData;
+  const given = shared.freeflexData;
   if (given) return { body: parseBlob(fromBase64(given.body)), motion: given.motion ? parseBlob(fromBase64(given.motion)) : null };
   const token = new URLSearchParams(location.search).get("token") ?? "";
   const get = async (path) => {
@@ -32,6 +35,7 @@ async function load() {
 }
 
 class Page {
+  /** @param {{body: any, motion: any, token?: string}} loaded */
   constructor({ body, motion, token }) {
     this.body = body;
     this.picture = new Picture($("picture"), body);
@@ -44,6 +48,9 @@ class Page {
     this.trail = [];
     this.heard = performance.now() / 1000;
     this.last = null; // [s]
+    this.frame = this.world = null; // as drawn last
+    this.target = [0, 0, 0];
+    this.factor = 1;
     this.drawn = { frames: 0, since: performance.now(), rate: 0 };
     this.push = new Push(body, (message) => this.live?.send(message), notice);
     if (motion) {
@@ -82,7 +89,8 @@ class Page {
     $("signals").append(...signalOptions(body));
     const hasStatus = !this.player || this.player.recording.motion.statuses?.length > 0;
     for (const key of firstSignals(body, hasStatus)) this.strips.toggle(key);
-    $("signals").onchange = ({ target }) => {
+    $("signals").onchange = () => {
+      const target = $("signals");
       if (target.value) this.strips.toggle(target.value);
       target.value = "";
       if (this.player) this.strips.fill(this.player.recording);
@@ -182,7 +190,7 @@ class Page {
     this.resize();
     const frame = this.frameNow(now, dt), factor = this.factorNow(frame, dt);
     const target = $("follow").checked ? frame.position : [0, 0, 0];
-    this.take(frame, target);
+    this.take(frame);
     this.world = this.picture.draw(frame, {
       camera: this.camera, factor, target, ghost: $("ghost").checked, extras: this.extras(frame, factor, target),
       trail: this.trail.flatMap((place) => [...place.map((x, axis) => x - target[axis]), 0.45, 0.75, 0.5]),
@@ -282,6 +290,6 @@ class Page {
   }
 }
 
-load().then((loaded) => { window.freeflexPage = new Page(loaded); }, (error) => notice(String(error)));
+load().then((loaded) => { shared.freeflexPage = new Page(loaded); }, (error) => notice(String(error)));
 window.addEventListener("error", ({ message }) => notice(message));
 window.addEventListener("unhandledrejection", ({ reason }) => notice(String(reason)));

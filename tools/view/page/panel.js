@@ -61,6 +61,7 @@ export function modeList(body, onPick) {
 
 /** Options of the choice of signals. */
 export function signalOptions(body) {
+  /** @type {[string, string[], string[]][]} */
   const groups = [["whole", ["rms:0", "spin:0", "energy:0", "error:0", "scale:0", "word:0", "late:0"],
     ["rms displacement", "spin", "elastic energy", "error estimate", "scale of the error", "word", "lateness p99.9"]]];
   const list = (label, kind, count, name) => {

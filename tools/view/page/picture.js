@@ -233,7 +233,7 @@ export class Picture {
     gl.bindFramebuffer(gl.FRAMEBUFFER, null);
   }
 
-  items(name, texture, item, mode, count, camera, plain, opacity, isColoured, more = () => {}) {
+  items(name, texture, item, mode, count, camera, plain, opacity, isColoured, more = (_) => {}) {
     const { gl } = this, { program, places } = this.programs[name];
     if (count === 0) return;
     gl.useProgram(program);

@@ -33,7 +33,13 @@ export function forceOf(camera, dx, dy, newtonsPer100) {
 /** One push at a time. `send` takes the message; `show` the text of what was answered. */
 export class Push {
   constructor(body, send, show) {
-    Object.assign(this, { body, send, show, point: null, force: [0, 0, 0], sent: 0 });
+    this.body = body;
+    this.send = send;
+    this.show = show;
+    /** @type {number | null} */
+    this.point = null;
+    this.force = [0, 0, 0]; // [N]
+    this.sent = 0; // [s]
   }
   begin(point) {
     this.point = point;

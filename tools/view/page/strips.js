@@ -1,5 +1,4 @@
 // Values over time, drawn by dygraphs: one strip a unit.
-/* global Dygraph */
 import { displacement, rms } from "./motion.js";
 import { nameOf } from "./blob.js";
 
@@ -110,7 +109,7 @@ export class Strips {
         one.graph.updateOptions({ file: rows });
         continue;
       }
-      one.graph = new Dygraph(one.place, rows, {
+      one.graph = new (/** @type {any} */ (globalThis).Dygraph)(one.place, rows, {
         labels, ylabel: unit, colors: COLOURS, legend: "always", height: 110, connectSeparatedPoints: true, strokeWidth: 1.3,
         axisLabelFontSize: 10, axisLineColor: "#556", gridLineColor: "#2a2e36", axisLabelWidth: 60, digitsAfterDecimal: 4,
         underlayCallback: (context, area, graph) => this.mark(context, area, graph),
