@@ -13,8 +13,8 @@
  * SI units. Quaternions w x y z, body axes to world axes. Indices count from 0, in the order of the scene.
  * Functions that can fail return a code below; freeflex_last_error() then says why. They leave what they were
  * given as it was, and write no result. A plan never changes and may serve any number of motions and threads;
- * one motion belongs to one thread at a time. No pointer may be NULL where nothing says so. The motion is that
- * of freeflexd and `freeflex run`, to the bit.
+ * one motion belongs to one thread at a time. No pointer may be NULL where nothing says so. The motion is
+ * that of freeflexd and `freeflex run`, to the bit.
  *
  * The binary interface is stable: no function or structure here changes, new ones are added. */
 #ifndef FREEFLEX_H

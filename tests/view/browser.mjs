@@ -6,10 +6,11 @@ import { existsSync } from "node:fs";
 export const chromium = ["/usr/bin/chromium", "/usr/bin/chromium-browser"].find(existsSync) ?? null;
 
 export class Browser {
-  constructor(folder) {
+  /** `isGroup`: its processes are a group of their own, which signals can be sent to. */
+  constructor(folder, isGroup = false) {
     this.process = spawn(chromium, ["--headless=new", "--no-sandbox", "--remote-debugging-pipe", "--use-angle=swiftshader",
       "--enable-unsafe-swiftshader", "--ignore-gpu-blocklist", "--no-first-run", "--window-size=1280,800",
-      `--user-data-dir=${folder}`, "about:blank"], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"] });
+      `--user-data-dir=${folder}`, "about:blank"], { stdio: ["ignore", "ignore", "ignore", "pipe", "pipe"], detached: isGroup });
     this.waiting = new Map();
     this.number = 0;
     this.complaints = [];

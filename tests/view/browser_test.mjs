@@ -113,6 +113,10 @@ test("a motion is drawn where it is, and a push of the mouse is taken", { skip, 
   await new Promise((resolve) => setTimeout(resolve, 1000));
   writeFileSync(join(folder, "live.png"), await browser.picture());
 
+  const rows = await browser.value("document.getElementById('status').innerText");
+  assert.match(rows, /lateness\s+p50 [0-9.]+, p99.9 [0-9.]+, most [0-9.]+ us/);
+  assert.match(rows, /word\s+(good|watch|outside)/);
+
   // a mode is animated
   await browser.value("document.querySelector('#modes button').click()");
   const spread = await browser.value(`new Promise((resolve) => {
@@ -125,6 +129,14 @@ test("a motion is drawn where it is, and a push of the mouse is taken", { skip, 
   daemon.kill("SIGTERM");
   await browser.until("/stopped|nothing heard/.test(document.getElementById('notice').textContent)");
   assert.deepEqual(browser.complaints, []);
+});
+
+test("a fault is said", { skip, timeout: 60000 }, async () => {
+  // no state is finite under such a force
+  writeFileSync(join(folder, "fault.yaml"), SWING + "loads: [{forces: {a: [1e300, 1e300, 0]}, pulse: {start: 2, duration: 1}}]\n");
+  start("freeflexd", "fault.yaml", "--log-level", "off", "--socket", "none");
+  await browser.open(await urlOf(start("freeflex", "view", "fault.yaml")));
+  await browser.until("/^fault: /.test(document.getElementById('notice').textContent)");
 });
 
 test("a recording plays, from the program and from one file", { skip, timeout: 120000 }, async () => {

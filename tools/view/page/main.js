@@ -17,7 +17,12 @@ const LONGEST_TRAIL = 2000;
 const SILENCE = 1.5; // [s] without a word of the daemon
 const MANY_LINES = 20000; // beyond them no ghost unless asked for
 
+// an answer goes by itself; what is wrong stays until it is over
+const SHOWN = 6000; // [ms]
+let fading = 0;
 function notice(text, isBad = true) {
+  clearTimeout(fading);
+  if (!isBad || text.startsWith("refused")) fading = setTimeout(() => notice(""), SHOWN);
   $("notice").textContent = text;
   $("notice").className = text ? (isBad ? "bad" : "fine") : "";
 }
@@ -180,7 +185,7 @@ class Page {
   factorNow(frame, dt) {
     if (this.mode !== null) return 1;
     if ($("amplify").checked) return this.amplifier.take(rms(frame.q), dt);
-    return Number($("factor").value) || 1;
+    return $("factor").value === "" ? 1 : Number($("factor").value);
   }
 
   tick(now) {
@@ -283,8 +288,8 @@ class Page {
     const silence = performance.now() / 1000 - this.heard;
     if (!this.live.isOpen) return;
     if (this.trouble) notice(this.trouble);
-    else if (this.status?.mode === 3) notice(`fault: ${this.status.fault}`);
-    else if (this.status?.mode === 4) notice("the daemon has stopped");
+    else if (this.status?.mode === "fault") notice(`fault: ${this.status.fault}`);
+    else if (this.status?.mode === "stopped") notice("the daemon has stopped");
     else if (silence > SILENCE) notice(this.status ? `nothing heard of the daemon for ${silence.toFixed(0)} s` : "no daemon is heard yet");
     else if ($("notice").className === "bad" && !$("notice").textContent.startsWith("refused")) notice("");
   }

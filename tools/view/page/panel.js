@@ -1,7 +1,6 @@
 // What stands beside the picture: figures of the daemon, modes, signals, and notices.
 import { nameOf } from "./blob.js";
 
-const MODES = ["starting", "running", "holding", "fault", "stopped"];
 const WORDS = ["good", "watch", "outside"];
 
 export function element(name, properties = {}, ...children) {
@@ -21,7 +20,7 @@ export function digits(value, unit = "") {
 /** Rows of the status table. */
 export function statusRows(body, frame, status, factor) {
   const rows = [["scene", body.name]];
-  if (status) rows.push(["daemon", `${MODES[status.mode] ?? status.mode}, ${status.time_mode}, ${digits(status.rate, "Hz")}`]);
+  if (status) rows.push(["daemon", `${status.mode}, ${status.time_mode}, ${digits(status.rate, "Hz")}`]);
   if (frame) rows.push(["tick", `${frame.tick}   ${digits(frame.time, "s")}`]);
   if (status) {
     const word = WORDS[status.validity] ?? String(status.validity);
@@ -30,8 +29,8 @@ export function statusRows(body, frame, status, factor) {
       rows.push(["worst", `${WORDS[status.worst_validity]} at tick ${status.worst_validity_tick}: ${status.worst_validity_cause}`]);
     rows.push(["error", `${digits(status.model_error, "m")} of ${digits(status.error_scale, "m")}`]);
     rows.push(["energy", `rigid ${digits(status.kinetic_rigid, "J")}, elastic ${digits(status.kinetic_elastic + status.potential, "J")}`]);
-    rows.push(["lateness", `p50 ${digits(status.lateness_us[0])}, p99.9 ${digits(status.lateness_us[2])}, most ${digits(status.lateness_us[3], "us")}`]);
-    rows.push(["compute", `p50 ${digits(status.compute_us[0])}, p99.9 ${digits(status.compute_us[2], "us")}`]);
+    rows.push(["lateness", `p50 ${digits(status.lateness_us.p50)}, p99.9 ${digits(status.lateness_us.p99_9)}, most ${digits(status.lateness_us.max, "us")}`]);
+    rows.push(["compute", `p50 ${digits(status.compute_us.p50)}, p99.9 ${digits(status.compute_us.p99_9, "us")}`]);
     rows.push(["overruns", `${status.overruns}, slips ${status.slips}`]);
   }
   rows.push(["drawn", `displacements times ${digits(factor)}`]);

@@ -21,10 +21,10 @@ export function signalOf(body, key) {
     case "rms": return { label: "rms V", unit: "m", read: (frame) => rms(frame.q) };
     case "spin": return { label: "|w|", unit: "rad/s", read: (frame) => Math.hypot(...frame.spin) };
     case "energy": return ofStatus("elastic energy", "J", (s) => s.kinetic_elastic + s.potential);
-    case "error": return ofStatus("error estimate", "m", (s) => s.model_error);
-    case "scale": return ofStatus("its scale", "m", (s) => s.error_scale);
+    case "error": return ofStatus("error estimate", "m, error", (s) => s.model_error);
+    case "scale": return ofStatus("its scale", "m, error", (s) => s.error_scale);
     case "word": return ofStatus("word: 0 good, 1 watch, 2 outside", "", (s) => s.validity);
-    case "late": return ofStatus("lateness p99.9", "us", (s) => s.lateness_us[2]);
+    case "late": return ofStatus("lateness p99.9", "us", (s) => s.lateness_us.p99_9);
     default: return null;
   }
 }
