@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <cstring>
+#include <map>
 #include <numbers>
+#include <set>
 #include <variant>
 
 #include "core/plan/make_plan.hpp"
@@ -20,7 +22,8 @@ constexpr std::size_t kMostNamed = 200'000;  // points
 
 /// What is drawn of a link: lines, or a triangle.
 void draw(std::uint32_t link, const std::string& kind, std::span<const int> points, Body& body) {
-  if (kind == "bending" || kind == "torsion") return;  // of angles, which lie along others
+  if (kind == "bending" || kind == "torsion") return;        // of angles, which lie along others
+  if (kind == "matrix") return;  // a plan file does not have its matrix
   if (kind == "plate" && points.size() == 3) {
     for (const int point : points) body.triangles.push_back(static_cast<std::uint32_t>(point));
     body.triangle_links.push_back(link);
@@ -30,6 +33,32 @@ void draw(std::uint32_t link, const std::string& kind, std::span<const int> poin
   for (std::size_t k = 1; k < points.size(); ++k) {
     body.lines.insert(body.lines.end(),
                       {static_cast<std::uint32_t>(points[0]), static_cast<std::uint32_t>(points[k])});
+    body.line_links.push_back(link);
+  }
+}
+
+/// Lines of a matrix: from each point to those that it is coupled to most. Nothing else tells its inside.
+void draw(std::uint32_t link, const MatrixLink& matrix, std::span<const int> points, Body& body) {
+  constexpr std::size_t kMostOfOne = 6;
+  const Eigen::Index stride = matrix.has_rotations ? 6 : 3, end = stride * std::ssize(points);
+  std::vector<std::map<Eigen::Index, double>> coupling(points.size());  // squares of entries
+  for (Eigen::Index column = 0; column < std::min(end, matrix.matrix.outerSize()); ++column)
+    for (Eigen::SparseMatrix<double>::InnerIterator entry(matrix.matrix, column); entry; ++entry)
+      if (entry.row() < end && entry.row() / stride != column / stride)
+        coupling[static_cast<std::size_t>(column / stride)][entry.row() / stride] +=
+            entry.value() * entry.value();
+  std::set<std::pair<Eigen::Index, Eigen::Index>> pairs;
+  for (std::size_t k = 0; k < points.size(); ++k) {
+    std::vector<std::pair<double, Eigen::Index>> most;
+    for (const auto& [other, square] : coupling[k]) most.emplace_back(-square, other);
+    std::sort(most.begin(), most.end());
+    most.resize(std::min(most.size(), kMostOfOne));
+    for (const auto& [square, other] : most)
+      if (square < 0.0) pairs.insert(std::minmax(static_cast<Eigen::Index>(k), other));
+  }
+  for (const auto& [a, b] : pairs) {
+    for (const Eigen::Index end_of_line : {a, b})
+      body.lines.push_back(static_cast<std::uint32_t>(points[static_cast<std::size_t>(end_of_line)]));
     body.line_links.push_back(link);
   }
 }
@@ -144,8 +173,13 @@ std::optional<Body> body_of_scene(const std::string& path) {
   if (!plan) return std::nullopt;
   Body body{.fingerprint = plan_fingerprint(*plan), .plan_file = path, .plan = std::move(*plan)};
   body.num_modes = modes_that_fit(body.plan);
-  for (std::size_t k = 0; k < body.plan.links.size(); ++k)
-    draw(static_cast<std::uint32_t>(k), body.plan.links[k].kind, read.scene->links[k].points, body);
+  for (std::size_t k = 0; k < body.plan.links.size(); ++k) {
+    const Link& link = read.scene->links[k];
+    if (const auto* matrix = std::get_if<MatrixLink>(&link.kind))
+      draw(static_cast<std::uint32_t>(k), *matrix, link.points, body);
+    else
+      draw(static_cast<std::uint32_t>(k), body.plan.links[k].kind, link.points, body);
+  }
   body.shapes = shapes_of(*structure, body.plan, body.num_modes);
   note_links(body);
   return body;

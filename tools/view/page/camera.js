@@ -21,7 +21,7 @@ export class Camera {
   constructor(size) {
     this.yaw = 0.6;
     this.pitch = 0.4;
-    this.distance = 3 * size;
+    this.distance = 3.4 * size;
     this.size = size;
     this.pan = [0, 0]; // [m] across the picture
   }

@@ -273,7 +273,7 @@ class Page {
     this.besideAt = now;
     const { drawn } = this, passed = performance.now() - drawn.since;
     if (passed > 1000) Object.assign(drawn, { rate: (1000 * drawn.frames) / passed, frames: 0, since: performance.now() });
-    showRows($("status"), [...statusRows(this.body, this.mode === null ? frame : null, this.status, factor),
+    showRows($("status"), [...statusRows(this.body, this.mode === null ? frame : null, this.status, factor, this.mode),
       ["picture", `${drawn.rate.toFixed(1)} frames a second`]]);
     this.strips.draw();
     if (this.player) {

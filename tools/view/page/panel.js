@@ -18,7 +18,7 @@ export function digits(value, unit = "") {
 }
 
 /** Rows of the status table. */
-export function statusRows(body, frame, status, factor) {
+export function statusRows(body, frame, status, factor, mode) {
   const rows = [["scene", body.name]];
   if (status) rows.push(["daemon", `${status.mode}, ${status.time_mode}, ${digits(status.rate, "Hz")}`]);
   if (frame) rows.push(["tick", `${frame.tick}   ${digits(frame.time, "s")}`]);
@@ -33,7 +33,8 @@ export function statusRows(body, frame, status, factor) {
     rows.push(["compute", `p50 ${digits(status.compute_us.p50)}, p99.9 ${digits(status.compute_us.p99_9, "us")}`]);
     rows.push(["overruns", `${status.overruns}, slips ${status.slips}`]);
   }
-  rows.push(["drawn", `displacements times ${digits(factor)}`]);
+  rows.push(["drawn", mode === null ? `displacements times ${digits(factor)}`
+    : `mode ${mode + 1} alone, slowly and at no scale`]);
   return rows;
 }
 

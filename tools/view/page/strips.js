@@ -1,6 +1,7 @@
 // Values over time, drawn by dygraphs: one strip a unit.
 import { displacement, rms } from "./motion.js";
 import { nameOf } from "./blob.js";
+import { digits } from "./panel.js";
 
 const KEPT = 60; // [s] of a live motion
 const MOST_SAMPLES = 1500;
@@ -111,7 +112,8 @@ export class Strips {
       }
       one.graph = new (/** @type {any} */ (globalThis).Dygraph)(one.place, rows, {
         labels, ylabel: unit, colors: COLOURS, legend: "always", height: 110, connectSeparatedPoints: true, strokeWidth: 1.3,
-        axisLabelFontSize: 10, axisLineColor: "#556", gridLineColor: "#2a2e36", axisLabelWidth: 60, digitsAfterDecimal: 4,
+        axisLabelFontSize: 10, axisLineColor: "#556", gridLineColor: "#2a2e36", axisLabelWidth: 60,
+        digitsAfterDecimal: 6, axes: { y: { pixelsPerLabel: 16, axisLabelFormatter: (value) => digits(value) } },
         underlayCallback: (context, area, graph) => this.mark(context, area, graph),
         clickCallback: (_, time) => this.onTime?.(time),
       });
