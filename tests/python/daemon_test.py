@@ -78,6 +78,26 @@ class Daemon(unittest.TestCase):
         self.assertAlmostEqual(first, 0.083837, delta=0.002)  # amplitude 2 cm at 1 Hz, seen 100 times a second
         self.assertLess(last, 0.01 * first)
 
+    def test_the_controller_of_the_document_holds_the_satellite(self):
+        with open(os.path.join(SOURCE, "tools", "python", "README.md"), encoding="utf-8") as file:
+            program = file.read().split("## A controller", 1)[1].split("```python\n", 1)[1].split("```", 1)[0]
+        self.assertLessEqual(sum(bool(line.strip()) for line in program.splitlines()), 20)
+        satellite = os.path.join(SOURCE, "service", "scenes", "satellite.yaml")
+        free = freeflex.Plan(satellite).motion()
+        free.step(20000)
+        with Started(satellite, "--time", "scaled=8", "--until", "20"), freeflex.Bus() as witness:
+            names = {}
+            try:
+                exec(program, names)  # until nothing is heard any more
+            except TimeoutError:  # nor answered
+                pass
+            last = names["state"]
+            self.assertGreater(last.tick, 19000)
+            self.assertIsNotNone(witness.receive(0.0))
+        # the scene's own torque turns it by z; the controller turns it back
+        self.assertGreater(abs(free.frame.attitude[3]), 0.03)
+        self.assertLess(abs(last.attitude[3]), 0.3 * abs(free.frame.attitude[3]))
+
     def test_commands_under_a_key(self):
         with tempfile.TemporaryDirectory() as folder:
             keys = os.path.join(folder, "strut.key")

@@ -43,13 +43,14 @@ constexpr const char* kRunFooter = R"(Example:
   freeflex run rotor.plan --log flight.log --out flight.csv
   freeflex run boom.yaml --until 1 --out - | cut -d, -f 2-5
 A log holds STATE, POINTS, LOADS, APPLIED and SCENE at the scene's rates, time stamps in simulated time.
-Columns of a table, one row a STATE: tick; time [s]; x y z [m] and vx vy vz [m/s] of the centre of mass, world
-axes; qw qx qy qz; wx wy wz [rad/s], body axes; hx hy hz [kg m^2/s], world axes; q1.. [m]; q_dot1.. [m/s];
+Columns of a table, one row a STATE: tick; time [s]; x y z [m] and vx vy vz [m/s] of the centre of mass, world axes;
+qw qx qy qz; wx wy wz [rad/s], body axes; hx hy hz [kg m^2/s], world axes; q1.. [m]; q_dot1.. [m/s];
 wheel.NAME.momentum [N m s]; of each published point point.NAME.x y z [m], vx vy vz [m/s], ax ay az [m/s^2], world
-axes, and of one with inertia qw qx qy qz, wx wy wz [rad/s] in its own axes; of each published group group.NAME.x y z,
-qw qx qy qz, vx vy vz, and wx wy wz in body axes; link.NAME.axial [N] of each published spring, bar, dashpot or
-rigid link; link.NAME.moment [N m] of each published bending or torsion spring; link.NAME.1 .. of each other published link:
-12 of a beam, 6 of a plate, three a point of a matrix or a rigid body (messages/README.md, section 7).
+axes, and of one with inertia qw qx qy qz, wx wy wz [rad/s] in its own axes; of each published group group.NAME.x y
+z, qw qx qy qz, vx vy vz, and wx wy wz in body axes; link.NAME.axial [N] of each published spring, bar, dashpot or
+rigid link; link.NAME.moment [N m] of each published bending or torsion spring; link.NAME.1 .. of each other
+published link: 12 of a beam, 6 of a plate, three a point of a matrix or a rigid body (messages/README.md, section
+7).
 JSON fields:
   output       the file;  ticks, time [s]: how far it went;  complete: whether to the end
   displacement_ratio, spin_ratio

@@ -36,8 +36,8 @@ bool is_output(const std::string& path);
 bool is_table(const std::string& path);
 bool is_standard_output(const std::string& path);
 
-/// \param path   empty: nothing is written; of a table, or of an LCM log with the daemon's channels, deterministic: session 1, time
-/// stamps
+/// \param path   empty: nothing is written; of a table, or of an LCM log with the daemon's channels,
+/// deterministic: session 1, time stamps
 ///               in simulated time
 /// \param input  scene or plan file, for FREEFLEX_SCENE
 std::unique_ptr<RunOutput> make_run_output(const Plan& plan, const std::string& input,

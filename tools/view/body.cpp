@@ -22,8 +22,8 @@ constexpr std::size_t kMostNamed = 200'000;  // points
 
 /// What is drawn of a link: lines, or a triangle.
 void draw(std::uint32_t link, const std::string& kind, std::span<const int> points, Body& body) {
-  if (kind == "bending" || kind == "torsion") return;        // of angles, which lie along others
-  if (kind == "matrix") return;  // a plan file does not have its matrix
+  if (kind == "bending" || kind == "torsion") return;  // of angles, which lie along others
+  if (kind == "matrix") return;                        // a plan file does not have its matrix
   if (kind == "plate" && points.size() == 3) {
     for (const int point : points) body.triangles.push_back(static_cast<std::uint32_t>(point));
     body.triangle_links.push_back(link);

@@ -233,8 +233,8 @@ class Daemon:
         ack = self._next(lambda suffix, m: suffix == "ACK" and m.sequence == sequence and m.sender == self.sender,
                          self.timeout)
         if ack is None:
-            raise TimeoutError(f"no answer within {self.timeout:g} s: the command was lost, or bears a tag that the daemon "
-                               "does not know")
+            raise TimeoutError(f"no answer within {self.timeout:g} s: the command was lost, the daemon has ended, or it does "
+                               "not know the tag of the command")
         if ack.reason != 0:
             raise Rejected(ack)
         return ack

@@ -62,8 +62,8 @@ export function modeList(body, onPick) {
 /** Options of the choice of signals. */
 export function signalOptions(body) {
   /** @type {[string, string[], string[]][]} */
-  const groups = [["whole", ["rms:0", "spin:0", "energy:0", "error:0", "scale:0", "word:0", "late:0"],
-    ["rms displacement", "spin", "elastic energy", "error estimate", "scale of the error", "word", "lateness p99.9"]]];
+  const groups = [["whole", ["rms:0", "spin:0", "energy:0", "error:0", "scale:0", "word:0", "late:0", "over:0"],
+    ["rms displacement", "spin", "elastic energy", "error estimate", "scale of the error", "word", "lateness p99.9", "overruns"]]];
   const list = (label, kind, count, name) => {
     const shown = Math.min(count, 1000);
     if (shown > 0) groups.push([label, Array.from({ length: shown }, (_, k) => `${kind}:${k}`), Array.from({ length: shown }, (_, k) => name(k))]);

@@ -26,6 +26,7 @@ export function signalOf(body, key) {
     case "scale": return ofStatus("its scale", "m, error", (s) => s.error_scale);
     case "word": return ofStatus("word: 0 good, 1 watch, 2 outside", "", (s) => s.validity);
     case "late": return ofStatus("lateness p99.9", "us", (s) => s.lateness_us.p99_9);
+    case "over": return ofStatus("overruns", "ticks", (s) => s.overruns);
     default: return null;
   }
 }
