@@ -102,10 +102,10 @@ class Viewer {
         write(MG_WEBSOCKET_OPCODE_BINARY, reinterpret_cast<const char*>(frame->data()), frame->size());
         size += frame->size();
       }
-      if (size > 0)
-        next = Clock::now() + std::max<std::chrono::microseconds>(
-                                  kLeastInterval, std::chrono::microseconds(static_cast<std::int64_t>(
-                                                      1e6 * static_cast<double>(size) / kTraffic)));
+      // from one due time to the next: states that come at another rate keep theirs on the average
+      const auto paced =
+          std::chrono::microseconds(static_cast<std::int64_t>(1e6 * static_cast<double>(size) / kTraffic));
+      if (size > 0) next = std::max(next + std::max(kLeastInterval, paced), Clock::now());
       lock.lock();
     }
   }
