@@ -65,6 +65,9 @@ bool is_index(std::int64_t index, std::size_t count) {
   return index >= 0 && index < static_cast<std::int64_t>(count);
 }
 
+/// The plan with all modes that a motion may have: a push may bring some back.
+const Plan& whole(const Plan& plan) { return plan.wide.empty() ? plan : plan.wide.front(); }
+
 const std::string* name_of(const Plan& plan, int kind, std::size_t k) {
   switch (kind) {
     case FREEFLEX_POINT:
@@ -91,7 +94,7 @@ std::size_t count_of(const Plan& plan, int kind) {
     case FREEFLEX_WHEEL:
       return plan.wheels.all.size();
     case FREEFLEX_MODE:
-      return static_cast<std::size_t>(plan.num_elastic);
+      return static_cast<std::size_t>(whole(plan).num_elastic);
     default:
       return 0;
   }
@@ -257,7 +260,7 @@ std::int32_t freeflex_plan_find(const freeflex_plan* plan, int kind, const char*
 
 int freeflex_plan_frequencies(const freeflex_plan* plan, double* frequencies, std::size_t size) noexcept {
   return guarded([&] {
-    const Plan& of = plan->data->plan;
+    const Plan& of = whole(plan->data->plan);
     const auto count = static_cast<std::size_t>(of.num_elastic);
     if (size < count) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, count));
     for (std::size_t l = 0; l < count; ++l) frequencies[l] = of.omega[l] / (2.0 * std::numbers::pi);
@@ -277,7 +280,7 @@ int freeflex_plan_rest(const freeflex_plan* plan, double* rest, std::size_t size
 int freeflex_plan_shape(const freeflex_plan* plan, std::int32_t point, double* shape,
                         std::size_t size) noexcept {
   return guarded([&] {
-    const Plan& of = plan->data->plan;
+    const Plan& of = whole(plan->data->plan);
     const auto count = static_cast<std::size_t>(of.num_elastic),
                padded = static_cast<std::size_t>(of.num_padded);
     if (const int code = check_rows(of, point); code != FREEFLEX_OK) return code;
@@ -387,11 +390,17 @@ void freeflex_motion_frame(const freeflex_motion* motion, freeflex_frame* frame)
 int freeflex_motion_elastic(const freeflex_motion* motion, double* q, double* q_dot, std::size_t size,
                             std::size_t* count) noexcept {
   return guarded([&] {
-    const auto n = static_cast<std::size_t>(active_plan(motion->plan(), motion->state).num_elastic);
+    const Plan &plan = motion->plan(), &active = active_plan(plan, motion->state);
+    const auto n = static_cast<std::size_t>(whole(plan).num_elastic);
     if (count != nullptr) *count = n;
     if (size < n) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, n));
-    if (q != nullptr) std::copy_n(motion->state.q.begin(), n, q);
-    if (q_dot != nullptr) std::copy_n(motion->state.q_dot.begin(), n, q_dot);
+    const bool is_narrow = active.num_elastic != whole(plan).num_elastic;
+    for (const auto& [from, to] : {std::pair{&motion->state.q, q}, {&motion->state.q_dot, q_dot}}) {
+      if (to == nullptr) continue;
+      std::fill_n(to, n, 0.0);
+      for (std::size_t l = 0; l < static_cast<std::size_t>(active.num_elastic); ++l)
+        to[is_narrow ? static_cast<std::size_t>(plan.wide_modes[l]) : l] = (*from)[l];
+    }
     return FREEFLEX_OK;
   });
 }

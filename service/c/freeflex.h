@@ -148,8 +148,10 @@ typedef struct freeflex_frame {
 } freeflex_frame;
 FREEFLEX_API void freeflex_motion_frame(const freeflex_motion *motion,
                                         freeflex_frame *frame) FREEFLEX_NOEXCEPT;
-/* q [m], q_dot [m/s] of each elastic mode, either may be NULL. size: numbers that there is room for in each.
- * With leave_out: {on_need: replan} a push may bring modes back: count tells how many there are now. */
+/* q [m], q_dot [m/s] of each elastic mode, in the order of freeflex_plan_frequencies, either may be NULL.
+ * size: numbers that there is room for in each; count, which is written even where there is too little: how
+ * many are needed, may be NULL. With leave_out: {on_need: replan} the modes are all that a push may bring
+ * back; until then those are zero. */
 FREEFLEX_API int freeflex_motion_elastic(const freeflex_motion *motion, double *q, double *q_dot, size_t size,
                                          size_t *count) FREEFLEX_NOEXCEPT;
 
@@ -176,7 +178,8 @@ typedef struct freeflex_pose {
 } freeflex_pose;
 FREEFLEX_API int freeflex_motion_group(const freeflex_motion *motion, int32_t group,
                                        freeflex_pose *pose) FREEFLEX_NOEXCEPT;
-/* Forces of a published link, by its kind as in messages/README.md, section 7; count: how many. */
+/* Forces of a published link, by its kind as in messages/README.md, section 7; count, which is written even
+ * where there is too little room: how many. */
 FREEFLEX_API int freeflex_motion_link(const freeflex_motion *motion, int32_t link, double *values,
                                       size_t size, size_t *count) FREEFLEX_NOEXCEPT;
 /* [N m s] momentum of each wheel about its axis. size: at least as many as there are. */
@@ -199,7 +202,7 @@ typedef struct freeflex_word {
   double error, scale; /* [m] estimate of the error of the displacements, and what it is judged against */
   char cause[256];     /* empty when good */
 } freeflex_word;
-/* How far the motion can be trusted now, or the worst since it began. Errors: BAD_ARGUMENT of a motion
+/* How far the motion can be trusted now, or the worst since the last reset. Errors: BAD_ARGUMENT of a motion
  * without a word. */
 FREEFLEX_API int freeflex_motion_word(const freeflex_motion *motion, freeflex_word *word) FREEFLEX_NOEXCEPT;
 FREEFLEX_API int freeflex_motion_worst_word(const freeflex_motion *motion,

@@ -81,5 +81,26 @@ class Plans(unittest.TestCase):
             motion.word
 
 
+class Traps(unittest.TestCase):
+    def test_names_are_in_the_order_of_the_scene(self):
+        plan = freeflex.Plan(SATELLITE)
+        self.assertEqual(list(plan.points.values()), list(range(plan.num_points)))
+        motion = plan.motion()
+        motion.push(wheels={"spin_z": 0.2})
+        motion.step(1000)
+        momenta = dict(zip(plan.wheels, motion.wheels))
+        self.assertAlmostEqual(momenta["spin_z"], 0.2, places=12)
+        self.assertEqual(momenta["spin_x"], 0.0)
+
+    def test_numbers_that_do_not_fit_are_refused(self):
+        motion = freeflex.Plan(BOOM).motion()
+        for call in (lambda: motion.step(2**64 + 5), lambda: motion.step(-1), lambda: motion.step(1.5),
+                     lambda: motion.push({"tip": (0, 0, 1)}, slot=2**32), lambda: motion.push({2**32: (0, 0, 1)}),
+                     lambda: motion.push({"tip": (0, 0, 1)}, axes="local")):
+            with self.assertRaises((ValueError, freeflex.StepError)):
+                call()
+        self.assertEqual(motion.tick, 0)
+
+
 if __name__ == "__main__":
     unittest.main()

@@ -91,6 +91,20 @@ TEST_F(Compare, OneAttitudeHasTwoQuaternions) {
   EXPECT_EQ(compare("a.csv", "b.csv").exit_code, 1);
 }
 
+TEST_F(Compare, PartsOfAnAttitudeStandInAnyOrder) {
+  write_text(folder_ / "a.csv", "tick,qw,qx,qy,qz\n0,0.1,0.2,0.3,0.9\n");
+  write_text(folder_ / "b.csv", "tick,qz,qy,qw,qx\n0,-0.9,-0.3,-0.1,-0.2\n");
+  EXPECT_EQ(compare("a.csv", "b.csv").exit_code, 0);
+}
+
+TEST_F(Compare, AnInfinityHidesNothing) {
+  write_text(folder_ / "a.csv", "tick,x,y\n0,1,2\n1,1,3\n");
+  write_text(folder_ / "b.csv", "tick,x,y\n0,1,700\n1,inf,3\n");
+  EXPECT_EQ(compare("a.csv", "b.csv", "--tolerance 1e-6").exit_code, 1);
+  EXPECT_EQ(compare("a.csv", "a.csv").exit_code, 0);
+  EXPECT_EQ(compare("b.csv", "b.csv").exit_code, 0);
+}
+
 // another set-up, another rung
 TEST_F(Compare, AnotherRungDiffersByItsError) {
   make(kScenes + "truss-s5.yaml", "a.log");
@@ -132,6 +146,7 @@ TEST_F(Compare, SaysWhatItCannotRead) {
   refuses("tick,x\n0,1\n1,2", 3, "line 3: the line does not end");
   refuses("tick,y\n0,1\n", 3, "nothing was compared");
   refuses("tick,x\n7,1\n", 3, "nothing was compared");
+  refuses("tick,x,x\n0,1,1\n", 2, "names the column 'x' twice");
   EXPECT_EQ(compare("a.csv", "nowhere.csv").exit_code, 2);
   EXPECT_EQ(compare("a.csv", "b.csv", "--tolerance -1").exit_code, 2);
 
@@ -139,7 +154,7 @@ TEST_F(Compare, SaysWhatItCannotRead) {
   const std::string log = read_text(folder_ / "whole.log");
   write_text(folder_ / "cut.log", log.substr(0, log.size() - 7));
   const Outcome cut = compare("whole.log", "cut.log");
-  EXPECT_EQ(cut.exit_code, 2);
+  EXPECT_EQ(cut.exit_code, 3);
   EXPECT_TRUE(contains(cut.err, "cut.log")) << cut.err;
 }
 

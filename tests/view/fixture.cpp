@@ -28,7 +28,7 @@ int write_scene(const std::string& name, const std::string& folder) {
   for (int tick = 0; tick < kTicks; ++tick) step(plan, state, {}, workspace, report);
   write(folder + "/" + name + ".body", tools::bytes_of(*body));
   write(folder + "/" + name + ".state",
-        tools::state_frame(io::make_state_message(plan, state, io::Stamp{}), body->num_modes));
+        tools::state_frame(*body, io::make_state_message(plan, state, io::Stamp{})));
   write(folder + "/" + name + ".loads",
         tools::loads_frame(*body, state.tick, io::make_loads_messages(plan, state, io::Stamp{})));
   tools::Json points = tools::Json::array();

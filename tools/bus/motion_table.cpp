@@ -1,4 +1,5 @@
 // Tables of a motion.
+#include <algorithm>
 #include <cerrno>
 #include <charconv>
 #include <cstring>
@@ -6,6 +7,7 @@
 
 #include "tools/bus/motion_rows.hpp"
 #include "tools/bus/motion_sources.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -94,6 +96,13 @@ std::unique_ptr<MotionFile> open_table(const std::string& path, std::string& err
     at = end == std::string::npos ? end : end + 1;
   }
   columns.erase(columns.begin());
+  Columns sorted = columns;
+  std::sort(sorted.begin(), sorted.end());
+  if (const auto twice = std::adjacent_find(sorted.begin(), sorted.end()); twice != sorted.end()) {
+    error = path + ": the first line names the column '" + printable(*twice) +
+            "' twice; each must have its own name";
+    return nullptr;
+  }
   return std::make_unique<Table>(path, std::move(columns));
 }
 

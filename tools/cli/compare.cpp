@@ -97,10 +97,15 @@ int report(const CompareOptions& options, const CompareOutcome& outcome) {
   if (outcome.num_rows > 0) print_quantities(outcome);
   for (const std::string& what : outcome.not_compared) std::printf("not compared: %s\n", what.c_str());
   if (!outcome.error.empty()) return print_error(outcome.error), exit_code;
+  for (const QuantityDifference& each : outcome.quantities)
+    if (each.name.starts_with("time") && each.is_beyond)
+      std::printf(
+          "note: one tick is not one time in both: they ran at other rates (--rate), or began apart\n");
   const std::string rows = counted(outcome.num_rows, "row");
   if (outcome.result == Result::kSame)
-    std::printf("the same within %g of each quantity's largest value, %s compared\n",
-                options.request.tolerance, rows.c_str());
+    std::printf("the same within %g of each quantity's largest value, %s compared%s\n",
+                options.request.tolerance, rows.c_str(),
+                outcome.not_compared.empty() ? "" : "; the rest was not");
   else
     std::printf("differs from tick %" PRId64 " on: %s: %.17g, %.17g\n", outcome.first->tick,
                 printable(outcome.first->column).c_str(), outcome.first->a, outcome.first->b);

@@ -31,7 +31,7 @@ JSON fields:
 Exit codes: 0 written, 1 cannot be written, 2 the scene has errors.)";
 
 int compile(const CompileOptions& options) {
-  const std::optional<Plan> plan = load_or_explain(options.scene, options.rate, options.plan);
+  const std::optional<Plan> plan = load_or_explain(options.scene, options.rate, {options.plan});
   if (!plan) return kExitUsage;
   // from here on there is a file, which is taken away again
   if (is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;

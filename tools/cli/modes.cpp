@@ -191,7 +191,7 @@ void print_frequencies(const Plan& plan, int limit) {
 /// The lowest modes as pictures. An exit code other than kExitOk is explained.
 int plot_modes(const ModesOptions& options) {
   constexpr int kMostPlotted = 12;
-  const std::optional<Body> body = make_body(options.input);
+  const std::optional<Body> body = make_body(options.input, options.plot);
   if (!body) return kExitUsage;
   const Plan& plan = body->plan;
   std::vector<std::array<float, 3>> rest;

@@ -332,8 +332,9 @@ void report(const RunOptions& options, const std::string& file, const Result& re
 int run(const CLI::App& command, const RunOptions& options) {
   const std::string idle = find_idle_option(command, options);
   if (!idle.empty()) return print_error(idle), kExitUsage;
-  if (!options.log.empty() && would_overwrite(options.log, options.out)) return kExitUsage;
-  const std::optional<Plan> plan = load_or_explain(options.input, options.rate, options.out);
+  for (const std::string& written : {options.out, options.plot})
+    if (!options.log.empty() && would_overwrite(options.log, written)) return kExitUsage;
+  const std::optional<Plan> plan = load_or_explain(options.input, options.rate, {options.out, options.plot});
   if (!plan || (!options.out.empty() && !has_states(*plan, options.out))) return kExitUsage;
   Commands commands;
   if (!options.log.empty()) {

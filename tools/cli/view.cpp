@@ -104,7 +104,8 @@ int view_recording(const ViewOptions& options) {
                                ? recorded_plan(options.file, options.bus.prefix, options.session, error)
                                : options.plan;
   if (plan.empty()) return print_error(error), kExitIncomplete;
-  std::optional<Body> body = make_body(plan);
+  if (would_overwrite(options.file, options.html)) return kExitUsage;
+  std::optional<Body> body = make_body(plan, options.html);
   if (!body) return kExitUsage;
   std::vector<std::byte> motion =
       recorded_motion(*body, options.file, options.bus.prefix, options.session, error);
@@ -113,7 +114,9 @@ int view_recording(const ViewOptions& options) {
   return serve(options, *body, std::move(motion), nullptr, {});
 }
 
-int view(ViewOptions options) {
+int view(const CLI::App& command, ViewOptions options) {
+  if (command.count("--html") > 0 && options.html.empty())
+    return print_error("--html: no file is named"), kExitUsage;
   std::optional<SealingKey> key;
   if (!options.key.empty()) {
     const service::KeysResult result = service::load_key(options.key);
@@ -125,7 +128,7 @@ int view(ViewOptions options) {
     return print_error("--plan and --session go with a recording"), kExitUsage;
   if (!options.html.empty()) {
     if (options.file.empty()) return print_error("--html needs a scene, a plan or a recording"), kExitUsage;
-    const std::optional<Body> body = make_body(options.file);
+    const std::optional<Body> body = make_body(options.file, options.html);
     return body ? write_html(options, *body, {}) : kExitUsage;
   }
   Bus bus(options.bus);
@@ -161,7 +164,7 @@ void add_view(CLI::App& app, int& exit_code) {
       ->type_name("FILE");
   add_bus_options(*command, options->bus);
   command->footer(kViewFooter);
-  command->callback([options, &exit_code] { exit_code = view(*options); });
+  command->callback([command, options, &exit_code] { exit_code = view(*command, *options); });
 }
 
 }  // namespace freeflex::tools

@@ -63,14 +63,17 @@ void print_faults(const Faults& faults, const std::vector<std::string>& sources)
   for (const Fault& fault : faults) std::fprintf(stderr, "%s\n", io::format_fault(fault, sources).c_str());
 }
 
-std::optional<Plan> load_or_explain(const std::string& path, double rate, const std::string& output) {
-  if (would_overwrite(path, output)) return std::nullopt;
+std::optional<Plan> load_or_explain(const std::string& path, double rate,
+                                    const std::vector<std::string>& outputs) {
+  for (const std::string& output : outputs)
+    if (would_overwrite(path, output)) return std::nullopt;
   io::PlanResult result = [&path, rate] {
     Progress progress("set-up");
     return io::load_plan(path, rate, progress.of_setup());
   }();
   for (const std::string& source : result.sources) {
-    if (would_overwrite(source, output)) return std::nullopt;
+    for (const std::string& output : outputs)
+      if (would_overwrite(source, output)) return std::nullopt;
   }
   print_faults(result.faults, result.sources);
   return std::move(result.plan);

@@ -32,7 +32,8 @@ void print_faults(const Faults& faults, const std::vector<std::string>& sources)
 
 /// A plan from a scene or plan file, at another rate when rate > 0 [Hz]. Prints the faults; nullopt on an
 /// error, and when output, the file that is to be written, is one of those that the scene is read from.
-std::optional<Plan> load_or_explain(const std::string& path, double rate, const std::string& output = {});
+std::optional<Plan> load_or_explain(const std::string& path, double rate,
+                                    const std::vector<std::string>& outputs = {});
 
 /// True when output, or the file it is until complete, would be written over input, which is explained.
 bool would_overwrite(const std::string& input, const std::string& output);

@@ -145,8 +145,8 @@ void note_links(Body& body) {
   for (const PlanLinkOutput& output : body.plan.link_outputs) body.published_links.push_back(output.link);
 }
 
-std::optional<Body> body_of_plan(const std::string& path) {
-  std::optional<Plan> plan = load_or_explain(path, 0.0);
+std::optional<Body> body_of_plan(const std::string& path, const std::string& output) {
+  std::optional<Plan> plan = load_or_explain(path, 0.0, {output});
   if (!plan) return std::nullopt;
   Body body{.fingerprint = plan_fingerprint(*plan), .plan_file = path, .plan = std::move(*plan)};
   body.num_modes = modes_that_fit(body.plan);
@@ -160,8 +160,10 @@ std::optional<Body> body_of_plan(const std::string& path) {
   return body;
 }
 
-std::optional<Body> body_of_scene(const std::string& path) {
+std::optional<Body> body_of_scene(const std::string& path, const std::string& output) {
   io::SceneResult read = io::read_scene(path);
+  for (const std::string& source : read.sources)
+    if (would_overwrite(source, output)) return std::nullopt;
   std::optional<Structure> structure;
   std::optional<Plan> plan;
   if (read.scene) {
@@ -228,8 +230,8 @@ std::vector<std::byte> bytes_of(const Body& body) {
   return blob.finish();
 }
 
-std::optional<Body> make_body(const std::string& path) {
-  return io::is_plan_file(path) ? body_of_plan(path) : body_of_scene(path);
+std::optional<Body> make_body(const std::string& path, const std::string& output) {
+  return io::is_plan_file(path) ? body_of_plan(path, output) : body_of_scene(path, output);
 }
 
 bool take_rate(Body& body, std::uint64_t fingerprint, double rate) {

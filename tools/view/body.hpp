@@ -60,7 +60,8 @@ inline constexpr std::size_t kMostShapeBytes = std::size_t{128} << 20;
 
 /// Of a scene, with the shapes of all points, or of a plan file, with those that it has. Empty, explained on
 /// stderr.
-std::optional<Body> make_body(const std::string& path);
+/// \param output  that is written afterwards: it may be nothing that is read
+std::optional<Body> make_body(const std::string& path, const std::string& output = {});
 
 /// True when a daemon's plan is this one, at the rate [Hz] at which it runs: the body then has that rate.
 bool take_rate(Body& body, std::uint64_t fingerprint, double rate);

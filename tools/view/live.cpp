@@ -1,5 +1,7 @@
 #include "tools/view/live.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -20,7 +22,7 @@ namespace {
 
 constexpr double kLease = 0.5;                  // [s] of a push; the page renews it five times as often
 constexpr std::int64_t kValidity = 10'000'000;  // [us] of a sealed command: its way to the daemon
-const std::string kSender = "view";
+constexpr std::size_t kMostAsked = 64, kMostName = 32;
 
 template <typename T>
 void append(const T* values, std::size_t size, std::vector<std::byte>& bytes) {
@@ -34,15 +36,22 @@ Bytes shared(std::vector<std::byte> bytes) {
 
 }  // namespace
 
-std::vector<std::byte> state_frame(const freeflex_msgs::state_t& state, int num_modes) {
+float shown_coordinate(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode) {
+  // a plan that took modes back moves those of its wide plan
+  const bool is_wide = !body.plan.wide.empty() && state.num_elastic == body.plan.wide[0].num_elastic;
+  const std::size_t at = is_wide ? static_cast<std::size_t>(body.plan.wide_modes[mode]) : mode;
+  return at < state.q.size() ? static_cast<float>(state.q[at]) : 0.0F;
+}
+
+std::vector<std::byte> state_frame(const Body& body, const freeflex_msgs::state_t& state) {
   std::vector<std::byte> bytes;
   const double head[] = {1.0, static_cast<double>(state.tick), state.time};
   append(head, 3, bytes);
   append(state.position, 3, bytes);
   append(state.attitude, 4, bytes);
   append(state.angular_velocity, 3, bytes);
-  std::vector<float> q(static_cast<std::size_t>(num_modes), 0.0F);
-  for (std::size_t l = 0; l < std::min(q.size(), state.q.size()); ++l) q[l] = static_cast<float>(state.q[l]);
+  std::vector<float> q(static_cast<std::size_t>(body.num_modes));
+  for (std::size_t l = 0; l < q.size(); ++l) q[l] = shown_coordinate(body, state, l);
   append(q.data(), q.size(), bytes);
   return bytes;
 }
@@ -74,8 +83,7 @@ std::string status_text(const freeflex_msgs::status_t& status) {
 
 Live::Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> key, PageServer*& server)
     : body_(body), bus_(bus), prefix_(std::move(prefix)), key_(std::move(key)), server_(server) {
-  // above that of any run before
-  sequence_ = wall_clock_us();
+  sender_ = key_ ? key_->id : "view." + std::to_string(getpid());
   const auto subscribe = [this](const char* suffix, void (Live::*take)(const BusMessage&)) {
     bus_.subscribe(prefix_ + suffix, [this, take](const BusMessage& message) { (this->*take)(message); });
   };
@@ -96,13 +104,13 @@ void Live::take_status(const BusMessage& message) {
   const bool is_other = is_known ? is_other_ : !take_rate(body_, fingerprint, status.rate);
   fingerprint_ = fingerprint;
   if (is_other != is_other_ || status.session != session_)
-    server_->send_latest(
-        "notice",
-        Json{{"notice", is_other ? "the daemon moves another plan (fingerprint " +
-                                       fingerprint_text(fingerprint) + ", this page has " +
-                                       fingerprint_text(body_.fingerprint) + "): start freeflex view again"
-                                 : ""}}
-            .dump());
+    server_->send_latest("notice",
+                         Json{{"notice", is_other ? "the daemon moves another plan (fingerprint " +
+                                                        fingerprint_text(fingerprint) + ", this page has " +
+                                                        fingerprint_text(body_.fingerprint) +
+                                                        "): freeflex view without a file shows what it moves"
+                                                  : ""}}
+                             .dump());
   is_other_ = is_other;
   session_ = status.session;
   rate_ = status.rate;
@@ -112,7 +120,7 @@ void Live::take_status(const BusMessage& message) {
 void Live::take_state(const BusMessage& message) {
   freeflex_msgs::state_t state;
   if (is_other_ || !io::decode_message(message.bytes, state) || state.session != session_) return;
-  server_->send(PageServer::Kind::kState, shared(state_frame(state, body_.num_modes)));
+  server_->send(PageServer::Kind::kState, shared(state_frame(body_, state)));
 }
 
 void Live::take_loads(const BusMessage& message) {
@@ -129,9 +137,14 @@ void Live::take_loads(const BusMessage& message) {
 
 void Live::take_ack(const BusMessage& message) {
   freeflex_msgs::ack_t ack;
-  if (!io::decode_message(message.bytes, ack) || ack.sender != (key_ ? key_->id : kSender)) return;
-  server_->send_once(Json{{"ack", {{"reason", ack.reason}, {"tick", ack.tick}, {"text", ack.text}}}}.dump(
-      -1, ' ', false, Json::error_handler_t::replace));
+  if (!io::decode_message(message.bytes, ack) || ack.sender != sender_) return;
+  const auto asked = std::find_if(asked_.begin(), asked_.end(),
+                                  [&](const Asked& one) { return one.sequence == ack.sequence; });
+  if (asked == asked_.end()) return;  // another program has the key too
+  Json told = std::move(asked->told);
+  asked_.erase(asked);
+  told.update({{"reason", ack.reason}, {"tick", ack.tick}, {"text", ack.text}});
+  server_->send_once(Json{{"ack", std::move(told)}}.dump(-1, ' ', false, Json::error_handler_t::replace));
 }
 
 void Live::take_text(std::string_view text) {
@@ -142,7 +155,9 @@ void Live::take_text(std::string_view text) {
     const Json point = push.value("point", Json()), vector = push.value("force", Json());
     if (!point.is_number_integer() || !vector.is_array() || vector.size() != 3) return;
     freeflex_msgs::point_force_t entry{};
-    entry.point = point.get<std::int32_t>();
+    const auto index = point.get<std::int64_t>();
+    if (index < 0 || index >= std::ssize(body_.plan.points)) return;
+    entry.point = static_cast<std::int32_t>(index);
     for (std::size_t axis = 0; axis < 3; ++axis) {
       if (!vector[axis].is_number()) return;
       entry.force[axis] = vector[axis].get<double>();
@@ -152,29 +167,41 @@ void Live::take_text(std::string_view text) {
   } else if (!push.is_null()) {
     return;
   }
+  const Json name = json.value("by", Json());
+  const std::string by = name.is_string() ? name.get<std::string>().substr(0, kMostName) : std::string();
   const std::lock_guard lock(mutex_);
-  pending_ = force;
+  pending_ = {force, by};
 }
 
 void Live::push() {
-  std::optional<freeflex_msgs::force_t> force;
+  std::optional<Pending> pending;
   {
     const std::lock_guard lock(mutex_);
-    force = std::exchange(pending_, std::nullopt);
+    pending = std::exchange(pending_, std::nullopt);
   }
-  if (!force || is_other_) return;
+  if (!pending || is_other_) return;
+  freeflex_msgs::force_t* const force = &pending->force;
   force->utime = wall_clock_us();
   force->session = session_;
-  force->sender = kSender;
-  force->sequence = ++sequence_;
+  force->sender = sender_;
+  // by the clock: who pushes later is later, whichever program of that sender it is
+  sequence_ = std::max(sequence_ + 1, force->utime);
+  force->sequence = sequence_;
+  Json told{{"by", pending->by}};
+  if (force->num_forces > 0)
+    told.update({{"point", force->forces[0].point},
+                 {"force", std::vector<double>(force->forces[0].force, force->forces[0].force + 3)}});
+  asked_.push_back({sequence_, told});
+  if (asked_.size() > kMostAsked) asked_.pop_front();
   force->start_tick = -1;
   if (force->num_forces > 0) force->lease_ticks = std::max<std::int64_t>(1, std::llround(kLease * rate_));
   const std::string channel = prefix_ + channels::kForce;
   const std::vector<std::byte> bytes =
       key_ ? seal(*force, channel, *key_, force->utime + kValidity) : io::encode(*force);
-  if (!bus_.publish(channel, bytes))
-    server_->send_once(
-        Json{{"ack", {{"reason", -1}, {"tick", 0}, {"text", "the network did not take it"}}}}.dump());
+  if (!bus_.publish(channel, bytes)) {
+    told.update({{"reason", -1}, {"tick", 0}, {"text", "the network did not take it"}});
+    server_->send_once(Json{{"ack", std::move(told)}}.dump());
+  }
 }
 
 }  // namespace freeflex::tools

@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <deque>
 #include <mutex>
 #include <optional>
 #include <string>
@@ -22,7 +23,9 @@ namespace freeflex::tools {
 
 /// STATE as the page takes it (page/blob.js): doubles 1, tick, time, position, attitude, angular velocity;
 /// then the lowest elastic coordinates as floats.
-std::vector<std::byte> state_frame(const freeflex_msgs::state_t& state, int num_modes);
+std::vector<std::byte> state_frame(const Body& body, const freeflex_msgs::state_t& state);
+/// [m] Elastic coordinate of a mode of the body, counted from 0.
+float shown_coordinate(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode);
 /// One tick of LOADS: doubles 2, tick; then a figure of each published link (link_figure), not a number where
 /// no page says it.
 std::vector<std::byte> loads_frame(const Body& body, std::int64_t tick,
@@ -36,8 +39,8 @@ class Live {
   /// \param key  of pushes; empty: they go as they are
   Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> key, PageServer*& server);
 
-  /// What a page says: {"push": {"point": index, "force": [x, y, z]}} [N, world axes], or {"push": null}. By
-  /// any thread.
+  /// What a page says: {"push": {"point": index, "force": [x, y, z]}} [N, world axes], or {"push": null}, and
+  /// "by", its own name of at most 32 characters, which the answer bears. By any thread.
   void take_text(std::string_view text);
   /// Sends the pushes that came meanwhile.
   void push();
@@ -53,13 +56,23 @@ class Live {
   std::string prefix_;
   std::optional<SealingKey> key_;
   PageServer*& server_;
+  struct Asked {
+    std::int64_t sequence;
+    Json told;  // to the page that asked: by, point, force
+  };
+  std::string sender_;       // of this process alone
+  std::deque<Asked> asked_;  // the last, without an answer
   std::int64_t session_ = 0, sequence_ = 0;
   double rate_ = 0.0;                          // [Hz]
   bool is_other_ = true;                       // the daemon moves another plan, or none is heard
   std::optional<std::uint64_t> fingerprint_;   // of what the daemon moves
   std::vector<freeflex_msgs::loads_t> pages_;  // of one tick
   std::mutex mutex_;                           // of what follows
-  std::optional<freeflex_msgs::force_t> pending_;
+  struct Pending {
+    freeflex_msgs::force_t force;
+    std::string by;  // the page that asks
+  };
+  std::optional<Pending> pending_;
 };
 
 /// The motion of a recording as the page takes it, a Blob: at most 60 frames a second of simulated time and

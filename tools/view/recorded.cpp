@@ -42,15 +42,15 @@ struct Motion {
   std::vector<float> loads;
   Json statuses = Json::array();
 
-  void take(const freeflex_msgs::state_t& state, double period, int num_modes) {
-    clock.push_back(static_cast<double>(state.tick) * period);
+  void take(const freeflex_msgs::state_t& state, const Body& body) {
+    clock.push_back(static_cast<double>(state.tick) * body.plan.period);
     tick.push_back(static_cast<double>(state.tick));
     time.push_back(state.time);
     position.insert(position.end(), state.position, state.position + 3);
     attitude.insert(attitude.end(), state.attitude, state.attitude + 4);
     spin.insert(spin.end(), state.angular_velocity, state.angular_velocity + 3);
-    for (std::size_t l = 0; l < static_cast<std::size_t>(num_modes); ++l)
-      q.push_back(l < state.q.size() ? static_cast<float>(state.q[l]) : 0.0F);
+    for (std::size_t l = 0; l < static_cast<std::size_t>(body.num_modes); ++l)
+      q.push_back(shown_coordinate(body, state, l));
   }
 };
 
@@ -158,15 +158,37 @@ std::vector<std::byte> recorded_motion(Body& body, const std::string& path, cons
     error = path + ": it holds no " + prefix + channels::kState;
     return {};
   }
+  if (!chosen->plan_fingerprint)
+    print_warning(path + " does not say which plan was recorded: " + body.plan_file + " is taken on trust");
   Motion motion;
   io::LogEvent event;
-  for (const StateRecord& record : shown_states(*chosen, body.plan.period, body.num_modes)) {
+  const StateRecord* before = nullptr;
+  double time_before = 0.0;
+  const std::vector<StateRecord> shown = shown_states(*chosen, body.plan.period, body.num_modes);
+  for (const StateRecord& record : shown) {
     freeflex_msgs::state_t state;
     if (!log.read_at(record.offset, event) || !io::decode_message(event.bytes, state)) {
       error = path + ": the state at byte " + std::to_string(record.offset) + " cannot be read again";
       return {};
     }
-    motion.take(state, body.plan.period, body.num_modes);
+    if (state.num_elastic != body.plan.num_elastic &&
+        (body.plan.wide.empty() || state.num_elastic != body.plan.wide[0].num_elastic)) {
+      error = path + ": a state of " + counted(state.num_elastic, "elastic coordinate") + ", " +
+              body.plan_file + " has " + std::to_string(body.plan.num_elastic) +
+              ": name what was recorded with --plan";
+      return {};
+    }
+    if (before != nullptr && before->epoch == record.epoch) {
+      const double ticks = static_cast<double>(record.tick - before->tick) * body.plan.period;
+      if (std::abs(state.time - time_before - ticks) > 1e-6 * ticks + 1e-9 * std::abs(state.time)) {
+        error = path + ": recorded at another rate than that of " + body.plan_file + ", " +
+                format_text("%g Hz", 1.0 / body.plan.period) + ": name what was recorded with --plan";
+        return {};
+      }
+    }
+    before = &record;
+    time_before = state.time;
+    motion.take(state, body);
   }
   take_beside(body, path, prefix, chosen->session, motion);
   Blob blob({{"statuses", std::move(motion.statuses)},

@@ -4,7 +4,7 @@
     push POINT FX FY FZ S    pushes a point for S seconds [N]
     damp POINT POINT GAIN    an active strut between two points [N s/m]
     log FILE                 what a recording holds
-    step FILE SECONDS        a scene or plan in this process: where it is after so many seconds, and the word on it
+    step FILE SECONDS        a scene or plan in this process: where it is after so many seconds, the word on it and the worst
 """
 
 import argparse
@@ -46,12 +46,16 @@ def log(arguments):
 
 def step(arguments):
     motion = freeflex.Plan(arguments.file).motion(with_word=True)
+    if not 0.0 <= arguments.seconds < 1e9:
+        raise ValueError(f"{arguments.seconds} s, must be a time from 0 to 1e9 s")
     motion.step(round(arguments.seconds * motion.plan.rate))
-    frame, word = motion.frame, motion.word
+    frame, word, worst = motion.frame, motion.word, motion.worst_word
     print(f"{motion.plan.name}: tick {motion.tick}, {motion.time:g} s")
     print("position {:.9g} {:.9g} {:.9g} m".format(*frame.position))
     print("attitude {:.9g} {:.9g} {:.9g} {:.9g}".format(*frame.attitude))
     print(f"word     {word.word}" + (f": {word.cause}" if word.cause else ""))
+    if worst.word != word.word:
+        print(f"worst    {worst.word} at tick {worst.tick}: {worst.cause}")
 
 
 def main():

@@ -161,6 +161,8 @@ class Daemon:
         `duration` [s], after which it ends, and `lease` [s], within which it is to be renewed. `at`: the tick, else at
         once; `late`: "reject", or "take" when that has passed. Rejected: not taken. TimeoutError: no answer.
         """
+        if axes not in ("world", "body"):
+            raise ValueError(f"axes {axes!r}, must be world or body")
         push = messages.force_t(slot=slot, axes={"world": 0, "body": 1}[axes], start_tick=-1 if at is None else at,
                                 late_policy={"reject": 0, "take": 1}[late], duration_ticks=self._ticks(duration),
                                 lease_ticks=self._ticks(lease))
@@ -214,7 +216,11 @@ class Daemon:
         return name if isinstance(name, int) else self.scene.index(kind, name)
 
     def _ticks(self, seconds):
-        return 0 if seconds is None else max(1, round(seconds * self.status.rate))
+        if seconds is None:
+            return 0
+        if not 0.0 < seconds < 1e9:
+            raise ValueError(f"{seconds!r} s, must be a time above 0 and below 1e9 s")
+        return max(1, round(seconds * self.status.rate))
 
     @staticmethod
     def _control(command, count=0):

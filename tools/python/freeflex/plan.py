@@ -14,6 +14,7 @@ try:
 except ImportError:
     _vector = tuple
 
+AXES = ("world", "body")
 #: words of a motion: how far it can be trusted
 WORDS = ("good", "watch", "outside")
 
@@ -21,6 +22,7 @@ _POINT, _LINK, _GROUP, _WHEEL, _MODE = range(5)
 _KINDS = {"point": _POINT, "link": _LINK, "group": _GROUP, "wheel": _WHEEL}
 _WITH_WORD = 1
 _LONGEST = 4096  # values of a link
+_PIECE = 10000  # ticks of one call
 
 #: centre of mass [m], attitude, velocity [m/s], angular velocity [rad/s, body axes], angular momentum [kg m^2/s]
 Frame = collections.namedtuple("Frame", "position attitude velocity angular_velocity angular_momentum")
@@ -38,6 +40,13 @@ Energy = collections.namedtuple("Energy", "kinetic_rigid kinetic_elastic potenti
 
 class StepError(RuntimeError):
     """What the C interface refused; the text says why."""
+
+
+def _whole(what, value, least, most):
+    """A whole number that C takes as it is. ValueError of any other."""
+    if not isinstance(value, int) or not least <= value <= most:
+        raise ValueError(f"{what} {value!r}, must be a whole number from {least} to {most}")
+    return value
 
 
 class _Load(ctypes.Structure):
@@ -62,7 +71,7 @@ def _signatures(c):
         "version": (c.c_char_p, []), "last_error": (c.c_char_p, []),
         "plan_open": (c.c_int, [c.c_char_p, _PROGRESS, c.c_void_p, out]), "plan_free": (None, [plan]),
         "plan_warnings": (c.c_char_p, [plan]), "plan_name": (c.c_char_p, [plan]),
-        "plan_fingerprint": (c.c_uint64, [plan]), "plan_rate": (c.c_double, [plan]), "plan_mass": (c.c_double, [plan]),
+        "plan_fingerprint": (c.c_int64, [plan]), "plan_rate": (c.c_double, [plan]), "plan_mass": (c.c_double, [plan]),
         "plan_count": (c.c_int32, [plan, c.c_int]), "plan_name_of": (c.c_char_p, [plan, c.c_int, c.c_int32]),
         "plan_frequencies": (c.c_int, [plan, doubles, size]), "plan_rest": (c.c_int, [plan, doubles, size]),
         "plan_shape": (c.c_int, [plan, c.c_int32, doubles, size]),
@@ -116,8 +125,8 @@ def _read(sizes, function, *arguments, is_checked=True):
 class Plan:
     """A scene or plan file, set up. Any number of motions may be made of it.
 
-    `name`, `rate` [Hz], `mass` [kg], `fingerprint`, `warnings`; `points`, `links`, `groups`, `wheels`: indices by
-    name; `frequencies` [Hz] of the elastic modes. StepError: every fault of the scene, with its line.
+    `name`, `rate` [Hz], `mass` [kg], `fingerprint` (as the messages have it), `warnings`; `points`, `links`, `groups`, `wheels`: indices by
+    name, in the order of the scene; `frequencies` [Hz] of the elastic modes, which count from 0 here. StepError: every fault of the scene, with its line.
 
     `progress(what, share)` is called during a long set-up; what it raises ends it.
     """
@@ -146,8 +155,9 @@ class Plan:
         self._indices = {}
         for kind, number in _KINDS.items():
             names = [c.plan_name_of(handle, number, k).decode() for k in range(c.plan_count(handle, number))]
-            # the first of a name
-            self._indices[kind] = {name: k for k, name in reversed(list(enumerate(names)))}
+            indices = self._indices[kind] = {}
+            for k, name in enumerate(names):
+                indices.setdefault(name, k)  # the first of a name
         self.points, self.links, self.groups, self.wheels = (self._indices[kind] for kind in _KINDS)
         self.num_points, self.num_modes = c.plan_count(handle, _POINT), c.plan_count(handle, _MODE)
         self.num_wheels = c.plan_count(handle, _WHEEL)
@@ -176,7 +186,9 @@ class Plan:
 
     def index(self, kind, name):
         """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
-        return name if isinstance(name, int) else index_in(self._indices[kind], kind, name)
+        if isinstance(name, int):
+            return _whole(kind, name, 0, 2**31 - 1)
+        return index_in(self._indices[kind], kind, name)
 
     def __del__(self):
         if handle := self.__dict__.pop("_handle", None):
@@ -191,7 +203,13 @@ class Motion:
 
     def step(self, ticks=1):
         """Advances by so many ticks. StepError: the next state would not be finite; it stands at the last that is."""
-        _check(library().motion_step(self._handle, ticks))
+        ticks = _whole("ticks", ticks, 0, 2**63 - 1)
+        while True:  # in pieces, so that Ctrl-C is heard
+            piece = min(ticks, _PIECE)
+            _check(library().motion_step(self._handle, piece))
+            ticks -= piece
+            if ticks == 0:
+                return
 
     def push(self, forces=None, *, torques=None, wrenches=None, wheels=None, axes="world", slot=0, ticks=0):
         """Puts loads into a slot in place of what was there, from the next step on; without any clears it.
@@ -209,7 +227,10 @@ class Motion:
             loads.append(self._load("group", name, force, torque))
         for name, torque in (wheels or {}).items():
             loads.append(self._load("wheel", name, none, (torque, 0.0, 0.0)))
-        _check(library().motion_push(self._handle, slot, {"world": 0, "body": 1}[axes], (_Load * len(loads))(*loads),
+        if axes not in AXES:
+            raise ValueError(f"axes {axes!r}, must be one of {', '.join(AXES)}")
+        slot, ticks = _whole("slot", slot, 0, 63), _whole("ticks", ticks, 0, 2**63 - 1)
+        _check(library().motion_push(self._handle, slot, AXES.index(axes), (_Load * len(loads))(*loads),
                                      len(loads), ticks))
 
     def _load(self, kind, name, force, torque):
@@ -289,7 +310,7 @@ class Motion:
 
     @property
     def worst_word(self):
-        """The worst Word since the motion began."""
+        """The worst Word since the last reset."""
         return self._word(library().motion_worst_word)
 
     def _word(self, function):

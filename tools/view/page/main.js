@@ -51,6 +51,7 @@ class Page {
     this.loads = null;
     this.mode = null; // that is animated
     this.trail = [];
+    this.trailTime = 0; // [s]
     this.heard = performance.now() / 1000;
     this.last = null; // [s]
     this.frame = this.world = null; // as drawn last
@@ -63,7 +64,10 @@ class Page {
     } else if (token !== undefined) {
       const url = `${location.protocol === "https:" ? "wss" : "ws"}://${location.host}/ws?token=${token}`;
       this.live = new Live(url, {
-        state: () => { this.heard = performance.now() / 1000; },
+        state: (frame) => {
+          this.heard = performance.now() / 1000;
+          this.sample(frame);
+        },
         loads: (values) => { this.loads = values; this.picture.setLoads(values); },
         text: (message) => this.hear(message),
         closed: () => notice("freeflex view does not answer: it has ended, or is busy"),
@@ -77,10 +81,14 @@ class Page {
   hear(message) {
     if (message.status) {
       this.status = message.status;
-      this.heard = performance.now() / 1000;
+      // it may have waited in the program while nothing more was heard; one clock, for it is one machine
+      this.heard = performance.now() / 1000 - Math.max(0, (1000 * Date.now() - message.status.utime) / 1e6);
     }
     if (message.ack) this.push.answered(message.ack);
-    if (message.notice !== undefined) this.trouble = message.notice;
+    if (message.notice !== undefined) {
+      this.trouble = message.notice;
+      if (message.notice) this.status = null; // of what is not shown here
+    }
   }
 
   layOut() {
@@ -216,11 +224,17 @@ class Page {
   /** The trail of the centre, and samples of the strips. */
   take(frame) {
     if (this.mode !== null) return;
+    if (frame.time < this.trailTime || frame.time > this.trailTime + 1) this.trail = []; // begun anew, or sought
+    this.trailTime = frame.time;
     const last = this.trail.at(-1);
     const step = last ? Math.hypot(...frame.position.map((x, axis) => x - last[axis])) : Infinity;
     if (step > 0.01 * this.body.size) this.trail.push([...frame.position]);
     if (this.trail.length > LONGEST_TRAIL) this.trail.shift();
-    if (this.live?.frame) this.strips.take(frame.time, frame, this.status, this.loads);
+  }
+
+  /** One state that came: of those, not of what was drawn, are the strips made. */
+  sample(frame) {
+    this.strips.take(frame.time, frame, this.status, this.loads);
   }
 
   /** Axes of body and groups, and the force that the mouse draws. */
@@ -274,7 +288,8 @@ class Page {
     const { drawn } = this, passed = performance.now() - drawn.since;
     if (passed > 1000) Object.assign(drawn, { rate: (1000 * drawn.frames) / passed, frames: 0, since: performance.now() });
     showRows($("status"), [...statusRows(this.body, this.mode === null ? frame : null, this.status, factor, this.mode),
-      ["picture", `${drawn.rate.toFixed(1)} frames a second`]]);
+      ["picture", `${drawn.rate.toFixed(1)} frames a second`], ...this.sampling()]);
+    $("status").classList.toggle("stale", !!this.live && performance.now() / 1000 - this.heard > SILENCE);
     this.strips.draw();
     if (this.player) {
       $("bar").value = this.player.time;
@@ -282,6 +297,15 @@ class Page {
       this.strips.setNow(this.player.time);
     }
     if (this.live) this.sayTrouble();
+  }
+
+  /** How often the motion was read, and what that cannot show. */
+  sampling() {
+    const motion = this.player?.recording.motion;
+    const rate = motion ? (motion.time.length - 1) / (motion.clock.at(-1) - motion.clock[0]) : this.strips.rate();
+    if (!Number.isFinite(rate) || rate <= 0) return [];
+    const some = motion && motion.allStates > motion.shownStates ? `, ${motion.shownStates} of ${motion.allStates}` : "";
+    return [["states", `${digits(rate)} a second${some}: motion above ${digits(0.5 * rate, "Hz")} looks slower`]];
   }
 
   sayTrouble() {

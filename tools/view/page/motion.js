@@ -108,7 +108,7 @@ export class Recording {
     const attitude = one.attitude.map((x, i) => between(x, sign * other.attitude[i]));
     const norm = Math.hypot(...attitude);
     return {
-      tick: one.tick, time: between(one.time, other.time),
+      tick: Math.round(between(one.tick, other.tick)), time: between(one.time, other.time),
       position: one.position.map((x, i) => between(x, other.position[i])), attitude: attitude.map((x) => x / norm),
       spin: one.spin.map((x, i) => between(x, other.spin[i])),
       q: Float32Array.from(one.q, (x, i) => between(x, other.q[i])),

@@ -40,6 +40,7 @@ export class Push {
     this.point = null;
     this.force = [0, 0, 0]; // [N]
     this.sent = 0; // [s]
+    this.name = Math.random().toString(36).slice(2); // that answers bear
   }
   begin(point) {
     this.point = point;
@@ -52,19 +53,21 @@ export class Push {
   renew(now) {
     if (this.point === null || Math.hypot(...this.force) === 0) return;
     this.sent = now;
-    this.send({ push: { point: this.point, force: this.force } });
+    this.send({ push: { point: this.point, force: this.force }, by: this.name });
   }
   tick(now) {
     if (now - this.sent >= RENEWED) this.renew(now);
   }
   end() {
-    if (this.point !== null) this.send({ push: null });
+    if (this.point !== null) this.send({ push: null, by: this.name });
     this.point = null;
     this.sent = 0;
   }
-  answered({ reason, tick, text }) {
-    const size = Math.hypot(...this.force).toPrecision(3);
-    const what = this.point === null ? "push ended" : `${size} N on ${nameOf(this.body.pointNames, this.point)}`;
+  /** The answer to a push, of this page or of another. */
+  answered({ by, point, force, reason, tick, text }) {
+    if (by !== this.name) return;
+    const what = force === undefined ? "push ended"
+      : `${Math.hypot(...force).toPrecision(3)} N on ${nameOf(this.body.pointNames, point)}`;
     this.show(reason === 0 ? `${what}: accepted at tick ${tick}` : `refused: ${text}`, reason !== 0);
   }
 }

@@ -4,7 +4,7 @@ import { nameOf } from "./blob.js";
 import { digits } from "./panel.js";
 
 const KEPT = 60; // [s] of a live motion
-const MOST_SAMPLES = 1500;
+const MOST_SAMPLES = 20000;
 
 /** What can be drawn: key -> {label, unit, read(frame, status, loads)}. */
 export function signalOf(body, key) {
@@ -47,7 +47,8 @@ export class Strips {
     this.element = element;
     this.body = body;
     this.onTime = onTime;
-    this.signals = new Map(); // key -> {signal, samples: [[t, value]]}
+    this.times = []; // [s], the same for all
+    this.signals = new Map(); // key -> {signal, values: one a time, null before it was asked for}
     this.graphs = new Map(); // unit -> {graph, keys}
     this.now = null;
   }
@@ -57,7 +58,7 @@ export class Strips {
   toggle(key) {
     if (this.signals.delete(key)) return this.layOut();
     const signal = signalOf(this.body, key);
-    if (signal) this.signals.set(key, { signal, samples: [] });
+    if (signal) this.signals.set(key, { signal, values: new Array(this.times.length).fill(null) });
     return this.layOut();
   }
   layOut() {
@@ -76,19 +77,25 @@ export class Strips {
     this.draw();
   }
   clear() {
-    for (const one of this.signals.values()) one.samples = [];
+    this.times = [];
+    for (const one of this.signals.values()) one.values = [];
   }
   /** One sample of every signal at a time [s]. */
   take(time, frame, status, loads) {
-    for (const { signal, samples } of this.signals.values()) {
-      const last = samples.at(-1);
-      if (last && time <= last[0]) {
-        if (time < last[0]) samples.length = 0; // begun anew
-        else continue;
-      }
-      samples.push([time, signal.read(frame, status, loads)]);
-      while (samples.length > 2 && time - samples[0][0] > KEPT) samples.shift();
-    }
+    const last = this.times.at(-1);
+    if (time === last) return;
+    if (time < last) this.clear(); // begun anew
+    this.times.push(time);
+    for (const { signal, values } of this.signals.values()) values.push(signal.read(frame, status, loads));
+    let old = 0;
+    while (this.times.length - old > 2 && time - this.times[old] > KEPT) ++old;
+    if (old < 0.1 * this.times.length) return;
+    this.times.splice(0, old);
+    for (const { values } of this.signals.values()) values.splice(0, old);
+  }
+  /** [1/s] of the samples. */
+  rate() {
+    return (this.times.length - 1) / (this.times.at(-1) - this.times[0]);
   }
   /** The whole of a recording. */
   fill(recording) {
@@ -96,8 +103,9 @@ export class Strips {
     this.clear();
     for (let k = 0; k < recording.count; k += step) {
       const clock = recording.motion.clock[k];
-      for (const { signal, samples } of this.signals.values())
-        samples.push([clock, signal.read(recording.frame(k), recording.status(clock), recording.loads(clock))]);
+      this.times.push(clock);
+      for (const { signal, values } of this.signals.values())
+        values.push(signal.read(recording.frame(k), recording.status(clock), recording.loads(clock)));
     }
     this.draw();
   }
@@ -105,7 +113,7 @@ export class Strips {
     for (const [unit, one] of this.graphs) {
       const all = one.keys.map((key) => this.signals.get(key));
       const labels = ["time [s]", ...all.map(({ signal }) => signal.label)];
-      const rows = all[0].samples.map(([time], k) => [time, ...all.map(({ samples }) => samples[k]?.[1] ?? null)]);
+      const rows = this.times.map((time, k) => [time, ...all.map(({ values }) => values[k] ?? null)]);
       if (rows.length === 0) continue;
       if (one.graph) {
         one.graph.updateOptions({ file: rows });
