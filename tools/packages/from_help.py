@@ -96,7 +96,7 @@ def bash(output, programs):
         with_value = [o for o, a in everything.items() if a and not takes_file(a)]
         text += f"""
 {function}() {{
-  local current="${{COMP_WORDS[COMP_CWORD]}}" before="${{COMP_WORDS[COMP_CWORD-1]}}" words command= k
+  local current="${{COMP_WORDS[COMP_CWORD]}}" before="${{COMP_WORDS[COMP_CWORD-1]}}" words command= file k
   for ((k = 1; k < COMP_CWORD; ++k)); do
     case "${{COMP_WORDS[k]}}" in -*) ;; *) command="${{COMP_WORDS[k]}}"; break ;; esac
   done
@@ -105,7 +105,7 @@ def bash(output, programs):
 {cases}    *) words="{" ".join([*commands, *options(whole)])}" ;;
   esac
   COMPREPLY=($(compgen -W "$words" -- "$current"))
-  case "$current" in -*) ;; *) {'[ -z "$command" ] || ' if commands else ""}COMPREPLY+=($(compgen -f -- "$current")) ;; esac
+  case "$current" in -*) ;; *) {'[ -z "$command" ] || ' if commands else ""}while IFS= read -r file; do COMPREPLY+=("$file"); done < <(compgen -f -- "$current") ;; esac
 }}
 complete -o filenames -F {function} {name}
 """

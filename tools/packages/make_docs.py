@@ -93,16 +93,24 @@ def convert(cmark, source, path, pages):
     return re.sub(r'(href|src)="([^"]*)"', link, text), headings, files
 
 
+def leads_on(link, path, output, anchors):
+    page, _, part = link.partition("#")
+    page = page or page_of(path)
+    return os.path.exists(os.path.join(output, page)) and (not part or part in anchors.get(page, ()))
+
+
 def main():
     source, output, cmark = sys.argv[1:]
     pages = [path for path, _ in DOCUMENTS]
     os.makedirs(output, exist_ok=True)
-    index = ""
+    index, links, anchors = "", [], {}
     for path, about in DOCUMENTS:
         body, headings, files = convert(cmark, source, path, pages)
         for file in files:
             if os.path.isfile(os.path.join(source, file)):
                 shutil.copy(os.path.join(source, file), output)
+        anchors[page_of(path)] = {anchor(text) for _, text in headings}
+        links += [(path, html.unescape(link)) for link in re.findall(r'href="([^"]*)"', body)]
         title = headings[0][1] if headings else path
         with open(os.path.join(output, page_of(path)), "w", encoding="utf-8") as file:
             file.write(PAGE.format(title=html.escape(title), style=STYLE,
@@ -110,6 +118,9 @@ def main():
         index += f'<h2><a href="{page_of(path)}">{html.escape(title)}</a></h2>\n<p>{html.escape(about)}</p>\n<ul>\n'
         index += "".join(f'<li><a href="{page_of(path)}#{html.escape(anchor(text))}">{html.escape(text)}</a></li>\n'
                          for level, text in headings if level > 1) + "</ul>\n"
+    broken = [f"{path}: {link}" for path, link in links if "://" not in link and not leads_on(link, path, output, anchors)]
+    if broken:
+        sys.exit("make_docs.py: links that lead nowhere:\n  " + "\n  ".join(broken))
     with open(os.path.join(output, "index.html"), "w", encoding="utf-8") as file:
         file.write(PAGE.format(title="freeflex documents", style=STYLE, body="<h1>freeflex documents</h1>\n"
                                '<p><input id="words" placeholder="words of a heading"></p>\n' + index + SEARCH))
