@@ -1,6 +1,7 @@
 """A daemon on the bus: heard, pushed, stepped."""
 
 import os
+import secrets
 import time
 
 from freeflex import messages
@@ -32,7 +33,7 @@ def connect(prefix="FREEFLEX", *, url=None, sender=None, key=None, timeout=5.0):
     """The daemon with this prefix, once its STATUS came: a Daemon. TimeoutError when none is there.
 
     `key`: a Key or the path of a key file, for daemons that require one. `sender`: the name of this controller,
-    of which there must not be two; with a key its id. `timeout` [s]: how long an answer may take.
+    of which there must not be two: chosen at random if not given, with a key its id. `timeout` [s]: how long an answer may take.
     """
     bus = Bus(url)
     try:
@@ -55,7 +56,7 @@ class Daemon:
     def __init__(self, bus, prefix="FREEFLEX", *, sender=None, key=None, timeout=5.0):
         self.bus, self.prefix, self.timeout = bus, prefix, timeout
         self.key = Key.read(key) if isinstance(key, (str, os.PathLike)) else key
-        self.sender = self.key.id if self.key else sender or f"python-{os.getpid()}"
+        self.sender = self.key.id if self.key else sender or f"python-{os.getpid()}-{secrets.token_hex(3)}"
         self.session, self.status = 0, None
         self.num_undecodable = 0
         self._sequence = time.time_ns() // 1000

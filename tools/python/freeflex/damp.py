@@ -11,6 +11,9 @@ def damp(daemon, first, second, gain, seconds=20.0, window=1.0):
     for _ in daemon.listen("POINTS", timeout=daemon.timeout):
         if daemon.points is None or daemon.points.tick <= tick:
             continue
+        for name, point in ((first, a), (second, b)):
+            if point not in daemon.points.points:
+                raise LookupError(f"the scene does not publish point {name!r}: name it in publish: points: of")
         tick, one, other = daemon.points.tick, daemon.points.points[a], daemon.points.points[b]
         start = tick if start is None else start
         line = [y - x for x, y in zip(one.position, other.position)]
