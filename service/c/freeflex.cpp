@@ -224,7 +224,10 @@ int freeflex_plan_open(const char* path, freeflex_progress progress, void* user,
     auto data = std::make_shared<PlanData>();
     data->plan = std::move(*result.plan);
     io::fill_name_table(data->plan, data->table);
-    *plan = new freeflex_plan{std::move(data), std::move(warnings)};
+    auto made = std::make_unique<freeflex_plan>();
+    made->data = std::move(data);
+    made->warnings = std::move(warnings);
+    *plan = made.release();
     return FREEFLEX_OK;
   });
 }

@@ -70,15 +70,14 @@ int write_html(const ViewOptions& options, const Body& body, const std::vector<s
 int serve(const ViewOptions& options, Body& body, std::vector<std::byte> motion, Bus* bus,
           std::optional<SealingKey> key) {
   constexpr std::chrono::milliseconds kLook{20};
-  PageServer* server = nullptr;
   std::optional<Live> live;
-  if (bus != nullptr) live.emplace(body, *bus, options.bus.prefix, std::move(key), server);
+  if (bus != nullptr) live.emplace(body, *bus, options.bus.prefix, std::move(key));
   PageServer page({std::string(plain_page()), bytes_of(body), std::move(motion)}, options.port,
                   [&](std::string_view text) {
                     if (live) live->take_text(text);
                   });
   if (!page.error().empty()) return print_error(page.error()), kExitDiffers;
-  server = &page;
+  if (live) live->serve(page);
   std::printf("%s: %s\n", body.plan.name.c_str(), page.url().c_str());
   std::fflush(stdout);
   while (!is_interrupted()) {
@@ -114,7 +113,7 @@ int view_recording(const ViewOptions& options) {
   return serve(options, *body, std::move(motion), nullptr, {});
 }
 
-int view(const CLI::App& command, ViewOptions options) {
+int view(const CLI::App& command, const ViewOptions& options) {
   if (command.count("--html") > 0 && options.html.empty())
     return print_error("--html: no file is named"), kExitUsage;
   std::optional<SealingKey> key;

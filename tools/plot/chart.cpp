@@ -232,8 +232,9 @@ std::string plot_shapes(const std::string& path, const std::string& title,
   page.ink(kInk);
   page.text(16.0, 22.0, title, 13.0);
   for (std::size_t s = 0; s < shapes.size(); ++s) {
+    const std::size_t row = s / kColumns;
     const double left = 10.0 + kCell * static_cast<double>(s % kColumns),
-                 top = kTop + (kCell + kLabel) * static_cast<double>(s / kColumns);
+                 top = kTop + (kCell + kLabel) * static_cast<double>(row);
     const auto place = [&](std::size_t point, double share) {
       std::array<float, 3> at = rest[point];
       for (std::size_t k = 0; k < 3; ++k)

@@ -81,8 +81,8 @@ std::string status_text(const freeflex_msgs::status_t& status) {
       -1, ' ', false, Json::error_handler_t::replace);
 }
 
-Live::Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> key, PageServer*& server)
-    : body_(body), bus_(bus), prefix_(std::move(prefix)), key_(std::move(key)), server_(server) {
+Live::Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> key)
+    : body_(body), bus_(bus), prefix_(std::move(prefix)), key_(std::move(key)) {
   sender_ = key_ ? key_->id : "view." + std::to_string(getpid());
   const auto subscribe = [this](const char* suffix, void (Live::*take)(const BusMessage&)) {
     bus_.subscribe(prefix_ + suffix, [this, take](const BusMessage& message) { (this->*take)(message); });

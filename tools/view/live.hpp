@@ -37,7 +37,9 @@ std::string status_text(const freeflex_msgs::status_t& status);
 class Live {
  public:
   /// \param key  of pushes; empty: they go as they are
-  Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> key, PageServer*& server);
+  Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> key);
+  /// Before the first message is taken.
+  void serve(PageServer& server) { server_ = &server; }
 
   /// What a page says: {"push": {"point": index, "force": [x, y, z]}} [N, world axes], or {"push": null}, and
   /// "by", its own name of at most 32 characters, which the answer bears. By any thread.
@@ -55,7 +57,7 @@ class Live {
   Bus& bus_;
   std::string prefix_;
   std::optional<SealingKey> key_;
-  PageServer*& server_;
+  PageServer* server_ = nullptr;
   struct Asked {
     std::int64_t sequence;
     Json told;  // to the page that asked: by, point, force

@@ -79,7 +79,7 @@ const RecordedSession* session_of(io::LogReader& log, const std::string& prefix,
 /// Ticks whose states are shown: no more a second than the screen, and no more than the page can hold.
 std::vector<StateRecord> shown_states(const RecordedSession& session, double period, int num_modes) {
   const std::size_t of_one = sizeof(float) * static_cast<std::size_t>(std::max(1, num_modes));
-  const double most = static_cast<double>(kMostMotionBytes / of_one);
+  const double most = static_cast<double>(kMostMotionBytes) / static_cast<double>(of_one);
   const double duration =
       static_cast<double>(session.states.back().tick - session.states.front().tick) * period;
   const double interval = std::max(1.0 / kMostFrames, duration / most);

@@ -97,6 +97,7 @@ Key true_or_false(std::string_view name, std::string_view about) {
 
 std::vector<std::string_view> rungs() {
   std::vector<std::string_view> names;
+  names.reserve(kRungs.size() + 1);
   for (const RungTraits& rung : kRungs) names.emplace_back(rung.name);
   names.emplace_back("auto");
   return names;
@@ -105,6 +106,7 @@ std::vector<std::string_view> rungs() {
 // every part by its number, then all of them
 std::vector<std::string_view> parts() {
   std::vector<std::string_view> names;
+  names.reserve(kNumParts + 1);
   for (int k = 0; k < kNumParts; ++k) names.emplace_back(name_of(static_cast<Part>(k)));
   names.emplace_back("all");
   return names;

@@ -202,6 +202,7 @@ const Section& section_of(const LinkForm& form) {
 
 std::vector<std::string_view> kinds_of_link() {
   std::vector<std::string_view> kinds;
+  kinds.reserve(kLinkForms.size());
   for (const LinkForm& form : kLinkForms) kinds.push_back(form.key);
   return kinds;
 }
