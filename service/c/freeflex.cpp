@@ -57,8 +57,10 @@ std::string quantity(std::size_t found, std::size_t least) {
 }
 
 int out_of_range(const char* kind, std::int64_t index, std::size_t count) {
-  return fail(FREEFLEX_BAD_ARGUMENT, std::string(kind) + " " + std::to_string(index) + ", must be 0 to " +
-                                         std::to_string(static_cast<std::int64_t>(count) - 1));
+  const std::string found = std::string(kind) + " " + std::to_string(index);
+  if (count == 0) return fail(FREEFLEX_BAD_ARGUMENT, found + ": the plan has none");
+  return fail(FREEFLEX_BAD_ARGUMENT,
+              found + ", must be 0 to " + std::to_string(static_cast<std::int64_t>(count) - 1));
 }
 
 bool is_index(std::int64_t index, std::size_t count) {

@@ -22,7 +22,8 @@ struct Handles {
   explicit Handles(const std::string& scene, unsigned flags = 0) {
     EXPECT_EQ(freeflex_plan_open(scene.c_str(), nullptr, nullptr, &plan), FREEFLEX_OK)
         << freeflex_last_error();
-    if (plan != nullptr) EXPECT_EQ(freeflex_motion_new(plan, flags, &motion), FREEFLEX_OK);
+    if (plan == nullptr) return;
+    EXPECT_EQ(freeflex_motion_new(plan, flags, &motion), FREEFLEX_OK);
   }
   ~Handles() {
     freeflex_motion_free(motion);

@@ -4,6 +4,7 @@ import csv
 import json
 import os
 import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -79,6 +80,16 @@ class Plans(unittest.TestCase):
             motion.push({"tip": (0, 0, 1)}, torques={"hub": (0, 0, 1)})
         with self.assertRaisesRegex(freeflex.StepError, "without a word"):
             motion.word
+        with self.assertRaisesRegex(ValueError, "zero byte"):
+            freeflex.Plan(BOOM + "\0")
+
+    def test_a_library_that_is_none_is_said(self):
+        for library, text in (("/nowhere.so", "install freeflex"), ("libc.so.6", "not the C library of this")):
+            done = subprocess.run([sys.executable, "-m", "freeflex", "step", BOOM, "1"], capture_output=True, text=True,
+                                  env=os.environ | {"FREEFLEX_LIBRARY": library}, check=False)
+            self.assertEqual(done.returncode, 2)
+            self.assertIn(text, done.stderr)
+            self.assertNotIn("Traceback", done.stderr)
 
 
 class Traps(unittest.TestCase):

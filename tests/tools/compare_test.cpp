@@ -6,6 +6,10 @@
 #include <regex>
 #include <sstream>
 
+#include "freeflex_msgs/state_t.hpp"
+#include "service/io/wire/codec.hpp"
+#include "service/io/wire/decode.hpp"
+#include "tests/tools/log_events.hpp"
 #include "tests/tools/shell.hpp"
 
 namespace freeflex::testing {
@@ -77,7 +81,11 @@ TEST_F(Compare, SaysWhereItDiffersAndByHowMuch) {
       R"(["1 tick of the table that only the first holds","1 tick of the table that only the second holds",)"
       R"("1 column that only the second holds: extra"])");
   // 1/8 and 1/6 of the largest values
-  EXPECT_EQ(compare("a.csv", "b.csv", "--tolerance 0.2").exit_code, 0);
+  EXPECT_EQ(compare("a.csv", "b.csv", "--common --tolerance 0.2").exit_code, 0);
+  const Outcome part = compare("a.csv", "b.csv", "--tolerance 0.2");
+  EXPECT_EQ(part.exit_code, 3);
+  EXPECT_TRUE(contains(part.err, "as far as both go")) << part.err;
+  EXPECT_EQ(compare_json("a.csv", "b.csv", "--tolerance 0.2")["result"], "incomplete");
   EXPECT_EQ(compare("a.csv", "b.csv", "--tolerance 0.15").exit_code, 1);
   const Outcome text = compare("a.csv", "b.csv", "--tolerance 0.15");
   EXPECT_TRUE(contains(text.out, "differs from tick 1 on: x: 2, 2.5")) << text.out;
@@ -156,6 +164,69 @@ TEST_F(Compare, SaysWhatItCannotRead) {
   const Outcome cut = compare("whole.log", "cut.log");
   EXPECT_EQ(cut.exit_code, 3);
   EXPECT_TRUE(contains(cut.err, "cut.log")) << cut.err;
+}
+
+TEST_F(Compare, UnlikeThingsHaveScalesOfTheirOwn) {
+  // a force of 1e4 N beside a moment of 1 N m; a temperature beside a strain
+  write_text(folder_ / "a.csv",
+             "tick,link.a.1,link.a.2,link.b.1,link.b.2,strain,heat\n0,1e4,1,1e4,1,1e-6,300\n");
+  write_text(folder_ / "b.csv",
+             "tick,link.a.1,link.a.2,link.b.1,link.b.2,strain,heat\n0,1e4,2,1e4,1,1e-6,300\n");
+  EXPECT_EQ(compare("a.csv", "b.csv", "--tolerance 1e-3").exit_code, 1);
+  EXPECT_EQ(compare("a.csv", "b.csv", "--tolerance 0.5").exit_code, 0);
+  write_text(folder_ / "b.csv",
+             "tick,link.a.1,link.a.2,link.b.1,link.b.2,strain,heat\n0,1e4,1,1e4,1,9e-4,300\n");
+  const Json json = compare_json("a.csv", "b.csv", "--tolerance 1e-3");
+  EXPECT_EQ(json["result"], "differs");
+  EXPECT_EQ(json["first"]["column"], "strain");
+}
+
+TEST_F(Compare, TwoMotionsInOneFileAreSaid) {
+  make(kScenes + "boom.yaml", "a.log");
+  const std::string once = read_text(folder_ / "a.log");
+  write_text(folder_ / "twice.log", once + once);
+  EXPECT_EQ(compare("a.log", "twice.log").exit_code, 0);
+  std::vector<io::LogEvent> events = read_events(folder_ / "a.log");
+  const std::vector<io::LogEvent> first = events;
+  for (const io::LogEvent& event : first) {
+    freeflex_msgs::state_t state;
+    if (event.channel != "FREEFLEX_STATE" || !io::decode_message(event.bytes, state)) continue;
+    state.position[1] += 1e-3;
+    events.push_back(event);
+    events.back().bytes = io::encode(state);
+  }
+  write_events(folder_ / "both.log", events);
+  const Outcome both = compare("a.log", "both.log");
+  EXPECT_EQ(both.exit_code, 3) << both.out;
+  EXPECT_TRUE(contains(both.err, "two motions were put into one file")) << both.err;
+}
+
+TEST_F(Compare, DamageBesideTheMotionIsSaid) {
+  write_text(folder_ / "scene.yaml", read_text(kScenes + "boom.yaml") +
+                                         "\npublish: {points: {rate: 100, of: all}, loads: {rate: 100}}\n");
+  make(folder_ / "scene.yaml", "a.log");
+  std::vector<io::LogEvent> events = read_events(folder_ / "a.log");
+  for (io::LogEvent& event : events)
+    if (event.channel == "FREEFLEX_LOADS") {
+      event.bytes.resize(event.bytes.size() - 8);
+      break;
+    }
+  write_events(folder_ / "b.log", events);
+  for (const char* more : {"", "--common"}) {
+    const Outcome outcome = compare("a.log", "b.log", more);
+    EXPECT_EQ(outcome.exit_code, 3) << outcome.out;
+    EXPECT_TRUE(contains(outcome.err, "FREEFLEX_LOADS")) << outcome.err;
+  }
+}
+
+TEST_F(Compare, AnOptionWithoutEffectIsRefused) {
+  write_text(folder_ / "a.csv", "tick,x\n0,1\n");
+  EXPECT_EQ(compare("a.csv", "a.csv", "--session-a 1").exit_code, 2);
+  EXPECT_EQ(compare("a.csv", "a.csv", "--prefix A").exit_code, 2);
+  const Outcome pipe =
+      run("bash -c '" + kFreeflex + " compare <(cat " + folder_ / "a.csv" + ") " + folder_ / "a.csv" + "'");
+  EXPECT_EQ(pipe.exit_code, 2);
+  EXPECT_TRUE(contains(pipe.err, "not a regular file")) << pipe.err;
 }
 
 TEST_F(Compare, ReplaySaysWhatItDidNotCompare) {

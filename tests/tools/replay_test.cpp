@@ -237,6 +237,37 @@ TEST(Replay, ADamagedMessageIsIncomplete) {
   EXPECT_TRUE(contains(outcome.err, "FREEFLEX_STATE at byte ")) << outcome.err;
 }
 
+// of every number in a state, the last bit
+TEST(Replay, NoNumberOfAStateIsPassedOver) {
+  const TemporaryFolder folder;
+  const Outcome made =
+      run(kFreeflex + " run " + kScenes + "satellite.yaml --until 0.1 --out " + folder / "a.log");
+  ASSERT_EQ(made.exit_code, 0) << made.err;
+  const std::vector<io::LogEvent> sound_events = read_events(folder / "a.log");
+  const std::size_t last = find_all(sound_events, "FREEFLEX_STATE").back();
+  state_t state;
+  ASSERT_TRUE(io::decode_message(sound_events[last].bytes, state));
+  ASSERT_GT(state.num_wheels, 0);
+  ASSERT_GT(state.num_elastic, 0);
+  const auto differs = [&](const std::string& what, const std::function<double&(state_t&)>& value) {
+    std::vector<io::LogEvent> events = sound_events;
+    edit<state_t>(events[last], [&](state_t& changed) { value(changed) = next_up(value(changed)); });
+    write_events(folder / "b.log", events);
+    const Outcome outcome = run(kFreeflex + " replay " + folder / "b.log");
+    EXPECT_EQ(outcome.exit_code, 1) << what << outcome.out << outcome.err;
+    EXPECT_TRUE(contains(outcome.out + outcome.err, what)) << outcome.out << outcome.err;
+  };
+  differs("time", [](state_t& s) -> double& { return s.time; });
+  differs("position[2]", [](state_t& s) -> double& { return s.position[2]; });
+  differs("attitude[3]", [](state_t& s) -> double& { return s.attitude[3]; });
+  differs("velocity[2]", [](state_t& s) -> double& { return s.velocity[2]; });
+  differs("angular_velocity[2]", [](state_t& s) -> double& { return s.angular_velocity[2]; });
+  differs("angular_momentum[2]", [](state_t& s) -> double& { return s.angular_momentum[2]; });
+  differs("q[", [](state_t& s) -> double& { return s.q.back(); });
+  differs("q_dot[", [](state_t& s) -> double& { return s.q_dot.back(); });
+  differs("wheel_momentum[", [](state_t& s) -> double& { return s.wheel_momentum.back(); });
+}
+
 TEST(Replay, ARecordingOf03IsRefusedByName) {
   // a state_t of 0.3 has another fingerprint and no wheels at its end
   const Outcome outcome = replay_changed([](auto& events) {

@@ -59,6 +59,20 @@ TEST(CommandLine, WhatWouldHaveNoEffectBesideASocketIsRefused) {
   EXPECT_TRUE(contains(run(push + "--prefix NOBODYS_ --socket").err, "no daemon at"));
 }
 
+TEST(CommandLine, WhatWouldHaveNoEffectIsRefused) {
+  const std::string log = kGolden + "frame.log";
+  for (const auto& [arguments, words] : std::vector<std::pair<std::string, std::string>>{
+           {"push --wheel a=1 --axes body", "--axes goes with --point or --group"},
+           {"view " + log + " --html a.html --port 8000", "--html goes without --port"},
+           {"view " + log + " --html a.csv", "must be a name that ends with .html"},
+           {"schema --out a.yaml", "must be a name that ends with .json"},
+           {"compile " + kScenes + "boom.yaml -o " + log, "is there and is no plan"}}) {
+    const Outcome outcome = run(kFreeflex + " " + arguments);
+    EXPECT_EQ(outcome.exit_code, 2) << arguments;
+    EXPECT_TRUE(contains(outcome.err, words)) << outcome.err;
+  }
+}
+
 TEST(CommandLine, TheFormerSpellingOfStabilityNamesTheNewOne) {
   for (const char* arguments : {"report --stability", "report --stability --quick --out x"}) {
     const Outcome outcome = run(kFreeflex + " " + arguments);

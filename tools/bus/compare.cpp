@@ -43,11 +43,12 @@ class Pair {
   Pair(MotionFile& a, std::size_t part_a, MotionFile& b, std::size_t part_b, CompareOutcome& outcome)
       : a_(a), b_(b), part_a_(part_a), part_b_(part_b), outcome_(outcome) {
     const Columns &in_a = a.parts()[part_a].columns, &in_b = b.parts()[part_b].columns;
+    const std::vector<std::string> quantities = quantities_of(in_a);
     std::unordered_map<std::string, std::size_t> places;
     for (std::size_t k = 0; k < in_b.size(); ++k) places.emplace(in_b[k], k);
     for (std::size_t k = 0; k < in_a.size(); ++k) {
       const auto found = places.find(in_a[k]);
-      if (found != places.end()) columns_.push_back({k, found->second, quantity(in_a[k])});
+      if (found != places.end()) columns_.push_back({k, found->second, quantity(quantities[k])});
     }
     find_quaternions(in_a);
   }
@@ -103,8 +104,7 @@ class Pair {
     }
   }
 
-  std::size_t quantity(const std::string& column) {
-    const std::string name = quantity_of(column);
+  std::size_t quantity(const std::string& name) {
     auto& all = outcome_.quantities;
     const auto found = std::find_if(all.begin(), all.end(),
                                     [&](const QuantityDifference& each) { return each.name == name; });
@@ -197,7 +197,8 @@ void say_columns_left(const MotionFile& one, const MotionFile& other, const char
   if (!left.empty())
     outcome.not_compared.push_back(counted(static_cast<std::int64_t>(left.size()), "column") + " that only " +
                                    which + " holds: " + names_text(left));
-  for (const std::string& what : one.ignored()) outcome.not_compared.push_back(what + " of " + which);
+  for (const std::string& what : one.ignored()) outcome.beside.push_back(what + " of " + which);
+  if (!one.damage().empty() && outcome.error.empty()) outcome.error = one.damage();
 }
 
 }  // namespace
@@ -206,7 +207,8 @@ CompareOutcome compare_motions(const CompareRequest& request) {
   CompareOutcome outcome;
   const auto fail = [&outcome](const std::string& error) {
     // one that is damaged is not one that was named wrongly
-    outcome.result = error.find("damaged") == std::string::npos ? Result::kError : Result::kNothing;
+    const bool is_damaged = error.find("damaged") != std::string::npos;
+    outcome.result = is_damaged ? Result::kNothing : Result::kError;
     outcome.error = error;
     return outcome;
   };
@@ -215,6 +217,8 @@ CompareOutcome compare_motions(const CompareRequest& request) {
   if (!a) return fail(error);
   const auto b = open_motion(request.b, request.prefix, request.session_b, error);
   if (!b) return fail(error);
+  if (!a->is_recording() && !b->is_recording() && request.prefix != channels::kDefaultPrefix)
+    return fail("--prefix goes with recordings: a table has no channels");
   std::vector<Pair> pairs;
   for (std::size_t part_a = 0; part_a < a->parts().size(); ++part_a)
     for (std::size_t part_b = 0; part_b < b->parts().size(); ++part_b) {
@@ -233,6 +237,12 @@ CompareOutcome compare_motions(const CompareRequest& request) {
     outcome.error = "they have no tick in common, or no column: nothing was compared";
   } else if (outcome.first) {
     outcome.result = Result::kDiffers;
+  } else if (!outcome.error.empty()) {
+    outcome.result = Result::kIncomplete;
+  } else if (!outcome.not_compared.empty() && !request.is_common_enough) {
+    outcome.result = Result::kIncomplete;
+    outcome.error =
+        "they are the same as far as both go, the rest is not compared: --common takes that for enough";
   }
   return outcome;
 }

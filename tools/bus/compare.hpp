@@ -15,6 +15,7 @@ struct CompareRequest {
   double tolerance = 0.0;  // [-] of the largest value of each quantity; 0: every bit of a value
   std::string prefix = channels::kDefaultPrefix;
   std::optional<std::int64_t> session_a = {}, session_b = {};  // of a recording that holds several
+  bool is_common_enough = false;                               // what only one of them holds is no fault
 };
 
 /// One value in both.
@@ -35,13 +36,14 @@ struct QuantityDifference {
 };
 
 struct CompareOutcome {
-  enum class Result : std::uint8_t { kSame, kDiffers, kNothing, kStopped, kError };
+  enum class Result : std::uint8_t { kSame, kDiffers, kIncomplete, kNothing, kStopped, kError };
   Result result = Result::kSame;
-  std::string error;               // of kNothing, kStopped and kError
+  std::string error;               // of all but kSame and kDiffers
   std::int64_t num_rows = 0;       // compared, of all parts
   std::optional<ValuePair> first;  // beyond the tolerance, the earliest tick
   std::vector<QuantityDifference> quantities;
   std::vector<std::string> not_compared;  // what one of them holds and the other not, in words
+  std::vector<std::string> beside;        // what they hold that is no motion, in words
 };
 
 /// Rows of one tick are compared by the names of their columns; q and -q are one attitude.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <unordered_map>
 
 namespace freeflex::tools {
 namespace {
@@ -79,6 +80,8 @@ void append_link_columns(const std::string& name, std::string_view kind, int num
   for (int k = 1; k <= num_values && num_values > 1; ++k) columns.push_back(front + std::to_string(k));
 }
 
+namespace {
+
 std::string quantity_of(std::string_view column) {
   const std::string_view last = column.substr(column.rfind('.') + 1);
   if (column == "time") return "time [s]";
@@ -86,17 +89,35 @@ std::string quantity_of(std::string_view column) {
   if (column.starts_with("link.")) {
     if (last == "axial") return "links: tension [N]";
     if (last == "moment") return "links: moment [N m]";
-    if (is_number(last)) return "links: values by kind";
   }
   const std::string_view measure = kinematic(last);
   if (column.starts_with("point.") && !measure.empty()) return "points: " + std::string(measure);
   if (column.starts_with("group.") && !measure.empty()) return "groups: " + std::string(measure);
-  if (column.find('.') != std::string_view::npos) return "other";
+  if (column.find('.') != std::string_view::npos) return std::string(column);
   if (!measure.empty()) return std::string(measure);
   if (is_one_of(column, "h")) return "angular momentum [kg m^2/s]";
   if (column.starts_with("q_dot") && is_number(column.substr(5))) return "elastic rates [m/s]";
   if (column.starts_with("q") && is_number(column.substr(1))) return "elastic coordinates [m]";
-  return "other";
+  return std::string(column);
+}
+
+}  // namespace
+
+std::vector<std::string> quantities_of(const Columns& columns) {
+  const auto is_value = [](const std::string& column) {
+    return column.starts_with("link.") && is_number(column.substr(column.rfind('.') + 1));
+  };
+  std::unordered_map<std::string, int> num_values;  // by the name of the link
+  for (const std::string& column : columns)
+    if (is_value(column)) ++num_values[column.substr(0, column.rfind('.'))];
+  std::vector<std::string> quantities;
+  quantities.reserve(columns.size());
+  for (const std::string& column : columns)
+    quantities.push_back(is_value(column)
+                             ? "links of " + std::to_string(num_values[column.substr(0, column.rfind('.'))]) +
+                                   " values: " + column.substr(column.rfind('.') + 1)
+                             : quantity_of(column));
+  return quantities;
 }
 
 }  // namespace freeflex::tools

@@ -20,8 +20,9 @@ void append_group_columns(const std::string& name, Columns& columns);
 /// link.NAME: its values, by its kind.
 void append_link_columns(const std::string& name, std::string_view kind, int num_values, Columns& columns);
 
-/// What a column measures, with its unit: "points: velocity [m/s]"; "other" of a name that none of the above
-/// gives.
-std::string quantity_of(std::string_view column);
+/// What each column measures, with its unit: "points: velocity [m/s]". Values of links whose kind a name does
+/// not tell are one quantity where they have one number and their links equally many; a name that none of the
+/// above gives is a quantity of its own.
+std::vector<std::string> quantities_of(const Columns& columns);
 
 }  // namespace freeflex::tools

@@ -1,9 +1,11 @@
 // Recordings of a motion: STATE, POINTS and LOADS of one session, names by its SCENE.
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <limits>
 #include <map>
 #include <set>
+#include <string_view>
 #include <tuple>
 #include <utility>
 
@@ -12,6 +14,7 @@
 #include "freeflex_msgs/scene_t.hpp"
 #include "freeflex_msgs/state_t.hpp"
 #include "messages/channels.hpp"
+#include "service/io/wire/codec.hpp"
 #include "service/io/wire/decode.hpp"
 #include "tools/bus/motion_sources.hpp"
 #include "tools/bus/recording.hpp"
@@ -55,6 +58,8 @@ struct PageAt {
   std::int64_t tick = 0;
   std::int32_t page = 0, num_pages = 1;
   std::int64_t offset = 0;  // [bytes]
+  std::int64_t epoch = 0;
+  std::size_t content = 0;  // of a state: hash of what moves
 };
 
 /// One part: its pages by tick, and where their values stand in a row.
@@ -151,8 +156,12 @@ class PageReader : public RowReader {
 
 class RecordedMotion : public MotionFile {
  public:
-  RecordedMotion(std::string path, const std::string& prefix, std::int64_t session)
-      : path_(std::move(path)), prefix_(prefix), session_(session) {}
+  /// \param damage  what was found that cannot be read
+  RecordedMotion(std::string path, const std::string& prefix, std::int64_t session, const std::string& damage)
+      : path_(std::move(path)), prefix_(prefix), session_(session) {
+    if (!damage.empty()) damage_ = path_ + ": " + damage;
+  }
+  bool is_recording() const override { return true; }
 
   /// Empty, or what is wrong with the log.
   std::string read() {
@@ -172,6 +181,7 @@ class RecordedMotion : public MotionFile {
         others.insert(event.channel);
       }
     }
+    if (std::string two = find_two_states(); !two.empty()) return two;
     for (Index& index : indices_) sort(index);
     std::string list;
     for (const std::string& channel : others) list += (list.empty() ? "" : ", ") + printable(channel);
@@ -196,8 +206,13 @@ class RecordedMotion : public MotionFile {
   void take_page(const io::LogEvent& event, std::size_t channel) {
     Message message;
     if (!io::decode_message(event.bytes, message) || message.session != session_) return;
-    PageAt page{message.tick, 0, 1, event.offset};
-    if constexpr (!std::is_same_v<Message, state_t>) {
+    PageAt page{message.tick, 0, 1, event.offset, message.epoch, 0};
+    if constexpr (std::is_same_v<Message, state_t>) {
+      message.utime = message.applied_count = 0;  // what a state that is sent again may change
+      const std::vector<std::byte> bytes = io::encode(message);
+      page.content =
+          std::hash<std::string_view>{}({reinterpret_cast<const char*>(bytes.data()), bytes.size()});
+    } else {
       page.page = message.page;
       page.num_pages = message.num_pages;
     }
@@ -217,6 +232,17 @@ class RecordedMotion : public MotionFile {
       const auto& link = message.links[static_cast<std::size_t>(k)];
       names_.links[message.first_link + k] = {link.name, link.kind};
     }
+  }
+
+  /// Empty, or that one tick of one epoch has two states.
+  std::string find_two_states() const {
+    std::map<std::pair<std::int64_t, std::int64_t>, std::size_t> contents;
+    for (const PageAt& page : indices_[io::kStateChannel].pages)
+      if (contents.try_emplace({page.epoch, page.tick}, page.content).first->second != page.content)
+        return path_ + ": the STATE at byte " + std::to_string(page.offset) +
+               " contradicts one before it of tick " + std::to_string(page.tick) +
+               ": it is damaged, or two motions were put into one file";
+    return {};
   }
 
   // by tick and page; a packet may have come twice, and while a daemon stands its last tick comes again
@@ -334,7 +360,7 @@ std::unique_ptr<MotionFile> open_recording(const std::string& path, const std::s
     error = path + ": " + error;
     return nullptr;
   }
-  auto motion = std::make_unique<RecordedMotion>(path, prefix, chosen->session);
+  auto motion = std::make_unique<RecordedMotion>(path, prefix, chosen->session, recording.warning);
   error = motion->read();
   if (error.empty() && motion->parts().empty())
     error = path + ": it holds no whole " + prefix + channels::kState + ", " + prefix + channels::kPoints +
@@ -345,7 +371,10 @@ std::unique_ptr<MotionFile> open_recording(const std::string& path, const std::s
 
 std::unique_ptr<MotionFile> open_motion(const std::string& path, const std::string& prefix,
                                         std::optional<std::int64_t> session, std::string& error) {
-  return begins_as_log(path) ? open_recording(path, prefix, session, error) : open_table(path, error);
+  if (begins_as_log(path)) return open_recording(path, prefix, session, error);
+  if (!session) return open_table(path, error);
+  error = path + ": a session was chosen, and it is no recording";
+  return nullptr;
 }
 
 }  // namespace freeflex::tools

@@ -44,10 +44,14 @@ class MotionFile {
   virtual std::unique_ptr<RowReader> open(std::size_t part) = 0;
   /// What it holds beside that and nothing reads, in words.
   const std::vector<std::string>& ignored() const { return ignored_; }
+  /// Empty, or what of it cannot be read though the rest can.
+  const std::string& damage() const { return damage_; }
+  virtual bool is_recording() const = 0;
 
  protected:
   std::vector<Part> parts_;
   std::vector<std::string> ignored_;
+  std::string damage_;
 };
 
 /// A table that `freeflex run` wrote or that has its columns, or a recording. nullptr, with the reason: it

@@ -3,6 +3,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstring>
+#include <filesystem>
 #include <fstream>
 
 #include "tools/bus/motion_rows.hpp"
@@ -66,6 +67,7 @@ class Table : public MotionFile {
   Table(std::string path, Columns columns) : path_(std::move(path)) {
     parts_.push_back({"the table", std::move(columns)});
   }
+  bool is_recording() const override { return false; }
   std::unique_ptr<RowReader> open(std::size_t) override {
     return std::make_unique<TableReader>(path_, parts_[0].columns.size());
   }
@@ -77,6 +79,12 @@ class Table : public MotionFile {
 }  // namespace
 
 std::unique_ptr<MotionFile> open_table(const std::string& path, std::string& error) {
+  // what is read more than once cannot be a pipe
+  std::error_code fault;
+  if (std::filesystem::exists(path, fault) && !std::filesystem::is_regular_file(path, fault)) {
+    error = path + ": not a regular file";
+    return nullptr;
+  }
   std::ifstream file(path);
   std::string line;
   if (!std::getline(file, line)) {

@@ -180,6 +180,8 @@ std::string find_conflict(const CLI::App& command) {
         command, {"--point", "--group", "--wheel", "--force", "--torque", "--axes", "--duration", "--lease"});
     if (!other.empty()) return "--clear goes without " + other;
   }
+  if (command.count("--axes") > 0 && first_given(command, {"--point", "--group"}).empty())
+    return "--axes goes with --point or --group: the torque of a wheel's motor is about its own axis";
   if (command.count("--lease") > 0 && command.count("--duration") > 0)
     return "give --duration or --lease, not both";
   if (command.count("--key") > 0 && command.count("--sender") > 0)

@@ -45,7 +45,12 @@ std::optional<Difference> compare(const state_t& recorded, const state_t& replay
     return Difference{recorded.tick, "applied_count", std::to_string(recorded.applied_count),
                       std::to_string(replayed.applied_count)};
   }
+  if (recorded.num_wheels != replayed.num_wheels) {
+    return Difference{recorded.tick, "num_wheels", std::to_string(recorded.num_wheels),
+                      std::to_string(replayed.num_wheels)};
+  }
   const auto n = static_cast<std::size_t>(recorded.num_elastic);
+  const auto num_wheels = static_cast<std::size_t>(recorded.num_wheels);
   std::optional<Difference> found = values("time", &recorded.time, &replayed.time, 1);
   if (!found) found = values("position", recorded.position, replayed.position, 3);
   if (!found) found = values("attitude", recorded.attitude, replayed.attitude, 4);
@@ -54,6 +59,10 @@ std::optional<Difference> compare(const state_t& recorded, const state_t& replay
   if (!found) found = values("angular_momentum", recorded.angular_momentum, replayed.angular_momentum, 3);
   if (!found) found = values("q", recorded.q.data(), replayed.q.data(), n);
   if (!found) found = values("q_dot", recorded.q_dot.data(), replayed.q_dot.data(), n);
+  if (!found) {
+    found =
+        values("wheel_momentum", recorded.wheel_momentum.data(), replayed.wheel_momentum.data(), num_wheels);
+  }
   return found;
 }
 

@@ -28,25 +28,27 @@ constexpr const char* kCompareFooter = R"(Example:
   freeflex run boom.yaml --until 3 --out a.log
   freeflex compare a.log b.csv --tolerance 1e-6
 Rows of one tick are compared, columns by their names; q and -q are one attitude. What differs is judged by the
-largest value of its quantity in either file.
+largest value of its quantity in either file; a column that freeflex does not name is a quantity of its own.
 JSON fields:
   a, b, tolerance, rows
-  result       same, differs, nothing, interrupted or error
+  result       same, differs, incomplete, nothing, interrupted or error
   first        the earliest difference beyond the tolerance: tick, column, a, b
   quantities   of each: name with unit, values, scale (largest value), largest (difference, null where one is no
                number), tick, column, beyond
   not_compared what only one of them holds, in words
+  beside       what they hold that is no motion, in words
   error        in words, where there is one
 Exit codes: 0 the same within the tolerance, 1 differs, 2 wrong arguments or no file that holds a motion, 3 a file is
-damaged or they have nothing in common, 130 interrupted.)";
+damaged, or only one of them holds a tick or a column, 130 interrupted.)";
 
 struct ResultWord {
   const char* name;  // in JSON
   int exit_code;
 };
 /// In the order of CompareOutcome::Result.
-constexpr std::array<ResultWord, 5> kResults{{{"same", kExitOk},
+constexpr std::array<ResultWord, 6> kResults{{{"same", kExitOk},
                                               {"differs", kExitDiffers},
+                                              {"incomplete", kExitIncomplete},
                                               {"nothing", kExitIncomplete},
                                               {"interrupted", kExitInterrupted},
                                               {"error", kExitUsage}}};
@@ -63,7 +65,8 @@ void report_json(const CompareOptions& options, const CompareOutcome& outcome) {
            {"rows", outcome.num_rows},
            {"first", outcome.first ? json_of(*outcome.first) : Json()},
            {"quantities", Json::array()},
-           {"not_compared", outcome.not_compared}};
+           {"not_compared", outcome.not_compared},
+           {"beside", outcome.beside}};
   for (const QuantityDifference& each : outcome.quantities)
     out["quantities"].push_back({{"name", each.name},
                                  {"values", each.num_values},
@@ -96,7 +99,9 @@ int report(const CompareOptions& options, const CompareOutcome& outcome) {
   if (options.json) return report_json(options, outcome), exit_code;
   if (outcome.num_rows > 0) print_quantities(outcome);
   for (const std::string& what : outcome.not_compared) std::printf("not compared: %s\n", what.c_str());
-  if (!outcome.error.empty()) return print_error(outcome.error), exit_code;
+  for (const std::string& what : outcome.beside) std::printf("no motion: %s\n", what.c_str());
+  if (!outcome.error.empty()) print_error(outcome.error);
+  if (outcome.result != Result::kSame && outcome.result != Result::kDiffers) return exit_code;
   for (const QuantityDifference& each : outcome.quantities)
     if (each.name.starts_with("time") && each.is_beyond)
       std::printf(
@@ -105,7 +110,7 @@ int report(const CompareOptions& options, const CompareOutcome& outcome) {
   if (outcome.result == Result::kSame)
     std::printf("the same within %g of each quantity's largest value, %s compared%s\n",
                 options.request.tolerance, rows.c_str(),
-                outcome.not_compared.empty() ? "" : "; the rest was not");
+                outcome.not_compared.empty() ? "" : "; the rest was not, as --common says");
   else
     std::printf("differs from tick %" PRId64 " on: %s: %.17g, %.17g\n", outcome.first->tick,
                 printable(outcome.first->column).c_str(), outcome.first->a, outcome.first->b);
@@ -137,6 +142,7 @@ void add_compare(CLI::App& app, int& exit_code) {
       ->check(channel_prefix())
       ->type_name("NAME")
       ->capture_default_str();
+  command->add_flag("--common", request.is_common_enough, "ticks and columns that both hold are enough");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(kCompareFooter);
   command->callback(

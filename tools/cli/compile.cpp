@@ -33,6 +33,11 @@ Exit codes: 0 written, 1 cannot be written, 2 the scene has errors.)";
 int compile(const CompileOptions& options) {
   const std::optional<Plan> plan = load_or_explain(options.scene, options.rate, {options.plan});
   if (!plan) return kExitUsage;
+  std::error_code ignored;
+  if (std::filesystem::is_regular_file(options.plan, ignored) &&
+      std::filesystem::file_size(options.plan, ignored) > 0 && !io::is_plan_file(options.plan))
+    return print_error("'" + options.plan + "' is there and is no plan: remove it, or name another"),
+           kExitUsage;
   // from here on there is a file, which is taken away again
   if (is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;
   const std::string error = io::save_plan(*plan, options.plan, is_interrupted);
@@ -42,7 +47,6 @@ int compile(const CompileOptions& options) {
     return kExitDiffers;
   }
   const std::string fingerprint = fingerprint_text(plan_fingerprint(*plan));
-  std::error_code ignored;
   const std::uintmax_t bytes = std::filesystem::file_size(options.plan, ignored);
   if (options.json) {
     print_json({{"plan", options.plan},

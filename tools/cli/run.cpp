@@ -118,8 +118,8 @@ std::string find_idle_option(const CLI::App& command, const RunOptions& options)
     return "--json goes with a file for --out: standard output holds the table of --out -";
   if (!options.log.empty()) return {};
   if (options.session) return "--session goes with --log: it names one of the sessions there";
-  if (command.count("--prefix") > 0 && is_table(options.out))
-    return "--prefix goes with --log or an --out that is a log: a table has no channels";
+  if (command.count("--prefix") > 0 && (options.out.empty() || is_table(options.out)))
+    return "--prefix goes with --log or an --out that is a log: a table and a picture have no channels";
   return {};
 }
 
@@ -369,6 +369,7 @@ int run(const CLI::App& command, const RunOptions& options) {
   const std::string file = options.out.empty()   ? options.plot
                            : is_kept || is_piped ? output->working_path()
                                                  : options.out;
+  if (!plot_error.empty() && options.out.empty()) return print_error(plot_error), kExitDiffers;
   report(options, file, result, *last, *plan, extremes);
   if (!plot_error.empty()) return print_error(plot_error), kExitDiffers;
   return result.exit_code;

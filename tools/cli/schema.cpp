@@ -47,7 +47,7 @@ void add_schema(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("schema", "JSON Schema of scenes, by which editors complete and check them");
   command->add_option("-o,--out", *path, "file to write, default standard output")
-      ->check(file_name())
+      ->check(file_name(".json"))
       ->type_name("FILE");
   command->footer(kSchemaFooter);
   command->callback([path, &exit_code] { exit_code = write_schema(*path); });

@@ -102,7 +102,7 @@ int view_recording(const ViewOptions& options) {
   const std::string plan = options.plan.empty()
                                ? recorded_plan(options.file, options.bus.prefix, options.session, error)
                                : options.plan;
-  if (plan.empty()) return print_error(error), kExitIncomplete;
+  if (plan.empty()) return print_error(error), options.session ? kExitUsage : kExitIncomplete;
   if (would_overwrite(options.file, options.html)) return kExitUsage;
   std::optional<Body> body = make_body(plan, options.html);
   if (!body) return kExitUsage;
@@ -114,8 +114,8 @@ int view_recording(const ViewOptions& options) {
 }
 
 int view(const CLI::App& command, const ViewOptions& options) {
-  if (command.count("--html") > 0 && options.html.empty())
-    return print_error("--html: no file is named"), kExitUsage;
+  if (command.count("--html") > 0 && command.count("--port") > 0)
+    return print_error("--html goes without --port: nothing is served"), kExitUsage;
   std::optional<SealingKey> key;
   if (!options.key.empty()) {
     const service::KeysResult result = service::load_key(options.key);
@@ -158,6 +158,7 @@ void add_view(CLI::App& app, int& exit_code) {
   command
       ->add_option("--html", options->html,
                    "writes the page into this file, with all that it shows, and ends")
+      ->check(file_name(".html"))
       ->type_name("FILE");
   command->add_option("--key", options->key, "key file for pushes, where the daemon requires keys")
       ->type_name("FILE");

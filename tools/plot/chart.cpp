@@ -17,7 +17,7 @@ namespace freeflex::tools {
 namespace {
 
 constexpr double kWidth = 900.0, kLeft = 90.0, kRight = 150.0, kTop = 40.0, kPanel = 150.0, kGap = 22.0;
-constexpr std::size_t kMostSamples = 4000;
+constexpr std::size_t kMostSamples = 2000;  // three a unit of the width
 
 struct Colour {
   double r, g, b;
@@ -261,17 +261,51 @@ std::string plot_shapes(const std::string& path, const std::string& title,
 }
 
 void Samples::take(double time, const std::vector<double>& values) {
+  // fmin and fmax pass over what is no number
+  if (num_in_last_ < every_ && !time_.empty()) {
+    ++num_in_last_;
+    for (std::size_t k = 0; k < values.size(); ++k) {
+      least_[k].back() = std::fmin(least_[k].back(), values[k]);
+      largest_[k].back() = std::fmax(largest_[k].back(), values[k]);
+    }
+    return;
+  }
+  if (time_.size() == kMostSamples) {
+    for (std::size_t at = 0; at < kMostSamples; at += 2) {
+      time_[at / 2] = time_[at];
+      for (std::size_t k = 0; k < values.size(); ++k) {
+        least_[k][at / 2] = std::fmin(least_[k][at], least_[k][at + 1]);
+        largest_[k][at / 2] = std::fmax(largest_[k][at], largest_[k][at + 1]);
+      }
+    }
+    time_.resize(kMostSamples / 2);
+    for (auto* columns : {&least_, &largest_})
+      for (std::vector<double>& column : *columns) column.resize(kMostSamples / 2);
+    every_ *= 2;
+  }
+  num_in_last_ = 1;
   time_.push_back(time);
-  for (std::size_t k = 0; k < columns_.size(); ++k) columns_[k].push_back(values[k]);
-  if (time_.size() < kMostSamples) return;
-  const auto halve = [](std::vector<double>& all) {
-    std::size_t kept = 0;
-    for (std::size_t k = 0; k < all.size(); k += 2) all[kept++] = all[k];
-    all.resize(kept);
-  };
-  halve(time_);
-  for (std::vector<double>& column : columns_) halve(column);
-  every_ *= 2;
+  for (std::size_t k = 0; k < values.size(); ++k) {
+    least_[k].push_back(values[k]);
+    largest_[k].push_back(values[k]);
+  }
+}
+
+std::vector<double> Samples::time() const {
+  if (every_ == 1) return time_;
+  std::vector<double> times;
+  times.reserve(2 * time_.size());
+  for (const double time : time_) times.insert(times.end(), {time, time});
+  return times;
+}
+
+std::vector<double> Samples::column(std::size_t k) const {
+  if (every_ == 1) return least_[k];
+  std::vector<double> values;
+  values.reserve(2 * time_.size());
+  for (std::size_t at = 0; at < time_.size(); ++at)
+    values.insert(values.end(), {least_[k][at], largest_[k][at]});
+  return values;
 }
 
 }  // namespace freeflex::tools

@@ -38,22 +38,22 @@ std::string plot_shapes(const std::string& path, const std::string& title,
                         const std::vector<std::array<std::size_t, 2>>& lines,
                         const std::vector<Shape>& shapes);
 
-/// Values of ticks that come one after another, no more of them than a picture can show: when there are too
-/// many every other one goes.
+/// Values of ticks that come one after another, in no more samples than a picture can show: of so many ticks
+/// in turn the least and the largest, so that no peak is lost and nothing looks slower than it is.
 class Samples {
  public:
-  explicit Samples(std::size_t num_columns) : columns_(num_columns) {}
-  /// True when a tick is to be taken.
-  bool is_due() { return count_++ % every_ == 0; }
-  /// \pre is_due() just said so; one value for each column
+  explicit Samples(std::size_t num_columns) : least_(num_columns), largest_(num_columns) {}
+  /// One value for each column.
   void take(double time, const std::vector<double>& values);
-  const std::vector<double>& time() const { return time_; }
-  const std::vector<double>& column(std::size_t k) const { return columns_[k]; }
+  /// [s] Of the values of a curve.
+  std::vector<double> time() const;
+  /// One for each tick; of several ticks the least, then the largest.
+  std::vector<double> column(std::size_t k) const;
 
  private:
-  std::size_t every_ = 1, count_ = 0;
+  std::size_t every_ = 1, num_in_last_ = 1;  // ticks of a sample, of the last one
   std::vector<double> time_;
-  std::vector<std::vector<double>> columns_;
+  std::vector<std::vector<double>> least_, largest_;
 };
 
 }  // namespace freeflex::tools

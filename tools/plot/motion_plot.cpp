@@ -53,7 +53,6 @@ MotionPlot::MotionPlot(const Plan& plan)
 }
 
 void MotionPlot::take(const State& state) {
-  if (!samples_.is_due()) return;
   values_.clear();
   double square = 0.0;
   for (int l = 0; l < active_plan(plan_, state).num_elastic; ++l)

@@ -72,8 +72,11 @@ CLI::Validator whole_number(std::int64_t least, std::int64_t most) {
           ""};
 }
 
-CLI::Validator file_name() {
-  return {[](std::string& text) { return text.empty() ? std::string("must name a file") : std::string(); },
+CLI::Validator file_name(std::string ending) {
+  return {[ending = std::move(ending)](std::string& text) {
+            if (text.empty()) return std::string("must name a file");
+            return text.ends_with(ending) ? std::string() : found(text, "a name that ends with " + ending);
+          },
           ""};
 }
 

@@ -36,7 +36,8 @@ CLI::Validator not_negative();   // a number >= 0
 CLI::Validator positive_time();  // [s] > 0
 CLI::Validator study_time();  // [s] > 0, at most 1000: the reference of a report keeps the motion each 10 ms
 CLI::Validator whole_number(std::int64_t least, std::int64_t most);
-CLI::Validator file_name();  // not empty
+/// Not empty; with an ending that it must have: so that a slip does not write over a file of another kind.
+CLI::Validator file_name(std::string ending = {});
 
 /// An option of three numbers, X,Y,Z; anything else is refused with what is wanted.
 /// \param unit  "newton"

@@ -148,7 +148,10 @@ void note_links(Body& body) {
 std::optional<Body> body_of_plan(const std::string& path, const std::string& output) {
   std::optional<Plan> plan = load_or_explain(path, 0.0, {output});
   if (!plan) return std::nullopt;
-  Body body{.fingerprint = plan_fingerprint(*plan), .plan_file = path, .plan = std::move(*plan)};
+  Body body;
+  body.fingerprint = plan_fingerprint(*plan);
+  body.plan_file = path;
+  body.plan = std::move(*plan);
   body.num_modes = modes_that_fit(body.plan);
   for (std::size_t k = 0; k < body.plan.links.size(); ++k)
     draw(static_cast<std::uint32_t>(k), body.plan.links[k].kind, body.plan.links[k].points, body);
@@ -173,7 +176,10 @@ std::optional<Body> body_of_scene(const std::string& path, const std::string& ou
   }
   print_faults(read.faults, read.sources);
   if (!plan) return std::nullopt;
-  Body body{.fingerprint = plan_fingerprint(*plan), .plan_file = path, .plan = std::move(*plan)};
+  Body body;
+  body.fingerprint = plan_fingerprint(*plan);
+  body.plan_file = path;
+  body.plan = std::move(*plan);
   body.num_modes = modes_that_fit(body.plan);
   for (std::size_t k = 0; k < body.plan.links.size(); ++k) {
     const Link& link = read.scene->links[k];

@@ -39,6 +39,8 @@ def log(arguments):
         seen[event.channel] += 1
         if hasattr(message, "tick"):
             ticks.setdefault(event.channel, [message.tick, message.tick])[1] = message.tick
+    if not seen:
+        raise LookupError(f"{arguments.file} holds nothing of {arguments.prefix}: is --prefix right?")
     for channel, count in sorted(seen.items()):
         print(f"{channel:24} {count:9} messages" + (" of ticks {} to {}".format(*ticks[channel])
                                                     if channel in ticks else ""))
@@ -85,6 +87,9 @@ def main():
         return 130
     except BrokenPipeError:
         sys.stderr.close()
+        return 1
+    except freeflex.Rejected as error:
+        print(f"python3 -m freeflex: {error}", file=sys.stderr)
         return 1
     except (LookupError, OSError, RuntimeError, ValueError) as error:
         print(f"python3 -m freeflex: {error}", file=sys.stderr)

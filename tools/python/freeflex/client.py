@@ -8,7 +8,7 @@ from freeflex import messages
 from freeflex.bus import Bus
 from freeflex.codec import DecodeError
 from freeflex.keys import Key
-from freeflex.log import decode
+from freeflex.log import CHANNELS, decode
 from freeflex.scene import Loads, Pages, Points, Scene
 
 #: names of ack_t.reason (messages/README.md, section 6)
@@ -83,7 +83,10 @@ class Daemon:
 
     def listen(self, *suffixes, timeout=None):
         """Messages as they come: listen("STATE", "ACK"), without any of all channels. Ends when none came for
-        `timeout` [s]."""
+        `timeout` [s]. LookupError: no such channel."""
+        for suffix in suffixes:
+            if suffix not in CHANNELS:
+                raise LookupError(f"no channel {suffix!r}, must be one of {', '.join(CHANNELS)}")
         while (received := self._next(lambda suffix, _: not suffixes or suffix in suffixes, timeout)) is not None:
             yield received
 

@@ -94,13 +94,15 @@ def library():
     """The C library: that of FREEFLEX_LIBRARY, else libfreeflex.so.1. StepError when there is none."""
     global _library
     if _library is None:
-        name = os.environ.get("FREEFLEX_LIBRARY", "libfreeflex.so.1")
+        name = os.environ.get("FREEFLEX_LIBRARY") or "libfreeflex.so.1"
         try:
             loaded = ctypes.CDLL(name)
         except OSError as error:
             raise StepError(f"{error}: install freeflex, or name the library in FREEFLEX_LIBRARY") from None
         for function, (result, arguments) in _signatures(ctypes).items():
-            bound = getattr(loaded, "freeflex_" + function)
+            bound = getattr(loaded, "freeflex_" + function, None)
+            if bound is None:
+                raise StepError(f"{name} has no freeflex_{function}: it is not the C library of this freeflex")
             bound.restype, bound.argtypes = result, arguments
             setattr(loaded, function, bound)
         _library = loaded
@@ -142,6 +144,8 @@ class Plan:
                 raised.append(error)
             return len(raised)
 
+        if b"\0" in os.fsencode(path):
+            raise ValueError(f"{path!r} is no path: it holds a zero byte")
         code = c.plan_open(os.fsencode(path), _PROGRESS(ask), None, ctypes.byref(handle))
         if raised:
             if code == 0:
