@@ -161,6 +161,8 @@ TEST(CInterface, SaysWhatItRefusesAndChangesNothing) {
   freeflex_point point;
   refuses(freeflex_motion_point(c.motion, 4, &point), "point 4, must be 0 to 3");
   refuses(freeflex_motion_point(c.motion, -1, &point), "point -1");
+  freeflex_pose group;
+  refuses(freeflex_motion_group(c.motion, 0, &group), "group 0: the plan has none");
   freeflex_body body;
   refuses(freeflex_motion_body(c.motion, 0, &body), "has no attitude");
   freeflex_word word;

@@ -149,8 +149,10 @@ class Daemon(unittest.TestCase):
     def test_nobody_there_is_said(self):
         with self.assertRaisesRegex(TimeoutError, "no STATUS on NOBODY_STATUS: is freeflexd there"):
             freeflex.connect("NOBODY", timeout=0.2)
-        with freeflex.Daemon(freeflex.Bus(), "NOBODY") as daemon, self.assertRaisesRegex(LookupError, "no channel 'STAT'"):
-            list(daemon.listen("STAT", timeout=0.1))
+        with freeflex.Daemon(freeflex.Bus(), "NOBODY") as daemon, freeflex.Daemon(freeflex.Bus(), "NOBODY") as other:
+            self.assertNotEqual(daemon.sender, other.sender)
+            with self.assertRaisesRegex(LookupError, "no channel 'STAT'"):
+                list(daemon.listen("STAT", timeout=0.1))
         with self.assertRaisesRegex(ValueError, "not a bus"):
             freeflex.connect(url="udpm://127.0.0.1:7667")
 

@@ -92,6 +92,17 @@ class Plans(unittest.TestCase):
             self.assertNotIn("Traceback", done.stderr)
 
 
+    def test_a_recording_that_has_nothing_of_the_prefix_is_said(self):
+        with tempfile.TemporaryDirectory() as folder:
+            log = os.path.join(folder, "a.log")
+            subprocess.run([FREEFLEX, "run", BOOM, "--until", "0.1", "--out", log], check=True, capture_output=True)
+            for prefix, code, text in (("FREEFLEX", 0, "FREEFLEX_STATE"), ("OTHER", 2, "holds nothing of OTHER")):
+                done = subprocess.run([sys.executable, "-m", "freeflex", "--prefix", prefix, "log", log], check=False,
+                                      capture_output=True, text=True)
+                self.assertEqual(done.returncode, code)
+                self.assertIn(text, done.stdout + done.stderr)
+
+
 class Traps(unittest.TestCase):
     def test_names_are_in_the_order_of_the_scene(self):
         plan = freeflex.Plan(SATELLITE)

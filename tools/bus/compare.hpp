@@ -38,7 +38,7 @@ struct QuantityDifference {
 struct CompareOutcome {
   enum class Result : std::uint8_t { kSame, kDiffers, kIncomplete, kNothing, kStopped, kError };
   Result result = Result::kSame;
-  std::string error;               // of all but kSame and kDiffers
+  std::string error;               // why not kSame; beside kDiffers: what is damaged
   std::int64_t num_rows = 0;       // compared, of all parts
   std::optional<ValuePair> first;  // beyond the tolerance, the earliest tick
   std::vector<QuantityDifference> quantities;

@@ -102,7 +102,7 @@ int view_recording(const ViewOptions& options) {
   const std::string plan = options.plan.empty()
                                ? recorded_plan(options.file, options.bus.prefix, options.session, error)
                                : options.plan;
-  if (plan.empty()) return print_error(error), options.session ? kExitUsage : kExitIncomplete;
+  if (plan.empty()) return print_error(error), kExitIncomplete;
   if (would_overwrite(options.file, options.html)) return kExitUsage;
   std::optional<Body> body = make_body(plan, options.html);
   if (!body) return kExitUsage;

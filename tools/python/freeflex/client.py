@@ -33,7 +33,8 @@ def connect(prefix="FREEFLEX", *, url=None, sender=None, key=None, timeout=5.0):
     """The daemon with this prefix, once its STATUS came: a Daemon. TimeoutError when none is there.
 
     `key`: a Key or the path of a key file, for daemons that require one. `sender`: the name of this controller,
-    of which there must not be two: chosen at random if not given, with a key its id. `timeout` [s]: how long an answer may take.
+    of which there must not be two: chosen at random if not given, with a key its id. `timeout` [s]: how long an
+    answer may take.
     """
     bus = Bus(url)
     try:
