@@ -7,10 +7,15 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <atomic>
 #include <chrono>
 #include <cstring>
+#include <fstream>
+#include <memory>
+#include <mutex>
 #include <string>
 #include <thread>
+#include <vector>
 
 namespace freeflex::testing {
 namespace {
@@ -36,6 +41,10 @@ class Connection {
 
   void send(const std::string& text) {
     EXPECT_EQ(::send(socket_, text.data(), text.size(), 0), std::ssize(text));
+  }
+  /// Returns false where the server has closed.
+  bool try_send(const std::string& text) {
+    return ::send(socket_, text.data(), text.size(), MSG_NOSIGNAL) == std::ssize(text);
   }
   std::string read(std::size_t size) {
     std::string text(size, '\0');
@@ -69,6 +78,15 @@ class Connection {
     }
     return {head[0] & 0xf, read(size)};
   }
+  /// Returns true where the server closes before the patience ends, whatever it sends before.
+  bool is_closed_by_server() {
+    char rest[1024];
+    while (true) {
+      const ssize_t n = ::recv(socket_, rest, sizeof rest, 0);
+      if (n == 0 || (n < 0 && errno == ECONNRESET)) return true;
+      if (n < 0) return false;
+    }
+  }
   void send_text(const std::string& text) {
     std::string frame = "\x81";
     frame += static_cast<char>(0x80 | text.size());
@@ -79,6 +97,14 @@ class Connection {
  private:
   int socket_;
 };
+
+/// [bytes] The memory of this process.
+std::size_t resident_memory() {
+  std::ifstream file("/proc/self/statm");
+  std::size_t all = 0, resident = 0;
+  file >> all >> resident;
+  return resident * static_cast<std::size_t>(::sysconf(_SC_PAGESIZE));
+}
 
 class ViewServer : public ::testing::Test {
  protected:
@@ -101,6 +127,10 @@ class ViewServer : public ::testing::Test {
                     "\r\nUpgrade: websocket\r\nConnection: Upgrade\r\nSec-WebSocket-Version: 13\r\n"
                     "Sec-WebSocket-Key: dGhlIHNhbXBsZSBub25jZQ==\r\n\r\n");
     return connection.read_head();
+  }
+  std::string taken() {
+    const std::lock_guard lock(mutex_);
+    return taken_;
   }
   static tools::Bytes bytes_of(const std::string& text) {
     std::vector<std::byte> bytes(text.size());
@@ -156,13 +186,8 @@ TEST_F(ViewServer, SendsTheLatestToWhoComesLate) {
   server_.send_once("answered");
   EXPECT_EQ(connection.read_frame(), (std::pair<int, std::string>{1, "answered"}));
   connection.send_text("hello");
-  for (int k = 0; k < 500; ++k) {
-    std::this_thread::sleep_for(std::chrono::milliseconds(10));
-    const std::lock_guard lock(mutex_);
-    if (!taken_.empty()) break;
-  }
-  const std::lock_guard lock(mutex_);
-  EXPECT_EQ(taken_, "hello");
+  for (int k = 0; k < 500 && taken().empty(); ++k) std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  EXPECT_EQ(taken(), "hello");
 }
 
 // one browser reads nothing: nobody waits for it, and another gets its frames
@@ -202,6 +227,88 @@ TEST_F(ViewServer, TakesEightAndSaysSo) {
   Connection late(port_);
   ASSERT_TRUE(open_socket(late, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
   EXPECT_NE(late.read_frame().second.find("as many browsers"), std::string::npos);
+}
+
+// as many connections as the server holds without a token, of each kind: all are younger than what they would
+// keep out, and the page is given before the 5 s patience of a read is over
+TEST_F(ViewServer, StrangersThatSendNoWholeHeaderKeepNobodyOut) {
+  constexpr int kOfAKind = 64;
+  std::vector<std::unique_ptr<Connection>> silent, slow;
+  for (int k = 0; k < kOfAKind; ++k) {
+    silent.push_back(std::make_unique<Connection>(port_));
+    silent.back()->send("GET / HTTP/1.1\r\n");
+    slow.push_back(std::make_unique<Connection>(port_));
+    slow.back()->send("GET / HTTP/1.1\r\nX: ");
+  }
+  std::atomic<bool> is_over = false;
+  std::thread dribble([&] {
+    while (!is_over) {
+      for (const auto& connection : slow) connection->try_send("x");
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+    }
+  });
+  EXPECT_TRUE(get("/?token=" + token_, own()).ends_with("<html>the page</html>"));
+  Connection browser(port_);
+  EXPECT_TRUE(open_socket(browser, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
+  for (const auto& connection : slow) EXPECT_TRUE(connection->is_closed_by_server());
+  for (const auto& connection : silent) EXPECT_TRUE(connection->is_closed_by_server());
+  is_over = true;
+  dribble.join();
+  // who has the token stays
+  server_.send_latest("status", "there");
+  EXPECT_EQ(browser.read_frame().second, "there");
+}
+
+TEST_F(ViewServer, ALongHeaderIsRefused) {
+  Connection connection(port_);
+  connection.try_send("GET /?token=" + token_ + " HTTP/1.1\r\nHost: " + own() + "\r\n");
+  for (int k = 0; k < 20; ++k)
+    connection.try_send("X-" + std::to_string(k) + ": " + std::string(1000, 'x') + "\r\n");
+  connection.try_send("\r\n");
+  EXPECT_TRUE(connection.read_head().starts_with("HTTP/1.1 431"));
+  EXPECT_TRUE(connection.is_closed_by_server());
+}
+
+TEST_F(ViewServer, WhatIsNoRequestIsRefused) {
+  Connection connection(port_);
+  connection.send("hello\r\n\r\n");
+  EXPECT_TRUE(connection.read_head().starts_with("HTTP/1.1 400"));
+  Connection post(port_);
+  post.send("POST /?token=" + token_ + " HTTP/1.1\r\nHost: " + own() + "\r\n\r\n");
+  EXPECT_TRUE(post.read_head().starts_with("HTTP/1.1 405"));
+}
+
+// the length that a frame announces is judged, and not one byte of it is kept
+TEST_F(ViewServer, AFrameAboveTheLimitClosesBeforeItIsHeld) {
+  const std::string announced("\x81\xff\x00\x00\x01\x00\x00\x00\x00\x00\x00\x00\x00\x00", 14);  // 2^40 bytes
+  Connection connection(port_);
+  ASSERT_TRUE(open_socket(connection, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
+  const std::string piece(1 << 20, 'x');
+  const std::size_t before = resident_memory();
+  EXPECT_TRUE(connection.try_send(announced));
+  const auto [opcode, content] = connection.read_frame();
+  EXPECT_EQ(opcode, 8);
+  EXPECT_EQ(content.substr(0, 2), "\x03\xf1");  // 1009: too big
+  for (int k = 0; k < 64 && connection.try_send(piece); ++k) continue;
+  EXPECT_LT(resident_memory(), before + (std::size_t{16} << 20));
+}
+
+TEST_F(ViewServer, ATextAboveTheLimitClosesAndIsNotTaken) {
+  Connection connection(port_);
+  ASSERT_TRUE(open_socket(connection, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
+  connection.send(std::string("\x81\xfe\x10\x01\x00\x00\x00\x00", 8) + std::string(4097, 'x'));
+  EXPECT_EQ(connection.read_frame().first, 8);
+  EXPECT_TRUE(taken().empty());
+}
+
+TEST_F(ViewServer, AFrameWithoutAMaskCloses) {
+  Connection connection(port_);
+  ASSERT_TRUE(open_socket(connection, "http://" + own(), token_).starts_with("HTTP/1.1 101"));
+  connection.send(std::string("\x81\x05hello", 7));
+  const auto [opcode, content] = connection.read_frame();
+  EXPECT_EQ(opcode, 8);
+  EXPECT_EQ(content.substr(0, 2), "\x03\xea");  // 1002: against the protocol
+  EXPECT_TRUE(taken().empty());
 }
 
 TEST(ViewServerPort, ThatIsTakenIsSaid) {

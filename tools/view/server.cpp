@@ -1,23 +1,44 @@
 #include "tools/view/server.hpp"
 
-#include <civetweb.h>
 #include <sys/random.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
+#include <atomic>
+#include <boost/asio/io_context.hpp>
+#include <boost/asio/ip/tcp.hpp>
+#include <boost/asio/post.hpp>
+#include <boost/asio/steady_timer.hpp>
+#include <boost/beast/core/flat_buffer.hpp>
+#include <boost/beast/core/tcp_stream.hpp>
+#include <boost/beast/http.hpp>
+#include <boost/beast/websocket/rfc6455.hpp>
 #include <chrono>
-#include <cstring>
+#include <deque>
+#include <map>
+#include <mutex>
+#include <optional>
+#include <set>
 #include <thread>
 #include <utility>
+
+#include "tools/view/viewer.hpp"
 
 namespace freeflex::tools {
 namespace {
 
-constexpr std::size_t kMostWaiting = 64;                     // texts of one browser
-constexpr double kTraffic = 150e3;                           // [bytes/s] of states to one browser
-constexpr std::chrono::microseconds kLeastInterval{16'000};  // 60 a second, of states
-constexpr std::size_t kMostFromPage = 4096;                  // [bytes] of a text
+namespace asio = boost::asio;
+namespace http = boost::beast::http;
+using asio::ip::tcp;
+using boost::system::error_code;
+
+constexpr std::chrono::seconds kHeaderTime{1};  // until a header is whole, however many reads it takes
+constexpr std::size_t kMostHeader = 16384;      // [bytes]
+constexpr std::size_t kMostStrangers = 64;      // connections whose header is not whole, or was refused
+constexpr std::size_t kMostDownloads = 32;      // connections that are sent the page or its data
+constexpr std::chrono::seconds kWriteTime{10};  // in which a client takes some of an answer
+constexpr std::chrono::seconds kCloseTime{1};   // in which a client closes after its answer
+constexpr std::chrono::milliseconds kAcceptPause{100};  // when no connection can be taken, for lack of files
 
 std::string make_token() {
   std::array<unsigned char, 16> bytes{};
@@ -32,7 +53,7 @@ std::string make_token() {
 }
 
 /// Equal in time that does not tell where they differ.
-bool are_equal(const std::string& a, const std::string& b) {
+bool are_equal(std::string_view a, std::string_view b) {
   if (a.size() != b.size()) return false;
   unsigned difference = 0;
   for (std::size_t k = 0; k < a.size(); ++k)
@@ -40,242 +61,307 @@ bool are_equal(const std::string& a, const std::string& b) {
   return difference == 0;
 }
 
+std::string_view view_of(boost::beast::string_view text) { return {text.data(), text.size()}; }
+std::string_view view_of(const std::vector<std::byte>& bytes) {
+  return {reinterpret_cast<const char*>(bytes.data()), bytes.size()};
+}
+
+/// Returns the value of `token` in a query, empty where there is none.
+std::string_view token_in(std::string_view query) {
+  constexpr std::string_view kName = "token=";
+  while (!query.empty()) {
+    const std::string_view field = query.substr(0, query.find('&'));
+    if (field.starts_with(kName)) return field.substr(kName.size());
+    query.remove_prefix(std::min(query.size(), field.size() + 1));
+  }
+  return {};
+}
+
+using Answer = http::response<http::span_body<const char>>;
+
 }  // namespace
 
-class Viewer {
+/// The server's thread and what it holds.
+class PageServer::Loop {
  public:
-  explicit Viewer(mg_connection* connection) : connection_(connection), sender_([this] { send_all(); }) {}
-  ~Viewer() {
-    {
-      const std::lock_guard lock(mutex_);
-      is_over_ = true;
-    }
-    is_waiting_.notify_one();
-    sender_.join();
+  Loop(Content content, Take take) : content_(std::move(content)), take_(std::move(take)) {}
+  ~Loop() {
+    io_.stop();
+    if (thread_.joinable()) thread_.join();
   }
-  Viewer(const Viewer&) = delete;
-  Viewer& operator=(const Viewer&) = delete;
+  Loop(const Loop&) = delete;
+  Loop& operator=(const Loop&) = delete;
 
-  void put(PageServer::Kind kind, const Bytes& frame) {
-    {
-      const std::lock_guard lock(mutex_);
-      (kind == PageServer::Kind::kState ? state_ : loads_) = frame;
-    }
-    is_waiting_.notify_one();
-  }
-  void put(const std::string& name, const std::string& text) {
-    {
-      const std::lock_guard lock(mutex_);
-      if (!name.empty()) {
-        latest_[name] = text;
-      } else {
-        if (texts_.size() == kMostWaiting) texts_.pop_front();
-        texts_.push_back(text);
-      }
-    }
-    is_waiting_.notify_one();
-  }
+  /// Returns why there is no server, or nothing.
+  std::string start(int port);
+  std::string url() const;
+  template <typename Change>
+  void post(const Change& change);
+  bool has_viewers() const { return num_viewers_ > 0; }
 
  private:
-  using Clock = std::chrono::steady_clock;
+  class Visitor;
+  /// Connections of a kind. The oldest is closed where a new one finds no room.
+  class Crowd {
+   public:
+    explicit Crowd(std::size_t most) : most_(most) {}
+    void add(const std::shared_ptr<Visitor>& visitor);
+    void remove(const std::shared_ptr<Visitor>& visitor);
 
-  void send_all() {
-    Clock::time_point next = Clock::now();
-    std::unique_lock lock(mutex_);
-    while (true) {
-      const auto has_text = [this] { return is_over_ || !texts_.empty() || !latest_.empty(); };
-      if (state_ || loads_)
-        is_waiting_.wait_until(lock, next, has_text);
-      else
-        is_waiting_.wait(lock, [&] { return has_text() || state_ || loads_; });
-      if (is_over_) return;
-      std::deque<std::string> texts = std::exchange(texts_, {});
-      for (auto& [name, text] : std::exchange(latest_, {})) texts.push_back(text);
-      Bytes state, loads;
-      if (Clock::now() >= next)
-        state = std::exchange(state_, nullptr), loads = std::exchange(loads_, nullptr);
-      lock.unlock();
-      for (const std::string& text : texts) write(MG_WEBSOCKET_OPCODE_TEXT, text.data(), text.size());
-      std::size_t size = 0;
-      for (const Bytes& frame : {loads, state}) {
-        if (!frame) continue;
-        write(MG_WEBSOCKET_OPCODE_BINARY, reinterpret_cast<const char*>(frame->data()), frame->size());
-        size += frame->size();
-      }
-      // from one due time to the next: states that come at another rate keep theirs on the average
-      const auto paced =
-          std::chrono::microseconds(static_cast<std::int64_t>(1e6 * static_cast<double>(size) / kTraffic));
-      if (size > 0) next = std::max(next + std::max(kLeastInterval, paced), Clock::now());
-      lock.lock();
+   private:
+    std::size_t most_;
+    std::deque<std::weak_ptr<Visitor>> all_;  // by age
+  };
+
+  void accept();
+  void deliver();
+  void join(boost::beast::tcp_stream stream, const PageRequest& request);
+  bool may_enter(const PageRequest& request, bool is_socket) const;
+  Answer answer(const PageRequest& request, bool is_entitled) const;
+
+  const Content content_;
+  const Take take_;
+  std::string token_;
+  int port_ = 0;
+  asio::io_context io_{1};  // before all that uses it
+  tcp::acceptor acceptor_{io_};
+  asio::steady_timer pause_{io_};
+  Crowd strangers_{kMostStrangers}, downloads_{kMostDownloads};
+  std::set<std::shared_ptr<Viewer>> viewers_;
+  std::map<std::string, std::string> latest_;  // for those who join
+  std::atomic<std::size_t> num_viewers_ = 0;
+  std::mutex mutex_;  // of what follows
+  Mail mail_;         // that other threads have left
+  bool is_posted_ = false;
+  std::thread thread_;
+};
+
+/// One connection, until its request is answered or has become a WebSocket.
+class PageServer::Loop::Visitor : public std::enable_shared_from_this<Visitor> {
+ public:
+  Visitor(Loop& loop, tcp::socket socket) : loop_(loop), stream_(std::move(socket)), received_(kMostHeader) {
+    parser_.header_limit(kMostHeader);
+  }
+  void start() {
+    stream_.expires_after(kHeaderTime);
+    http::async_read_header(
+        stream_, received_, parser_,
+        [self = shared_from_this()](error_code error, std::size_t) { self->take(error); });
+  }
+  void close() { stream_.close(); }
+
+ private:
+  void take(error_code error) {
+    if (error == http::error::header_limit || error == http::error::buffer_overflow)
+      return refuse(http::status::request_header_fields_too_large, "the header is above 16 KB");
+    const bool is_malformed = error.category() == make_error_code(http::error::end_of_stream).category() &&
+                              error != http::error::end_of_stream && error != http::error::partial_message;
+    if (error && !is_malformed) return;  // the time is over, or the client has gone
+    if (error) return refuse(http::status::bad_request, "no request of HTTP/1.1");
+    const PageRequest& request = parser_.get();
+    const bool is_socket = boost::beast::websocket::is_upgrade(request);
+    const bool is_entitled = loop_.may_enter(request, is_socket);
+    if (is_entitled) loop_.strangers_.remove(shared_from_this());
+    if (is_entitled && is_socket && view_of(request.target()).starts_with("/ws?")) {
+      stream_.expires_never();
+      return loop_.join(std::move(stream_), request);
     }
+    if (is_entitled) loop_.downloads_.add(shared_from_this());
+    answer_ = loop_.answer(request, is_entitled);
+    write();
   }
-  void write(int opcode, const char* data, std::size_t size) {
-    // one that cannot be reached any more ends by its own connection's thread
-    if (!is_gone_ && mg_websocket_write(connection_, opcode, data, size) <= 0) is_gone_ = true;
+  void refuse(http::status status, std::string_view text) {
+    answer_.result(status);
+    answer_.body() = {text.data(), text.size()};
+    write();
+  }
+  void write() {
+    answer_.version(11);
+    answer_.keep_alive(false);
+    answer_.content_length(answer_.body().size());
+    serializer_.emplace(answer_);
+    write_some();
+  }
+  void write_some() {
+    stream_.expires_after(kWriteTime);
+    http::async_write_some(stream_, *serializer_, [self = shared_from_this()](error_code error, std::size_t) {
+      if (error) return;
+      if (!self->serializer_->is_done()) return self->write_some();
+      self->stream_.socket().shutdown(tcp::socket::shutdown_send, error);
+      self->stream_.expires_after(kCloseTime);
+      self->drain();
+    });
+  }
+  /// Reads on until the client closes: to close first, with bytes unread, would take the answer from it.
+  void drain() {
+    stream_.async_read_some(asio::buffer(rest_), [self = shared_from_this()](error_code error, std::size_t) {
+      if (!error) self->drain();
+    });
   }
 
-  mg_connection* connection_;
-  std::mutex mutex_;  // of what follows, but is_gone_
-  std::condition_variable is_waiting_;
-  Bytes state_, loads_;
-  std::map<std::string, std::string> latest_;
-  std::deque<std::string> texts_;
-  bool is_over_ = false;
-  bool is_gone_ = false;  // of the sender alone
-  std::thread sender_;    // last: it reads all of the above
+  Loop& loop_;
+  boost::beast::tcp_stream stream_;
+  boost::beast::flat_buffer received_;
+  http::request_parser<http::empty_body> parser_;
+  Answer answer_;
+  std::optional<http::response_serializer<http::span_body<const char>>> serializer_;
+  std::array<char, 1024> rest_{};
 };
 
-/// What civetweb calls.
-struct Handlers {
-  static PageServer& server(void* data) { return *static_cast<PageServer*>(data); }
-  static int request(mg_connection* connection, void* data) { return server(data).answer(connection); }
-  static int connect(const mg_connection* connection, void* data) {
-    return server(data).may_enter(connection, true) ? 0 : 1;
+void PageServer::Loop::Crowd::add(const std::shared_ptr<Visitor>& visitor) {
+  std::erase_if(all_, [](const auto& one) { return one.expired(); });
+  if (all_.size() == most_) {
+    if (const std::shared_ptr<Visitor> oldest = all_.front().lock()) oldest->close();
+    all_.pop_front();
   }
-  static void ready(mg_connection* connection, void* data) { server(data).join(connection); }
-  static int receive(mg_connection*, int bits, char* text, std::size_t size, void* data) {
-    constexpr int kOpcode = 0xf;
-    if ((bits & kOpcode) == MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE) return 0;
-    if ((bits & kOpcode) == MG_WEBSOCKET_OPCODE_TEXT && size <= kMostFromPage)
-      server(data).take_({text, size});
-    return 1;
-  }
-  static void close(const mg_connection* connection, void* data) { server(data).leave(connection); }
-};
-
-PageServer::PageServer(Content content, int port, Take take)
-    : content_(std::move(content)), take_(std::move(take)), token_(make_token()) {
-  mg_init_library(0);
-  const std::string address = "127.0.0.1:" + std::to_string(port), threads = std::to_string(kMostViewers + 4);
-  std::array<const char*, 13> options{"listening_ports",
-                                      address.c_str(),
-                                      "num_threads",
-                                      threads.c_str(),
-                                      "request_timeout_ms",
-                                      "10000",
-                                      "websocket_timeout_ms",
-                                      "10000",
-                                      "enable_websocket_ping_pong",
-                                      "yes",
-                                      "tcp_nodelay",
-                                      "1",
-                                      nullptr};
-  mg_callbacks callbacks{};
-  context_ = token_.empty() ? nullptr : mg_start(&callbacks, this, options.data());
-  if (context_ == nullptr) {
-    error_ = token_.empty()
-                 ? "the system gives no random numbers"
-                 : "no server at " + address + ": " + std::strerror(errno) + "; another --port, or 0 for any";
-    return;
-  }
-  mg_server_port found{};
-  if (mg_get_server_ports(context_, 1, &found) == 1) port_ = found.port;
-  mg_set_request_handler(context_, "/", &Handlers::request, this);
-  mg_set_websocket_handler(context_, "/ws$", &Handlers::connect, &Handlers::ready, &Handlers::receive,
-                           &Handlers::close, this);
+  all_.push_back(visitor);
 }
 
-PageServer::~PageServer() {
-  if (context_ != nullptr) mg_stop(context_);
-  mg_exit_library();
+void PageServer::Loop::Crowd::remove(const std::shared_ptr<Visitor>& visitor) {
+  std::erase_if(all_, [&](const auto& one) { return one.lock() == visitor; });
 }
 
-std::string PageServer::url() const {
+std::string PageServer::Loop::start(int port) {
+  token_ = make_token();
+  if (token_.empty()) return "the system gives no random numbers";
+  const tcp::endpoint address(asio::ip::address_v4::loopback(), static_cast<std::uint16_t>(port));
+  error_code error;
+  acceptor_.open(address.protocol(), error);
+  if (!error) acceptor_.set_option(tcp::acceptor::reuse_address(true), error);
+  if (!error) acceptor_.bind(address, error);
+  if (!error) acceptor_.listen(tcp::acceptor::max_listen_connections, error);
+  if (error)
+    return "no server at 127.0.0.1:" + std::to_string(port) + ": " + error.message() +
+           "; another --port, or 0 for any";
+  port_ = acceptor_.local_endpoint().port();
+  accept();
+  thread_ = std::thread([this] { io_.run(); });
+  return {};
+}
+
+std::string PageServer::Loop::url() const {
   return "http://127.0.0.1:" + std::to_string(port_) + "/?token=" + token_;
 }
 
-/// By its own names alone, with the token; a WebSocket from its own page.
-bool PageServer::may_enter(const mg_connection* connection, bool is_socket) const {
+void PageServer::Loop::accept() {
+  acceptor_.async_accept([this](error_code error, tcp::socket socket) {
+    if (error) {
+      pause_.expires_after(kAcceptPause);
+      return pause_.async_wait([this](error_code ended) {
+        if (!ended) accept();
+      });
+    }
+    error_code ignored;
+    socket.set_option(tcp::no_delay(true), ignored);
+    const auto visitor = std::make_shared<Visitor>(*this, std::move(socket));
+    strangers_.add(visitor);
+    visitor->start();
+    accept();
+  });
+}
+
+/// Tells whether a request is for one of the server's own names and has the token; a WebSocket's comes from
+/// its own page.
+bool PageServer::Loop::may_enter(const PageRequest& request, bool is_socket) const {
   const std::string port = ":" + std::to_string(port_);
-  const auto is_own = [&](const char* name, const std::string& front) {
-    const char* found = mg_get_header(connection, name);
-    return found != nullptr && (found == front + "127.0.0.1" + port || found == front + "localhost" + port);
+  const auto is_own = [&](http::field name, const std::string& front) {
+    const std::string_view found = view_of(request[name]);
+    return found == front + "127.0.0.1" + port || found == front + "localhost" + port;
   };
-  if (!is_own("Host", "") || (is_socket && !is_own("Origin", "http://"))) return false;
-  const char* query = mg_get_request_info(connection)->query_string;
-  std::array<char, 64> token{};
-  return query != nullptr &&
-         mg_get_var(query, std::strlen(query), "token", token.data(), token.size()) >= 0 &&
-         are_equal(token.data(), token_);
+  const std::string_view target = view_of(request.target());
+  const std::size_t query = target.find('?');
+  return is_own(http::field::host, "") && (!is_socket || is_own(http::field::origin, "http://")) &&
+         query != std::string_view::npos && are_equal(token_in(target.substr(query + 1)), token_);
 }
 
-int PageServer::answer(mg_connection* connection) {
-  const mg_request_info* request = mg_get_request_info(connection);
-  const auto send = [connection](const char* status, const char* type, std::string_view content,
-                                 const std::string& more) {
-    mg_printf(connection,
-              "HTTP/1.1 %s\r\nContent-Type: %s\r\nContent-Length: %zu\r\nCache-Control: no-store\r\n"
-              "X-Content-Type-Options: nosniff\r\n%s\r\n",
-              status, type, content.size(), more.c_str());
-    if (!content.empty()) mg_write(connection, content.data(), content.size());
-    return std::stoi(status);
+Answer PageServer::Loop::answer(const PageRequest& request, bool is_entitled) const {
+  Answer answer;
+  answer.set(http::field::cache_control, "no-store");
+  answer.set("X-Content-Type-Options", "nosniff");
+  const auto fill = [&](http::status status, const char* type, std::string_view content) {
+    answer.result(status);
+    answer.set(http::field::content_type, type);
+    answer.body() = {content.data(), content.size()};
+    return std::move(answer);
   };
-  const auto send_bytes = [&](const std::vector<std::byte>& bytes) {
-    return send("200 OK", "application/octet-stream",
-                {reinterpret_cast<const char*>(bytes.data()), bytes.size()}, "");
-  };
-  if (std::strcmp(request->request_method, "GET") != 0)
-    return send("405 Method Not Allowed", "text/plain", "GET alone", "");
-  if (!may_enter(connection, false))
-    return send("403 Forbidden", "text/plain", "open the address that freeflex view printed, with its token",
-                "");
-  const std::string_view path = request->local_uri;
-  const std::string port = std::to_string(port_);
-  if (path == "/")
-    return send(
-        "200 OK", "text/html; charset=utf-8", content_.html,
-        "Content-Security-Policy: default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; "
-        "connect-src 'self' ws://127.0.0.1:" +
-            port + " ws://localhost:" + port +
-            "\r\n"
-            "Referrer-Policy: no-referrer\r\nX-Frame-Options: DENY\r\n");
-  if (path == "/body") return send_bytes(content_.body);
-  if (path == "/motion")
-    return content_.motion.empty() ? send("204 No Content", "text/plain", "", "")
-                                   : send_bytes(content_.motion);
-  return send("404 Not Found", "text/plain", "there are /, /body, /motion and /ws", "");
-}
-
-bool PageServer::join(mg_connection* connection) {
-  const std::lock_guard lock(mutex_);
-  if (viewers_.size() >= static_cast<std::size_t>(kMostViewers)) {
-    constexpr std::string_view kFull = R"({"notice":"as many browsers look on as may: close one of them"})";
-    mg_websocket_write(connection, MG_WEBSOCKET_OPCODE_TEXT, kFull.data(), kFull.size());
-    mg_websocket_write(connection, MG_WEBSOCKET_OPCODE_CONNECTION_CLOSE, nullptr, 0);
-    return false;
+  if (request.method() != http::verb::get)
+    return fill(http::status::method_not_allowed, "text/plain", "GET alone");
+  if (!is_entitled)
+    return fill(http::status::forbidden, "text/plain",
+                "open the address that freeflex view printed, with its token");
+  const std::string_view target = view_of(request.target()), path = target.substr(0, target.find('?'));
+  if (path == "/") {
+    const std::string port = std::to_string(port_);
+    answer.set(
+        "Content-Security-Policy",
+        "default-src 'none'; script-src 'unsafe-inline'; style-src 'unsafe-inline'; connect-src 'self' "
+        "ws://127.0.0.1:" +
+            port + " ws://localhost:" + port);
+    answer.set("Referrer-Policy", "no-referrer");
+    answer.set("X-Frame-Options", "DENY");
+    return fill(http::status::ok, "text/html; charset=utf-8", content_.html);
   }
-  const auto viewer = std::make_shared<Viewer>(connection);
-  for (const auto& [name, text] : latest_) viewer->put(name, text);
-  viewers_[connection] = viewer;
-  return true;
+  if (path == "/body") return fill(http::status::ok, "application/octet-stream", view_of(content_.body));
+  if (path == "/motion")
+    return fill(content_.motion.empty() ? http::status::no_content : http::status::ok,
+                "application/octet-stream", view_of(content_.motion));
+  return fill(http::status::not_found, "text/plain", "there are /, /body, /motion and /ws");
 }
 
-void PageServer::leave(const mg_connection* connection) {
-  // it is destroyed behind the lock, for its sender may still write
-  std::shared_ptr<Viewer> gone;
+void PageServer::Loop::join(boost::beast::tcp_stream stream, const PageRequest& request) {
+  const auto viewer = std::make_shared<Viewer>(std::move(stream));
+  if (viewers_.size() >= static_cast<std::size_t>(kMostViewers))
+    return viewer->refuse(request, R"({"notice":"as many browsers look on as may: close one of them"})");
+  viewers_.insert(viewer);
+  num_viewers_ = viewers_.size();
+  Mail first;
+  first.latest = latest_;
+  viewer->put(first);
+  viewer->start(request, &take_, [this](const std::shared_ptr<Viewer>& gone) {
+    viewers_.erase(gone);
+    num_viewers_ = viewers_.size();
+  });
+}
+
+/// Leaves mail for the thread, which is called once for all that waits.
+template <typename Change>
+void PageServer::Loop::post(const Change& change) {
+  const std::lock_guard lock(mutex_);
+  change(mail_);
+  if (!std::exchange(is_posted_, true)) asio::post(io_, [this] { deliver(); });
+}
+
+void PageServer::Loop::deliver() {
+  Mail mail;
   {
     const std::lock_guard lock(mutex_);
-    const auto found = viewers_.find(connection);
-    if (found == viewers_.end()) return;
-    gone = std::move(found->second);
-    viewers_.erase(found);
+    mail = std::exchange(mail_, {});
+    is_posted_ = false;
   }
+  for (const auto& [name, text] : mail.latest) latest_[name] = text;
+  for (const std::shared_ptr<Viewer>& viewer : viewers_) viewer->put(mail);
 }
 
+PageServer::PageServer(Content content, int port, Take take)
+    : loop_(std::make_unique<Loop>(std::move(content), std::move(take))) {
+  error_ = loop_->start(port);
+}
+
+PageServer::~PageServer() = default;
+
+std::string PageServer::url() const { return loop_->url(); }
+
 void PageServer::send(Kind kind, const Bytes& frame) {
-  const std::lock_guard lock(mutex_);
-  for (const auto& [connection, viewer] : viewers_) viewer->put(kind, frame);
+  if (!loop_->has_viewers()) return;
+  loop_->post([&](Mail& mail) { (kind == Kind::kState ? mail.state : mail.loads) = frame; });
 }
 
 void PageServer::send_latest(const std::string& name, const std::string& text) {
-  const std::lock_guard lock(mutex_);
-  latest_[name] = text;
-  for (const auto& [connection, viewer] : viewers_) viewer->put(name, text);
+  loop_->post([&](Mail& mail) { mail.latest[name] = text; });
 }
 
 void PageServer::send_once(const std::string& text) {
-  const std::lock_guard lock(mutex_);
-  for (const auto& [connection, viewer] : viewers_) viewer->put("", text);
+  loop_->post([&](Mail& mail) { mail.add_text(text); });
 }
 
 }  // namespace freeflex::tools

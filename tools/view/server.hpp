@@ -1,22 +1,13 @@
 // The page over HTTP on loopback, and a WebSocket to each browser that looks at it.
 #pragma once
 
-#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
-#include <deque>
 #include <functional>
-#include <map>
 #include <memory>
-#include <mutex>
-#include <set>
-#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
-
-struct mg_context;
-struct mg_connection;
 
 namespace freeflex::tools {
 
@@ -25,12 +16,9 @@ using Bytes = std::shared_ptr<const std::vector<std::byte>>;
 /// Browsers that may look on at one time.
 inline constexpr int kMostViewers = 8;
 
-/// One browser. What it has not taken is replaced by what is newer, so that one that stops reading holds
-/// nothing up and grows nothing.
-class Viewer;
-
-/// Serves from threads of its own. Whoever has the URL, with the token in it, may look and command; a page of
-/// another origin may not.
+/// Serves from one thread of its own. A client needs the token in the URL, and a WebSocket needs the page's
+/// own origin as well. A connection without the token has one second and 16 KB for its header, and at most 64
+/// such connections are held: a new one takes the place of the oldest.
 class PageServer {
  public:
   struct Content {
@@ -38,7 +26,7 @@ class PageServer {
     std::vector<std::byte> body;    // at /body
     std::vector<std::byte> motion;  // at /motion; empty: there is none
   };
-  /// Text from a page, called by any of the server's threads.
+  /// Text from a page, called by the server's thread.
   using Take = std::function<void(std::string_view)>;
 
   /// \param port  0: any that is free
@@ -51,7 +39,7 @@ class PageServer {
   const std::string& error() const { return error_; }
   std::string url() const;
 
-  /// Frames of a kind replace those that a browser has not taken yet.
+  /// Frames of a kind replace those that a browser has not taken yet. Any thread may call what follows.
   enum class Kind : std::uint8_t { kState, kLoads };
   void send(Kind kind, const Bytes& frame);
   /// Texts of a name replace each other, and come first to a browser that joins.
@@ -60,20 +48,10 @@ class PageServer {
   void send_once(const std::string& text);
 
  private:
-  friend struct Handlers;
-  int answer(mg_connection* connection);
-  bool may_enter(const mg_connection* connection, bool is_socket) const;
-  bool join(mg_connection* connection);
-  void leave(const mg_connection* connection);
+  class Loop;
 
-  Content content_;
-  Take take_;
-  std::string error_, token_;
-  int port_ = 0;
-  mg_context* context_ = nullptr;
-  std::mutex mutex_;  // of what follows
-  std::map<const mg_connection*, std::shared_ptr<Viewer>> viewers_;
-  std::map<std::string, std::string> latest_;
+  std::string error_;
+  std::unique_ptr<Loop> loop_;  // null where there is no server
 };
 
 }  // namespace freeflex::tools
