@@ -62,7 +62,7 @@ SetupProgress say_now_and_then() {
 }
 
 Plan read_plan(const DaemonOptions& options) {
-  io::PlanResult result = io::load_plan(options.input, options.rate, say_now_and_then());
+  io::PlanResult result = io::load_plan(options.input, options.rate, say_now_and_then(), options.settings);
   // faults are for the person who wrote the file: plain, where compilers write theirs
   std::string text;
   for (const Fault& fault : result.faults)

@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 
+#include "service/io/scene/input.hpp"
 #include "service/loop.hpp"
 #include "service/signals.hpp"
 
@@ -12,6 +13,7 @@ namespace freeflex::service {
 
 struct DaemonOptions {
   std::string input;         // scene or plan file
+  io::Settings settings;     // values set in the scene
   std::string lcm_url;       // empty: LCM_DEFAULT_URL, else LCM's default
   std::string prefix;        // of every channel
   std::string socket;        // path of the operator's socket; empty: the usual one, "none": none

@@ -46,6 +46,7 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
   app.set_help_flag("-h,--help", "this text");
   app.set_version_flag("--version", "freeflexd " FREEFLEX_VERSION, "name and version");
   app.add_option("SCENE", options.input, "scene (YAML) or compiled plan")->required()->type_name("");
+  freeflex::service::add_settings(app, options.settings);
   app.add_option("--lcm-url", options.lcm_url, "LCM bus, udpm://ADDRESS:PORT?ttl=N")->type_name("URL");
   app.add_option("--prefix", options.prefix, "first part of every channel name")
       ->type_name("NAME")

@@ -80,6 +80,23 @@ CLI::Validator channel_prefix() {
       ""};
 }
 
+void add_settings(CLI::App& command, io::Settings& settings) {
+  const auto take = [&settings](const std::vector<std::string>& arguments) {
+    for (const std::string& argument : arguments) settings.push_back(*io::parse_setting(argument));
+  };
+  const auto problem = [](const std::string& argument) {
+    return io::parse_setting(argument)
+               ? std::string()
+               : found(argument, "PATH=VALUE, as in points.hub.mass=41 or 'links.*.E=6.9e10'");
+  };
+  command
+      .add_option_function<std::vector<std::string>>(
+          "--set", take, "value set in the scene before it is read: points.hub.mass=41; may be repeated")
+      ->type_name("PATH=VALUE")
+      ->allow_extra_args(false)
+      ->check(CLI::Validator(problem, ""));
+}
+
 std::string explain(const CLI::App& app, const CLI::ParseError& error) {
   const std::vector<CLI::App*> parsed = app.get_subcommands();
   const CLI::App& active = parsed.empty() ? app : *parsed.front();

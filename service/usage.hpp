@@ -6,6 +6,8 @@
 #include <string>
 #include <vector>
 
+#include "service/io/scene/input.hpp"
+
 namespace freeflex::service {
 
 /// "found 'text', must be allowed"
@@ -17,6 +19,10 @@ CLI::Validator must_be(const char* allowed, bool (*is_right)(double));
 CLI::Validator one_of(const std::vector<std::string>& names);
 CLI::Validator rate_in_hertz();  // 0.001 to 1e6
 CLI::Validator channel_prefix();
+
+/// Adds --set PATH=VALUE, which may be repeated and sets values in a scene before it is read.
+/// \param settings  lives as long as the command
+void add_settings(CLI::App& command, io::Settings& settings);
 
 /// What is wrong with a command line, with the nearest command or option where there is one, and how to get
 /// the help.

@@ -138,8 +138,7 @@ INSTANTIATE_TEST_SUITE_P(
                   {"points.csv",
                    "name,mas,x,y,z\n"
                    "a,1,0,0,0\n"}},
-                 {"points.csv:1:1: error: the header has no column mass; it names columns by commas",
-                  "points.csv:1:6: error: unknown column 'mas' (did you mean 'mass'?); allowed: name, mass, "
+                 {"points.csv:1:6: error: unknown column 'mas' (did you mean 'mass'?); allowed: name, mass, "
                   "x, y, z"}},
         BadScene{"MissingColumn",
                  {{"scene.yaml", "points: {csv: points.csv}\n"},

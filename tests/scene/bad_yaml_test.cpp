@@ -220,7 +220,6 @@ INSTANTIATE_TEST_SUITE_P(
                   "name, rate, fidelity, tolerance, error_budget, points, links, groups, damping, gravity, "
                   "attractor, "
                   "initial, wheels, loads, feedback, leave_out, modes, publish, commands",
-                  "scene.yaml:7:5: error: link 'l': stiffness is missing, must be a number > 0 [N/m]",
                   "scene.yaml:7:35: error: link 'l': unknown key 'stifness' (did you mean 'stiffness'?); "
                   "allowed: name, spring, stiffness, viscous, loss_factor"}},
         BadScene{"MissingPoints",

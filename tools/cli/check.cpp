@@ -14,12 +14,14 @@
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
+#include "tools/terminal/usage.hpp"
 
 namespace freeflex::tools {
 namespace {
 
 struct CheckOptions {
   std::string scene;
+  io::Settings settings;
   bool json = false;
 };
 
@@ -42,13 +44,13 @@ struct Checked {
 };
 
 /// A scene through all of the set-up, or a plan as every program checks it when it loads it.
-Checked check_file(const std::string& path) {
+Checked check_file(const std::string& path, const io::Settings& settings) {
   Progress progress("check");
   if (io::is_plan_file(path)) {
-    io::PlanResult read = io::load_plan(path);
+    io::PlanResult read = io::load_plan(path, 0.0, {}, settings);
     return {std::move(read.plan), {}, std::move(read.faults), std::move(read.sources)};
   }
-  io::SceneResult read = io::read_scene(path);
+  io::SceneResult read = io::read_scene(path, settings);
   Checked checked{std::nullopt, {}, std::move(read.faults), std::move(read.sources)};
   std::optional<Structure> structure;
   if (read.scene) structure = build_structure(*read.scene, checked.faults, progress.of_setup());
@@ -58,7 +60,7 @@ Checked check_file(const std::string& path) {
 }
 
 int check(const CheckOptions& options) {
-  const Checked checked = check_file(options.scene);
+  const Checked checked = check_file(options.scene, options.settings);
   const std::optional<Plan>& plan = checked.plan;
   std::int64_t errors = 0;
   for (const Fault& fault : checked.faults) errors += fault.severity == Fault::Severity::kError ? 1 : 0;
@@ -116,6 +118,7 @@ void add_check(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("check", "all faults of a scene at once: file, line, column, what is allowed");
   command->add_option("SCENE", options->scene, "scene file (YAML), or a plan")->required();
+  add_settings(*command, options->settings);
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(kCheckFooter);
   command->callback([options, &exit_code] { exit_code = check(*options); });

@@ -18,6 +18,7 @@ namespace {
 
 struct CompileOptions {
   std::string scene;
+  io::Settings settings;
   std::string plan;
   double rate = 0.0;  // [Hz] 0: the scene's
   bool json = false;
@@ -31,7 +32,8 @@ JSON fields:
 Exit codes: 0 written, 1 cannot be written, 2 the scene has errors.)";
 
 int compile(const CompileOptions& options) {
-  const std::optional<Plan> plan = load_or_explain(options.scene, options.rate, {options.plan});
+  const std::optional<Plan> plan =
+      load_or_explain(options.scene, options.rate, {options.plan}, options.settings);
   if (!plan) return kExitUsage;
   std::error_code ignored;
   if (std::filesystem::is_regular_file(options.plan, ignored) &&
@@ -72,6 +74,7 @@ void add_compile(CLI::App& app, int& exit_code) {
       ->required()
       ->check(file_name())
       ->type_name("PLAN");
+  add_settings(*command, options->settings);
   command->add_option("--rate", options->rate, "ticks per second [Hz] instead of the scene's")
       ->check(rate_in_hertz())
       ->type_name("HZ");

@@ -21,6 +21,7 @@ namespace {
 
 struct ModesOptions {
   std::string input;
+  io::Settings settings;
   std::string plot;  // empty: no picture
   int count = 30;
   bool json = false;
@@ -230,7 +231,7 @@ int plot_modes(const ModesOptions& options) {
 int modes(const ModesOptions& options) {
   if (!options.plot.empty())
     if (const int code = plot_modes(options); code != kExitOk) return code;
-  const std::optional<Plan> plan = load_or_explain(options.input, 0.0);
+  const std::optional<Plan> plan = load_or_explain(options.input, 0.0, {}, options.settings);
   if (!plan) return kExitUsage;
   const Principal principal = principal_axes(*plan);
   if (options.json) {
@@ -282,6 +283,7 @@ void add_modes(CLI::App& app, int& exit_code) {
   CLI::App* command =
       app.add_subcommand("modes", "mass, principal moments, freedoms, frequencies and mechanisms");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
+  add_settings(*command, options->settings);
   command->add_option("--count", options->count, "frequencies to print, 0 for all")
       ->capture_default_str()
       ->check(whole_number(0, kMost<int>))

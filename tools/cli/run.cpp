@@ -28,6 +28,7 @@ using freeflex_msgs::applied_t;
 
 struct RunOptions {
   std::string input;
+  io::Settings settings;
   std::string log;
   std::string out;   // empty: the picture alone
   std::string plot;  // empty: none
@@ -334,7 +335,8 @@ int run(const CLI::App& command, const RunOptions& options) {
   if (!idle.empty()) return print_error(idle), kExitUsage;
   for (const std::string& written : {options.out, options.plot})
     if (!options.log.empty() && would_overwrite(options.log, written)) return kExitUsage;
-  const std::optional<Plan> plan = load_or_explain(options.input, options.rate, {options.out, options.plot});
+  const std::optional<Plan> plan =
+      load_or_explain(options.input, options.rate, {options.out, options.plot}, options.settings);
   if (!plan || (!options.out.empty() && !has_states(*plan, options.out))) return kExitUsage;
   Commands commands;
   if (!options.log.empty()) {
@@ -381,6 +383,7 @@ void add_run(CLI::App& app, int& exit_code) {
   auto options = std::make_shared<RunOptions>();
   CLI::App* command = app.add_subcommand("run", "the same step without the bus, as fast as it goes");
   command->add_option("SCENE", options->input, "scene or plan file")->required();
+  add_settings(*command, options->settings);
   command->add_option("--log", options->log, "LCM log whose commands are applied at their recorded ticks")
       ->check(file_name())
       ->type_name("FILE");

@@ -64,12 +64,12 @@ void print_faults(const Faults& faults, const std::vector<std::string>& sources)
 }
 
 std::optional<Plan> load_or_explain(const std::string& path, double rate,
-                                    const std::vector<std::string>& outputs) {
+                                    const std::vector<std::string>& outputs, const io::Settings& settings) {
   for (const std::string& output : outputs)
     if (would_overwrite(path, output)) return std::nullopt;
-  io::PlanResult result = [&path, rate] {
+  io::PlanResult result = [&] {
     Progress progress("set-up");
-    return io::load_plan(path, rate, progress.of_setup());
+    return io::load_plan(path, rate, progress.of_setup(), settings);
   }();
   for (const std::string& source : result.sources) {
     for (const std::string& output : outputs)

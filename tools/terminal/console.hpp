@@ -30,10 +30,12 @@ void print_warning(const std::string& text);
 /// Faults in full on stderr, in the order found.
 void print_faults(const Faults& faults, const std::vector<std::string>& sources);
 
-/// A plan from a scene or plan file, at another rate when rate > 0 [Hz]. Prints the faults; nullopt on an
-/// error, and when output, the file that is to be written, is one of those that the scene is read from.
+/// A plan from a scene or plan file, at another rate when rate > 0 [Hz], with values set in the scene. Prints
+/// the faults; nullopt on an error, and when output, the file that is to be written, is one of those that the
+/// scene is read from.
 std::optional<Plan> load_or_explain(const std::string& path, double rate,
-                                    const std::vector<std::string>& outputs = {});
+                                    const std::vector<std::string>& outputs = {},
+                                    const io::Settings& settings = {});
 
 /// True when output, or the file it is until complete, would be written over input, which is explained.
 bool would_overwrite(const std::string& input, const std::string& output);

@@ -27,6 +27,7 @@ struct NamedNumbers {
 std::optional<NamedNumbers> parse_named_numbers(const std::string& text, std::size_t count);
 
 // what several options are, beside those of freeflexd too
+using service::add_settings;
 using service::channel_prefix;
 using service::found;
 using service::must_be;

@@ -11,6 +11,15 @@ struct Field {
   int column;  // from 1, in characters
 };
 
+// plain text as YAML has it; nothing is empty
+Node text_node(std::string_view text, const Origin& origin) {
+  Node node;
+  node.kind = text.empty() ? Node::Kind::kEmpty : Node::Kind::kText;
+  node.text = text;
+  node.origin = origin;
+  return node;
+}
+
 bool is_padding(char c) { return c == ' ' || c == '\t' || c == '\r'; }
 
 std::vector<Field> split(std::string_view line) {
@@ -42,6 +51,26 @@ double CsvRow::number(std::size_t column, const std::string& label, const Quanti
   return 0.0;
 }
 
+Node& CsvRow::as_item(YamlTree& tree, const std::vector<std::size_t>& columns) const {
+  Node& item = tree.create({});
+  item.kind = Node::Kind::kMapping;
+  item.origin = line_;
+  for (const std::size_t column : columns)
+    item.entries.emplace_back(&tree.create(text_node(columns_[column], places_[column])),
+                              &tree.create(text_node(fields_[column], places_[column])));
+  return item;
+}
+
+void CsvRow::add_list(YamlTree& tree, Node& item, std::string_view key,
+                      const std::vector<std::size_t>& columns) const {
+  Node& list = tree.create({});
+  list.kind = Node::Kind::kList;
+  list.origin = places_[columns.front()];
+  for (const std::size_t column : columns)
+    list.items.push_back(&tree.create(text_node(fields_[column], places_[column])));
+  item.entries.emplace_back(&tree.create(text_node(key, list.origin)), &list);
+}
+
 std::string CsvRow::label(const std::string& noun, std::size_t name_column) const {
   const std::string_view name = fields_[name_column];
   if (!name_problem(name).empty()) return noun + " " + place();
@@ -66,11 +95,12 @@ CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> kno
     return;
   }
   header_ = {source_, line_, 1};
-  std::vector<std::string_view> found;
+  std::vector<std::string_view> found, meant;  // meant: what unknown columns may stand for
   for (const Field& field : split(line)) {
     const Origin place{source_, line_, field.column};
     const auto column = std::find(known_.begin(), known_.end(), field.text);
     const bool is_repeated = std::find(found.begin(), found.end(), field.text) != found.end();
+    if (column == known_.end()) meant.push_back(nearest_word(field.text, known_));
     if (column == known_.end())
       report_.error(place, "unknown column " + quote(field.text) + did_you_mean(field.text, known_) +
                                "; allowed: " + join(known_));
@@ -82,7 +112,9 @@ CsvTable::CsvTable(Report& report, int source, std::vector<std::string_view> kno
   }
   std::vector<std::string_view> missing;
   for (const std::string_view column : required)
-    if (std::find(found.begin(), found.end(), column) == found.end()) missing.push_back(column);
+    if (std::find(found.begin(), found.end(), column) == found.end() &&
+        std::find(meant.begin(), meant.end(), column) == meant.end())
+      missing.push_back(column);
   if (!missing.empty()) {
     report_.error(header_, "the header has no column " + join(missing) + "; it names columns by commas");
     is_good_ = false;

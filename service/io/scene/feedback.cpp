@@ -37,6 +37,7 @@ std::optional<Eigen::Matrix3d> read_gain(Report& report, const Node& node, const
   }
   bool is_good = true;
   for (int i = 0; i < 3; ++i) {
+    const ItemOfReport one(report);
     const Node& item = *node.items[static_cast<std::size_t>(i)];
     const auto row = read_vector(report, item, label + ": row " + std::to_string(i + 1), unit);
     is_good = is_good && row.has_value();
@@ -59,8 +60,8 @@ void SceneReader::read_feedbacks(const Node& node) {
 
 void SceneReader::read_feedback(const Node& node) {
   const std::string number = std::to_string(scene_.feedbacks.size() + 1);
-  const Fields fields(report_, node, item_label("feedback", node, scene_.feedbacks.size() + 1),
-                      sections::kFeedback);
+  const ItemOfReport item(report_);
+  const Fields fields(report_, node, item_label("feedback", node, number), sections::kFeedback);
   Feedback feedback;
   feedback.origin = node.origin;
   feedback.name = number;
@@ -71,20 +72,18 @@ void SceneReader::read_feedback(const Node& node) {
   feedback.sensor = feedback.point;
   if (const Node* from = fields.find("from"))
     feedback.sensor = points_.resolve(report_, *from, fields.label() + ": from").value_or(-1);
-  bool has_gain = false;
   const auto read = [&](const char* key, Eigen::Matrix3d& gain) {
     const Node* value = fields.find(key);
     if (!value) return;
-    has_gain = true;
     if (const auto matrix = read_gain(report_, *value, fields.label_of(key), fields.key(key).quantity.unit))
       gain = *matrix;
   };
   read("displacement", feedback.displacement_gain);
   read("velocity", feedback.velocity_gain);
   read("acceleration", feedback.acceleration_gain);
-  if (!has_gain && fields.is_mapping())
-    report_.error(node.origin,
-                  fields.label() + " has no gain; it must have displacement, velocity or acceleration");
+  if (fields.lacks_all({"displacement", "velocity", "acceleration"}))
+    report_.missing(node, "gain",
+                    fields.label() + " has no gain; it must have displacement, velocity or acceleration");
   feedbacks_.add(report_, feedback.name, feedback.origin);
   scene_.feedbacks.push_back(std::move(feedback));
 }

@@ -36,7 +36,7 @@ void SceneReader::read_fidelity(const Fields& scene) {
   read("attitude", automatic.attitude);
   read("elastic", automatic.elastic);
   fields.require("horizon", automatic.horizon);
-  if (!automatic.position && !automatic.attitude && !automatic.elastic)
+  if (fields.lacks_all({"position", "attitude", "elastic"}))
     report_.error(tolerance->origin,
                   "tolerance: none is stated; give position [m], attitude [rad] or elastic (share)");
 }

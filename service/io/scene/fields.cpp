@@ -107,11 +107,11 @@ std::optional<std::string> read_name(Report& report, const Node& node, const std
   return name;
 }
 
-std::string item_label(const std::string& noun, const Node& node, std::size_t position) {
+std::string item_label(const std::string& noun, const Node& node, const std::string& place) {
   for (const auto& [key, value] : node.entries)
     if (key->text == "name" && value->kind == Node::Kind::kText && name_problem(value->text).empty())
       return noun + " " + quote(value->text);
-  return noun + " " + std::to_string(position);
+  return noun + " " + place;
 }
 
 namespace {
@@ -129,14 +129,19 @@ std::string advise_mapping(const Node& node, const std::string& label, std::stri
          std::string(number_key) + ": " + (is_good ? node.text : "NUMBER") + "}";
 }
 
-/// What may be meant by a key that is not known: one of these, or one whose value stands at its colon.
-std::string advise_key(std::string_view key, const std::vector<std::string_view>& absent) {
+/// What may be meant by a key that is not known: one of those that are absent, or one whose value stands at
+/// its colon. The advice is empty where the word is.
+struct MeantKey {
+  std::string_view word;
+  std::string advice;
+};
+MeantKey find_meant(std::string_view key, const std::vector<std::string_view>& absent) {
   const std::size_t colon = key.find(':');
-  const std::string_view name = key.substr(0, colon);
-  if (colon == std::string_view::npos || std::find(absent.begin(), absent.end(), name) == absent.end())
-    return did_you_mean(key, absent);
-  return " (write a blank behind the colon, " +
-         quote(std::string(name) + ": " + std::string(key.substr(colon + 1))) + ")";
+  const auto word = std::find(absent.begin(), absent.end(), key.substr(0, colon));
+  if (colon == std::string_view::npos || word == absent.end())
+    return {nearest_word(key, absent), did_you_mean(key, absent)};
+  return {*word, " (write a blank behind the colon, " +
+                     quote(std::string(*word) + ": " + std::string(key.substr(colon + 1))) + ")"};
 }
 
 }  // namespace
@@ -164,7 +169,9 @@ Fields::Fields(Report& report, const Node& node, std::string label, const Sectio
     std::vector<std::string_view> absent;  // keys that a misspelt one may stand for
     for (const Key& known : section.keys)
       if (!find(known.name)) absent.push_back(known.name);
-    report.error(key.origin, label_ + ": unknown key " + quote(key.text) + advise_key(key.text, absent) +
+    const MeantKey meant = find_meant(key.text, absent);
+    if (!meant.word.empty()) misspelt_.push_back(meant.word);
+    report.error(key.origin, label_ + ": unknown key " + quote(key.text) + meant.advice +
                                  "; allowed: " + join(section.names()));
   }
 }
@@ -178,8 +185,20 @@ const Node* Fields::find(std::string_view key) const {
 
 const Node* Fields::require(std::string_view key, const std::string& allowed) const {
   const Node* node = find(key);
-  if (!node && is_mapping_) report_.error(node_.origin, label_of(key) + " is missing, " + allowed);
+  if (!node && is_mapping_ && !is_misspelt({key}))
+    report_.missing(node_, key, label_of(key) + " is missing, " + allowed);
   return node;
+}
+
+bool Fields::is_misspelt(std::initializer_list<std::string_view> keys) const {
+  return std::any_of(keys.begin(), keys.end(), [&](std::string_view key) {
+    return std::find(misspelt_.begin(), misspelt_.end(), key) != misspelt_.end();
+  });
+}
+
+bool Fields::lacks_all(std::initializer_list<std::string_view> keys) const {
+  return is_mapping_ && !is_misspelt(keys) &&
+         std::none_of(keys.begin(), keys.end(), [&](std::string_view key) { return find(key) != nullptr; });
 }
 
 void Fields::read(std::string_view key, double& value) const {
@@ -229,6 +248,7 @@ std::optional<int> Names::find(std::string_view name) const {
 std::optional<int> Names::resolve(Report& report, std::string_view name, const Origin& origin,
                                   const std::string& label) const {
   if (const auto index = find(name)) return index;
+  if (!is_complete_) report.note_unresolved(origin);
   if (is_complete_ && !report.is_full()) {
     const std::vector<std::string_view> known(names_.begin(), names_.end());
     std::string allowed = did_you_mean(name, known);

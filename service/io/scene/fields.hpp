@@ -2,6 +2,7 @@
 #pragma once
 
 #include <Eigen/Geometry>
+#include <initializer_list>
 #include <optional>
 #include <string>
 #include <unordered_map>
@@ -39,7 +40,7 @@ std::optional<std::size_t> read_word(Report& report, const Node& node, const std
 std::optional<std::string> read_name(Report& report, const Node& node, const std::string& label);
 
 /// "point 'hub'" when the mapping has a good name, "point 3" by its place in the list, from 1, otherwise.
-std::string item_label(const std::string& noun, const Node& node, std::size_t position);
+std::string item_label(const std::string& noun, const Node& node, const std::string& place);
 
 /// A mapping with the keys of a section: unknown and refused ones are reported at once.
 class Fields {
@@ -53,8 +54,13 @@ class Fields {
 
   /// nullptr for a key that is absent or not known.
   const Node* find(std::string_view key) const;
-  /// Reports a missing key as "<label>: <key> is missing, <allowed>".
+  /// Reports a missing key as "<label>: <key> is missing, <allowed>", unless an unknown key is near it.
   const Node* require(std::string_view key, const std::string& allowed) const;
+
+  /// True when an unknown key, which is reported, may stand for one of these.
+  bool is_misspelt(std::initializer_list<std::string_view> keys) const;
+  /// True of a mapping that has none of these keys, misspelt ones included.
+  bool lacks_all(std::initializer_list<std::string_view> keys) const;
 
   /// What the section says of one of its keys.
   const Key& key(std::string_view key) const { return section_.at(key); }
@@ -75,6 +81,7 @@ class Fields {
   std::string label_;
   const Section& section_;
   bool is_mapping_;
+  std::vector<std::string_view> misspelt_;  // keys that unknown ones may stand for
 };
 
 /// Names of one kind in the order of the scene.

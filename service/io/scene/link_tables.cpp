@@ -35,6 +35,7 @@ const std::vector<std::string_view> kColumns{
 
 /// A kind of link that a table may hold. The columns name, viscous and loss_factor may always stand beside.
 struct TableForm {
+  std::string_view kind;
   std::vector<Column> required, optional;  // beside from and to
   LossRefusal losses;
   LinkKind (*read)(const CsvTable& table, const CsvRow& row, const std::string& label);
@@ -79,11 +80,11 @@ LinkKind read_plate(const CsvTable& table, const CsvRow& row, const std::string&
 // the kind that has all its columns and no other's; nullptr when none has
 const TableForm* form_of(const CsvTable& table) {
   static const std::vector<TableForm> kForms{
-      {{kStiffnessColumn}, {}, kElasticLosses, read_spring},
-      {{kEA}, {kMassColumn}, kElasticLosses, read_bar},
-      {{kEA, kGJ, kEIy, kEIz}, {kGAy, kGAz, kMassColumn}, kRotationLosses, read_beam},
-      {{kDampingColumn}, {}, kDashpotLosses, read_dashpot},
-      {{kThird, kE, kNu, kThicknessColumn}, {kDensityColumn}, kRotationLosses, read_plate}};
+      {"spring", {kStiffnessColumn}, {}, kElasticLosses, read_spring},
+      {"bar", {kEA}, {kMassColumn}, kElasticLosses, read_bar},
+      {"beam", {kEA, kGJ, kEIy, kEIz}, {kGAy, kGAz, kMassColumn}, kRotationLosses, read_beam},
+      {"dashpot", {kDampingColumn}, {}, kDashpotLosses, read_dashpot},
+      {"plate", {kThird, kE, kNu, kThicknessColumn}, {kDensityColumn}, kRotationLosses, read_plate}};
   const auto fits = [&](const TableForm& form) {
     for (std::size_t column = kThird; column < kViscousColumn; ++column) {
       const auto holds = [&](const std::vector<Column>& columns) {
@@ -115,7 +116,24 @@ void SceneReader::read_ends(const CsvRow& row, const std::string& label, bool ha
   }
 }
 
+Node& SceneReader::link_row_as_item(const CsvRow& row, const CsvTable& table, std::string_view kind,
+                                    bool has_viscous, bool has_loss_factor) {
+  std::vector<std::size_t> columns;
+  for (std::size_t column = 0; column < kColumns.size(); ++column) {
+    const bool is_end = column == kFrom || column == kTo || column == kThird;
+    const bool is_refused =
+        (column == kViscousColumn && !has_viscous) || (column == kLossFactorColumn && !has_loss_factor);
+    if (table.has(kColumns[column]) && !is_end && !is_refused) columns.push_back(column);
+  }
+  Node& item = row.as_item(tree_, columns);
+  std::vector<std::size_t> ends{kFrom, kTo};
+  if (table.has(kColumns[kThird])) ends.push_back(kThird);
+  row.add_list(tree_, item, kind, ends);
+  return item;
+}
+
 void SceneReader::read_links_table(const Node& node) {
+  const ItemOfReport item(report_);
   const Fields fields(report_, node, "links", sections::kLinkTable);
   const auto source = open_beside(*fields.find("csv"), "links: csv");
   if (!source) return links_.mark_incomplete();
@@ -143,6 +161,12 @@ void SceneReader::read_links_table(const Node& node) {
     link.origin = row.origin();
     link.name = table.has("name") ? std::string(row.text(kName)) : next_link_name();
     if (!table.has("name")) link.place = row.place();
+    if (settings_->wants_row("links", link.name)) {
+      Node& changed = link_row_as_item(row, table, form->kind, has_viscous, has_loss_factor);
+      settings_->apply_to_row("links", link.name, changed);
+      read_link(changed, row.place());
+      return scene_.links.size() <= kMaxLinks;
+    }
     const std::string label = row.label("link", kName);
     if (const std::string problem = name_problem(link.name); !problem.empty()) {
       report_.error(row.origin(kName), label + ": name " + problem);

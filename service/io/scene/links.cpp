@@ -217,8 +217,9 @@ void SceneReader::read_links(const Node& node) {
     if (is_table(*item))
       read_links_table(*item);
     else
-      read_link(*item, position);
+      read_link(*item, std::to_string(position));
   }
+  settings_->report_unmatched("links", links_.is_complete());
 }
 
 std::string SceneReader::next_link_name() const {
@@ -259,12 +260,13 @@ const LinkForm* SceneReader::find_form(const Node& node, const std::string& labe
   std::string meant;
   for (const auto& [key, value] : node.entries)
     if (meant.empty() && key->text != "name") meant = did_you_mean(key->text, kinds_of_link());
-  report_.error(node.origin, label + " has no kind" + meant + allowed());
+  report_.missing(node, "kind", label + " has no kind" + meant + allowed());
   return nullptr;
 }
 
-void SceneReader::read_link(const Node& node, std::size_t position) {
-  const std::string label = item_label("link", node, position);
+void SceneReader::read_link(const Node& node, const std::string& place) {
+  const ItemOfReport item(report_);
+  const std::string label = item_label("link", node, place);
   if (node.kind != Node::Kind::kMapping) {
     report_.error(node.origin, label + " is " + describe(node) + ", must be a mapping with one of " +
                                    join(kinds_of_link()));
@@ -273,13 +275,14 @@ void SceneReader::read_link(const Node& node, std::size_t position) {
   const LinkForm* form = find_form(node, label);
   if (!form) return leave_link_unread(node.origin);
   const Fields fields(report_, node, label, section_of(*form));
+  if (fields.is_misspelt({"name"})) links_.mark_incomplete();
   Link link;
   link.origin = node.origin;
   link.name = next_link_name();
   if (const Node* given = fields.find("name")) {
     if (const auto text = read_name(report_, *given, label + ": name")) link.name = *text;
   } else {
-    link.place = std::to_string(position);
+    link.place = place;
   }
   link.kind = form->read(report_, fields);
   fields.read("viscous", link.viscous);

@@ -17,7 +17,8 @@ void SceneReader::read_loads(const Node& node) {
 
 void SceneReader::read_load(const Node& node) {
   const std::string number = std::to_string(scene_.loads.size() + 1);
-  const Fields fields(report_, node, item_label("load", node, scene_.loads.size() + 1), sections::kLoad);
+  const ItemOfReport item(report_);
+  const Fields fields(report_, node, item_label("load", node, number), sections::kLoad);
   Load load;
   load.origin = node.origin;
   load.name = number;
@@ -40,9 +41,9 @@ void SceneReader::read_load(const Node& node) {
     report_.error(
         axes->origin,
         fields.label() + ": axes has no effect on wheels, which have axes of their own; leave it out");
-  if (!forces && !wrenches && !torques && !wheels && fields.is_mapping())
-    report_.error(node.origin,
-                  fields.label() + " has neither forces, wrenches, torques nor wheels; it must have one");
+  if (fields.lacks_all({"forces", "wrenches", "torques", "wheels"}))
+    report_.missing(node, "forces",
+                    fields.label() + " has neither forces, wrenches, torques nor wheels; it must have one");
   load.history = read_history(fields);
   loads_.add(report_, load.name, load.origin);
   scene_.loads.push_back(std::move(load));
@@ -57,6 +58,7 @@ void SceneReader::read_forces(const Fields& fields, const Node& node, Load& load
                                           std::string(quantity.unit));
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
+    const ItemOfReport item(report_);
     PointLoad point;
     point.point = points_.resolve(report_, name->text, name->origin, label).value_or(-1);
     if (const auto force = read_vector(report_, *value, label + ": " + name->text, quantity.unit))
@@ -74,6 +76,7 @@ void SceneReader::read_torques(const Fields& fields, const Node& node, Load& loa
                                           std::string(quantity.unit));
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
+    const ItemOfReport item(report_);
     TorqueLoad body;
     body.point = points_.resolve(report_, name->text, name->origin, label).value_or(-1);
     if (const auto torque = read_vector(report_, *value, label + ": " + name->text, quantity.unit))
@@ -91,6 +94,7 @@ void SceneReader::read_wheel_torques(const Fields& fields, const Node& node, Loa
                                           std::string(quantity.unit));
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
+    const ItemOfReport item(report_);
     WheelLoad wheel;
     wheel.wheel = wheels_.resolve(report_, name->text, name->origin, label).value_or(-1);
     if (const auto torque = read_number(report_, *value, label + ": " + name->text, quantity))
@@ -101,7 +105,9 @@ void SceneReader::read_wheel_torques(const Fields& fields, const Node& node, Loa
 
 void SceneReader::read_wheel(const Node& node) {
   const std::string number = std::to_string(scene_.wheels.size() + 1);
-  const Fields fields(report_, node, item_label("wheel", node, scene_.wheels.size() + 1), sections::kWheel);
+  const ItemOfReport item(report_);
+  const Fields fields(report_, node, item_label("wheel", node, number), sections::kWheel);
+  if (fields.is_misspelt({"name"})) wheels_.mark_incomplete();
   Wheel wheel;
   wheel.origin = node.origin;
   wheel.name = number;
@@ -128,13 +134,15 @@ void SceneReader::read_wrenches(const Fields& fields, const Node& node, Load& lo
                                           ", must be a mapping of group names to {force, torque}");
   if (!report_.count_mentions(node.entries.size(), node.origin)) return;
   for (const auto& [name, value] : node.entries) {
+    const ItemOfReport item(report_);
     const Fields wrench_fields(report_, *value, label + ": " + name->text, sections::kWrench);
     WrenchLoad wrench;
     wrench.group = groups_.resolve(report_, name->text, name->origin, label).value_or(-1);
     wrench_fields.read("force", wrench.force);
     wrench_fields.read("torque", wrench.torque);
-    if (wrench_fields.is_mapping() && !wrench_fields.find("force") && !wrench_fields.find("torque"))
-      report_.error(value->origin, wrench_fields.label() + " has neither force nor torque; it must have one");
+    if (wrench_fields.lacks_all({"force", "torque"}))
+      report_.missing(*value, "force",
+                      wrench_fields.label() + " has neither force nor torque; it must have one");
     load.wrenches.push_back(wrench);
   }
 }

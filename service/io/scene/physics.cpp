@@ -49,7 +49,9 @@ void report_physics(const Scene& scene, const std::vector<Origin>& other_places,
   };
   std::set<Place> broken;
   for (const Fault& fault : report.faults())
-    if (fault.severity == Fault::Severity::kError) broken.insert(owner(fault.origin));
+    if (fault.severity == Fault::Severity::kError)
+      for (const Origin& place : report.targets(fault.origin)) broken.insert(owner(place));
+  for (const Origin& place : report.unresolved()) broken.insert(owner(place));
   // what stands on a point that could not be read is not known either
   const bool has_broken_point =
       std::any_of(scene.points.begin(), scene.points.end(),
@@ -58,7 +60,8 @@ void report_physics(const Scene& scene, const std::vector<Origin>& other_places,
   Faults found;
   check_physics(scene, found);
   for (const Fault& fault : found)
-    if (fault.severity == Fault::Severity::kError && fault.origin.line > 0 &&
+    if (fault.severity == Fault::Severity::kError &&
+        (fault.origin.line > 0 || report.is_setting(fault.origin.source)) &&
         !broken.contains(place_of(fault.origin)) && (broken.empty() || fault.message != kNoMass))
       report.error(fault.origin, fault.message);
 }

@@ -43,17 +43,6 @@ PlanResult load_plan_file(const std::string& path) {
   return result;
 }
 
-PlanResult compile_scene_file(const std::string& path, const SetupProgress& progress) {
-  SceneResult scene = read_scene(path);
-  PlanResult result;
-  result.faults = std::move(scene.faults);
-  result.sources = std::move(scene.sources);
-  if (!scene.scene) return result;
-  const std::optional<Structure> structure = build_structure(*scene.scene, result.faults, progress);
-  if (structure) result.plan = make_plan(*scene.scene, *structure, result.faults);
-  return result;
-}
-
 void change_rate(double rate, PlanResult& result) {
   if (const std::string untried = find_untried_rate(*result.plan, rate); !untried.empty())
     result.faults.push_back({Fault::Severity::kWarning, {0, 0, 0}, untried});
@@ -65,6 +54,28 @@ void change_rate(double rate, PlanResult& result) {
                            "--rate " + reader::format_number(rate) + " does not suit the scene: " + fault +
                                "; take a higher one"});
   result.plan.reset();
+}
+
+PlanResult compile_scene(SceneResult scene, double rate, const SetupProgress& progress) {
+  PlanResult result;
+  result.faults = std::move(scene.faults);
+  result.sources = std::move(scene.sources);
+  if (!scene.scene) return result;
+  const std::optional<Structure> structure = build_structure(*scene.scene, result.faults, progress);
+  if (structure) result.plan = make_plan(*scene.scene, *structure, result.faults);
+  if (result.plan && rate > 0.0) change_rate(rate, result);
+  return result;
+}
+
+PlanResult refuse_settings(const std::string& path, const Settings& settings) {
+  PlanResult result;
+  result.sources = {settings.front().source};
+  result.faults.push_back({Fault::Severity::kError,
+                           {0, 0, 0},
+                           "'" + path +
+                               "' is a plan, whose set-up is done: values are set in a scene, before its "
+                               "set-up; name the scene that the plan was made from"});
+  return result;
 }
 
 // a file that is removed again unless it is kept
@@ -136,10 +147,18 @@ bool is_plan_file(const std::string& path) {
   return is_plan;
 }
 
-PlanResult load_plan(const std::string& path, double rate, const SetupProgress& progress) {
-  PlanResult result = is_plan_file(path) ? load_plan_file(path) : compile_scene_file(path, progress);
+PlanResult load_plan(const std::string& path, double rate, const SetupProgress& progress,
+                     const Settings& settings) {
+  if (!is_plan_file(path)) return compile_scene(read_scene(path, settings), rate, progress);
+  if (!settings.empty()) return refuse_settings(path, settings);
+  PlanResult result = load_plan_file(path);
   if (result.plan && rate > 0.0) change_rate(rate, result);
   return result;
+}
+
+PlanResult load_plan_text(const SceneText& scene, double rate, const SetupProgress& progress,
+                          const Settings& settings) {
+  return compile_scene(read_scene_text(scene, settings), rate, progress);
 }
 
 std::string save_plan(const Plan& plan, const std::string& path, const std::function<bool()>& is_ended) {

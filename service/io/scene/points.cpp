@@ -11,8 +11,9 @@ void SceneReader::read_points(const Node& node) {
     if (is_table(*item))
       read_points_table(*item);
     else
-      read_point(*item, position);
+      read_point(*item, std::to_string(position));
   }
+  settings_->report_unmatched("points", points_.is_complete());
   if (scene_.points.empty() && !report_.has_error())
     report_.error(node.origin, "points is empty; a scene has at least one point");
 }
@@ -27,12 +28,13 @@ bool SceneReader::add_point(PointMass point) {
   return false;
 }
 
-void SceneReader::read_point(const Node& node, std::size_t position) {
-  const Fields fields(report_, node, item_label("point", node, position), sections::kPoint);
+bool SceneReader::read_point(const Node& node, const std::string& place) {
+  const ItemOfReport item(report_);
+  const Fields fields(report_, node, item_label("point", node, place), sections::kPoint);
   PointMass point;
   point.origin = node.origin;
   point.name = std::to_string(scene_.points.size() + 1);
-  if (!fields.is_mapping()) points_.mark_incomplete();
+  if (!fields.is_mapping() || fields.is_misspelt({"name"})) points_.mark_incomplete();
   if (const Node* name = fields.find("name")) {
     if (const auto text = read_name(report_, *name, fields.label() + ": name")) {
       point.name = *text;
@@ -43,7 +45,7 @@ void SceneReader::read_point(const Node& node, std::size_t position) {
   fields.read("mass", point.mass);
   fields.read("at", point.position);
   read_body(fields, point);
-  add_point(std::move(point));
+  return add_point(std::move(point));
 }
 
 // moments, or the six entries of the matrix, and the centre of mass, in axes of the body's own
@@ -80,6 +82,7 @@ void SceneReader::read_body(const Fields& fields, PointMass& point) {
 }
 
 void SceneReader::read_points_table(const Node& node) {
+  const ItemOfReport item(report_);
   const Fields fields(report_, node, "points", sections::kPointTable);
   const auto source = open_beside(*fields.find("csv"), "points: csv");
   if (!source) return points_.mark_incomplete();
@@ -89,6 +92,13 @@ void SceneReader::read_points_table(const Node& node) {
     PointMass point;
     point.origin = row.origin();
     point.name = table.has("name") ? std::string(row.text(kName)) : std::to_string(scene_.points.size() + 1);
+    if (settings_->wants_row("points", point.name)) {
+      Node& changed = row.as_item(tree_, table.has("name") ? std::vector<std::size_t>{kName, kMassColumn}
+                                                           : std::vector<std::size_t>{kMassColumn});
+      row.add_list(tree_, changed, "at", {kX, kY, kZ});
+      settings_->apply_to_row("points", point.name, changed);
+      return read_point(changed, row.place());
+    }
     const std::string label = row.label("point", kName);
     if (const std::string problem = name_problem(point.name); !problem.empty()) {
       report_.error(row.origin(kName), label + ": name " + problem);

@@ -12,10 +12,20 @@ namespace freeflex::io {
 
 namespace {
 
-SceneResult read_whole_scene(const std::string& path) {
-  reader::Report report;
-  reader::SceneReader scene_reader(report, path);
-  Scene scene = scene_reader.read();
+// scene name when none is given: the file's, with what a name may not hold replaced
+std::string name_from_path(const std::string& path) {
+  std::string name = std::filesystem::path(path).stem().string().substr(0, 63);
+  for (char& c : name)
+    if (!reader::name_problem(std::string_view(&c, 1)).empty()) c = '_';
+  return reader::name_problem(name).empty() ? name : "scene";
+}
+
+/// \param source  of the report; nullopt after it reported that there is none
+SceneResult read_source(reader::Report& report, std::optional<int> source, const std::string& folder,
+                        const std::string& name, const Settings& settings) {
+  reader::SceneReader scene_reader(report, folder, settings);
+  Scene scene;
+  if (source) scene = scene_reader.read(*source, name);
   scene.sources = report.sources();
   scene.hash = report.hash();
   SceneResult result;
@@ -29,32 +39,44 @@ SceneResult read_whole_scene(const std::string& path) {
   return result;
 }
 
+SceneResult refuse_for_memory(const std::string& name) {
+  return {std::nullopt,
+          {{Fault::Severity::kError,
+            {0, 0, 0},
+            "memory ran out while the scene was read; put points and links into CSV files, which take less, "
+            "take fewer of them, or allow more memory (ulimit -v)"}},
+          {name}};
+}
+
 }  // namespace
 
-SceneResult read_scene(const std::string& path) {
+SceneResult read_scene(const std::string& path, const Settings& settings) {
   try {
-    return read_whole_scene(path);
+    reader::Report report;
+    const std::string folder = std::filesystem::path(path).parent_path().string();
+    return read_source(report, report.open(path, {}), folder, name_from_path(path), settings);
   } catch (const std::bad_alloc&) {
-    return {
-        std::nullopt,
-        {{Fault::Severity::kError,
-          {0, 0, 0},
-          "memory ran out while the scene was read; put points and links into CSV files, which take less, "
-          "take fewer of them, or allow more memory (ulimit -v)"}},
-        {path}};
+    return refuse_for_memory(path);
+  }
+}
+
+SceneResult read_scene_text(const SceneText& scene, const Settings& settings) {
+  try {
+    reader::Report report;
+    const int source = report.add_text(scene.name, scene.text);
+    const bool is_small = scene.text.size() <= reader::kMaxFileBytes;
+    if (!is_small)
+      report.error({source, 0, 0}, "the text has " + std::to_string(scene.text.size()) + " bytes, at most " +
+                                       std::to_string(reader::kMaxFileBytes) + " are read");
+    return read_source(report, is_small ? std::optional<int>(source) : std::nullopt, scene.folder, "scene",
+                       settings);
+  } catch (const std::bad_alloc&) {
+    return refuse_for_memory(scene.name);
   }
 }
 
 namespace reader {
 namespace {
-
-// scene name when none is given: the file's, with what a name may not hold replaced
-std::string name_from_path(const std::string& path) {
-  std::string name = std::filesystem::path(path).stem().string().substr(0, 63);
-  for (char& c : name)
-    if (!name_problem(std::string_view(&c, 1)).empty()) c = '_';
-  return name_problem(name).empty() ? name : "scene";
-}
 
 std::vector<int> every(std::size_t count) {
   std::vector<int> indices(count);
@@ -70,11 +92,11 @@ bool is_table(const Node& node) {
                      [](const auto& entry) { return entry.first->text == "csv"; });
 }
 
-Scene SceneReader::read() {
-  const auto source = report_.open(path_, {});
-  if (!source) return {};
-  YamlTree tree;
-  if (const Node* root = tree.parse(report_, *source)) read_sections(*root);
+Scene SceneReader::read(int source, const std::string& name) {
+  scene_.name = name;
+  const Node* root = tree_.parse(report_, source);
+  settings_.emplace(report_, tree_, given_settings_);
+  if (const Node* changed = settings_->apply(root)) read_sections(*changed);
   return std::move(scene_);
 }
 
@@ -82,7 +104,6 @@ void SceneReader::read_sections(const Node& root) {
   const Fields fields(report_, root, "scene", sections::kScene);
   if (!fields.is_mapping()) return;
   for (const auto& entry : root.entries) other_places_.push_back(entry.first->origin);
-  scene_.name = name_from_path(path_);
   if (const Node* name = fields.find("name"))
     if (const auto text = read_name(report_, *name, "scene: name")) scene_.name = *text;
   fields.read("rate", scene_.rate);
@@ -94,6 +115,9 @@ void SceneReader::read_sections(const Node& root) {
     read_points(*points);
   else
     points_.mark_incomplete();
+  if (fields.is_misspelt({"links"})) links_.mark_incomplete();
+  if (fields.is_misspelt({"groups"})) groups_.mark_incomplete();
+  if (fields.is_misspelt({"wheels"})) wheels_.mark_incomplete();
   if (const Node* links = fields.find("links")) read_links(*links);
   if (const Node* groups = fields.find("groups")) read_groups(*groups);
   if (const Node* damping = fields.find("damping")) read_damping(*damping);
@@ -125,8 +149,7 @@ std::vector<const Node*> SceneReader::read_list(const Node& node, const std::str
 std::optional<int> SceneReader::open_beside(const Node& node, const std::string& label) {
   const auto name = read_text(report_, node, label);
   if (!name) return std::nullopt;
-  const std::filesystem::path folder = std::filesystem::path(path_).parent_path();
-  return report_.open((folder / *name).string(), node.origin);
+  return report_.open((std::filesystem::path(folder_) / *name).string(), node.origin);
 }
 
 void SceneReader::read_groups(const Node& node) {
@@ -136,6 +159,7 @@ void SceneReader::read_groups(const Node& node) {
                          "groups is " + describe(node) + ", must be a mapping of names to lists of points");
   }
   for (const auto& [key, value] : node.entries) {
+    const ItemOfReport item(report_);
     if (scene_.groups.size() == std::size_t{kMaxGroups}) {
       groups_.mark_incomplete();
       return report_.error(key->origin,
@@ -172,6 +196,7 @@ void SceneReader::read_damping(const Node& node) {
     return report_.error(modes->origin, "damping: modes is " + describe(*modes) +
                                             ", must be a mapping of mode numbers to ratios");
   for (const auto& [key, value] : modes->entries) {
+    const ItemOfReport item(report_);
     const auto mode = parse_integer(key->text, 1, 3 * std::int64_t{kMaxNamedPoints});
     if (!mode)
       report_.error(key->origin,
@@ -198,7 +223,7 @@ void SceneReader::read_modes(const Node& node) {
     modes.count = static_cast<int>(count);
   if (fields.find("below") && fields.find("count"))
     report_.error(node.origin, "modes has below and count; give one of them");
-  if (!fields.find("below") && !fields.find("count") && fields.is_mapping())
+  if (fields.lacks_all({"below", "count"}))
     report_.error(node.origin, "modes is empty, must be {below: HZ} or {count: N}");
 }
 
@@ -229,6 +254,7 @@ void SceneReader::read_initial_points(const Node& node) {
     return report_.error(node.origin, "initial: points is " + describe(node) +
                                           ", must be a mapping of point names to {displacement, velocity}");
   for (const auto& [key, value] : node.entries) {
+    const ItemOfReport item(report_);
     Initial::PointElastic point;
     point.point = points_.resolve(report_, key->text, key->origin, "initial: points").value_or(-1);
     const Fields fields(report_, *value, "initial: point " + quote(key->text), sections::kInitialPoint);
@@ -243,6 +269,7 @@ void SceneReader::read_initial_modes(const Node& node) {
     return report_.error(node.origin, "initial: modes is " + describe(node) +
                                           ", must be a mapping of mode numbers to {q, q_dot}");
   for (const auto& [key, value] : node.entries) {
+    const ItemOfReport item(report_);
     Initial::ModeElastic mode;
     const auto number = parse_integer(key->text, 1, 3 * std::int64_t{kMaxNamedPoints});
     if (!number)

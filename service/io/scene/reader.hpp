@@ -1,10 +1,12 @@
 // The sections of a scene file, one function each. service/scenes/README.md is the schema.
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "service/io/scene/fields.hpp"
+#include "service/io/scene/settings.hpp"
 #include "service/io/scene/tables.hpp"
 
 namespace freeflex::io::reader {
@@ -16,10 +18,13 @@ bool is_table(const Node& node);
 
 class SceneReader {
  public:
-  /// \param path  the scene as the person named it; other files are relative to its folder
-  SceneReader(Report& report, std::string path) : report_(report), path_(std::move(path)) {}
-  /// Every fault goes to the report; the scene is whole only when it has no error.
-  Scene read();
+  /// \param folder    that other files are relative to
+  /// \param settings  values set in the scene; it outlives this
+  SceneReader(Report& report, std::string folder, const Settings& settings)
+      : report_(report), folder_(std::move(folder)), given_settings_(settings) {}
+  /// Reads the text of a source. Every fault goes to the report; the scene is whole only when it has no
+  /// error. \param name  of a scene without one
+  Scene read(int source, const std::string& name);
   /// False when the points could not be read whole, or there are more links than are read: nothing more can
   /// be said.
   bool is_judged() const { return points_.size() > 0 && points_.is_complete() && links_.size() <= kMaxLinks; }
@@ -52,15 +57,17 @@ class SceneReader {
 
   // points.cpp
   void read_points(const Node& node);
-  void read_point(const Node& node, std::size_t position);
+  /// \param place  of the item: "3" in the list, "in row 3" of a table. False: there are too many points.
+  bool read_point(const Node& node, const std::string& place);
   void read_body(const Fields& fields, PointMass& point);
   void read_points_table(const Node& node);
   bool add_point(PointMass point);
 
   // links.cpp
   void read_links(const Node& node);
-  /// \param position  in the list of links, from 1: what messages call a link without a name
-  void read_link(const Node& node, std::size_t position);
+  /// \param place  of the item: "3" in the list, "in row 3" of a table; messages call a link without a name
+  /// by it
+  void read_link(const Node& node, const std::string& place);
   /// Name of a link without one: its number. A link that could not be read has one too.
   std::string next_link_name() const;
   void leave_link_unread(const Origin& origin);
@@ -73,6 +80,9 @@ class SceneReader {
 
   // link_tables.cpp
   void read_links_table(const Node& node);
+  /// A row as the link that it stands for, without the losses that its kind refuses.
+  Node& link_row_as_item(const CsvRow& row, const CsvTable& table, std::string_view kind, bool has_viscous,
+                         bool has_loss_factor);
   void read_ends(const CsvRow& row, const std::string& label, bool has_third, Link& link);
 
   // loads.cpp
@@ -97,7 +107,10 @@ class SceneReader {
   void read_feedback(const Node& node);
 
   Report& report_;
-  std::string path_;
+  std::string folder_;
+  const Settings& given_settings_;
+  YamlTree tree_;
+  std::optional<SceneSettings> settings_;  // once the scene is parsed
   Scene scene_;
   Names points_{"point"};
   Names links_{"link"};

@@ -10,6 +10,8 @@
 #include <cstring>
 #include <tuple>
 
+#include "service/io/scene/yaml.hpp"
+
 namespace freeflex::io::reader {
 
 std::string read_whole_file(const std::string& path, std::size_t max_bytes, std::string& text) {
@@ -56,11 +58,51 @@ void Report::add(Fault fault) {
 
 void Report::error(Origin origin, std::string message) {
   has_error_ = true;
+  if (is_setting(origin.source)) origin.line = 0;
+  if (!is_full() && (origin.line > 0 || is_setting(origin.source))) {
+    const auto [first, is_first] =
+        first_errors_.emplace(Place{origin.source, origin.line, origin.column}, First{item_, message});
+    if (!is_first && (first->second.item != item_ || first->second.message == message)) return;
+  }
   add({Fault::Severity::kError, origin, std::move(message)});
 }
 
+void Report::missing(const Node& mapping, std::string_view key, std::string message) {
+  const auto at = [&](const Origin& origin) {
+    return std::pair(Place{origin.source, origin.line, origin.column}, std::string(key));
+  };
+  const bool is_said = std::any_of(mapping.merged.begin(), mapping.merged.end(),
+                                   [&](const Node* merged) { return missing_.contains(at(merged->origin)); });
+  if (!is_full()) missing_.insert(at(mapping.origin));
+  if (is_said)
+    has_error_ = true;
+  else
+    error(mapping.origin, std::move(message));
+}
+
 void Report::warning(Origin origin, std::string message) {
+  if (is_setting(origin.source)) origin.line = 0;
   add({Fault::Severity::kWarning, origin, std::move(message)});
+}
+
+int Report::add_text(const std::string& name, std::string_view text) {
+  XXH3_64bits_update(hash_, text.data(), text.size());
+  sources_.push_back(name);
+  texts_.push_back(std::make_unique<std::string>(text));
+  return static_cast<int>(sources_.size()) - 1;
+}
+
+int Report::add_setting(const Setting& setting) {
+  // the zero byte keeps a longer path from being a shorter one with a longer value
+  XXH3_64bits_update(hash_, setting.path.c_str(), setting.path.size() + 1);
+  const int source = add_text(setting.source, setting.value);
+  settings_[source];
+  return source;
+}
+
+std::vector<Origin> Report::targets(const Origin& fault) const {
+  const auto setting = settings_.find(fault.source);
+  return setting == settings_.end() ? std::vector<Origin>{fault} : setting->second;
 }
 
 std::optional<int> Report::open(const std::string& path, Origin asked) {
@@ -118,6 +160,8 @@ Faults Report::take_faults() {
 }
 
 std::string describe_place(const Report& report, const Origin& place, const Origin& near) {
+  if (report.is_setting(place.source))
+    return "by " + report.sources()[static_cast<std::size_t>(place.source)];
   if (place.source == near.source) return "on line " + std::to_string(place.line);
   return "at " + report.sources()[static_cast<std::size_t>(place.source)] + ":" + std::to_string(place.line) +
          ":" + std::to_string(place.column);

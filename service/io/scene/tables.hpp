@@ -10,6 +10,7 @@
 
 #include "service/io/scene/report.hpp"
 #include "service/io/scene/text.hpp"
+#include "service/io/scene/yaml.hpp"
 
 namespace freeflex::io::reader {
 
@@ -30,6 +31,11 @@ class CsvRow {
   std::string place() const { return "in row " + std::to_string(number_); }
   /// "point 'hub'" when the row has a good name, "point in row 3" otherwise.
   std::string label(const std::string& noun, std::size_t name_column) const;
+  /// The row as an item of a scene: its columns are the keys.
+  Node& as_item(YamlTree& tree, const std::vector<std::size_t>& columns) const;
+  /// Adds a key to the item whose value is the list of some columns.
+  void add_list(YamlTree& tree, Node& item, std::string_view key,
+                const std::vector<std::size_t>& columns) const;
   /// Number of a column, or 0 after reporting "<label>: <column> ...".
   double number(std::size_t column, const std::string& label, const Quantity& quantity) const;
 

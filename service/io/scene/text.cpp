@@ -326,7 +326,7 @@ std::string quote(std::string_view text) {
   return shown + (i < text.size() ? "...'" : "'");
 }
 
-std::string did_you_mean(std::string_view text, const std::vector<std::string_view>& candidates) {
+std::string_view nearest_word(std::string_view text, const std::vector<std::string_view>& candidates) {
   if (text.empty() || text.size() > 64) return {};
   const std::string wanted = lower(text);
   const std::size_t allowed = std::max<std::size_t>(1, text.size() / 3);
@@ -343,6 +343,11 @@ std::string did_you_mean(std::string_view text, const std::vector<std::string_vi
       nearest = candidate;
     }
   }
+  return nearest;
+}
+
+std::string did_you_mean(std::string_view text, const std::vector<std::string_view>& candidates) {
+  const std::string_view nearest = nearest_word(text, candidates);
   if (nearest.empty()) return {};
   return " (did you mean " + quote(nearest) + "?)";
 }

@@ -50,6 +50,9 @@ std::string format_number(double value);
 /// 'text' in quotes for a message: cut at 60 characters, control characters and bad UTF-8 replaced.
 std::string quote(std::string_view text);
 
+/// The candidate nearest to text by edit distance; empty when none is near.
+std::string_view nearest_word(std::string_view text, const std::vector<std::string_view>& candidates);
+
 /// " (did you mean 'mass'?)" for the candidate nearest to text by edit distance, or nothing when none is
 /// near.
 std::string did_you_mean(std::string_view text, const std::vector<std::string_view>& candidates);

@@ -71,7 +71,7 @@ class TreeBuilder {
   /// False: a limit is reached and parsing must stop.
   bool take(fy_event& event) {
     if (const fy_mark* mark = fy_event_start_mark(&event))
-      place_ = {source_, mark->line + 1, mark->column + 1};
+      place_ = {source_, report_.is_setting(source_) ? 0 : mark->line + 1, mark->column + 1};
     switch (event.type) {
       case FYET_DOCUMENT_START:
         if (++num_documents_ == 2)
@@ -241,6 +241,7 @@ class TreeBuilder {
                       "'<<' merges " + describe(*other) + ", must be a mapping or a list of mappings");
         continue;
       }
+      mapping.merged.push_back(other);
       num_nodes_ += other->entries.size();
       if (num_nodes_ > kMaxYamlNodes) return create(Node::Kind::kEmpty) != nullptr;  // reports
       for (const auto& entry : other->entries)
@@ -350,6 +351,11 @@ const Node* YamlTree::parse(Report& report, int source) {
     const fy_diag_error* fault = fy_diag_errors_iterate(diag.get(), &position);
     report_syntax(report, source, text, fault);
     return nullptr;
+  }
+  if (builder.is_empty() && report.is_setting(source)) {
+    Node empty;
+    empty.origin = {source, 0, 1};
+    return &create(std::move(empty));
   }
   if (builder.is_empty()) report.error({source, 1, 1}, "the file is empty; a scene has at least points");
   return builder.root();

@@ -18,6 +18,7 @@ struct Node {
   Origin origin;
   std::vector<const Node*> items;                            // kList
   std::vector<std::pair<const Node*, const Node*>> entries;  // kMapping, merges (<<) done, keys distinct
+  std::vector<const Node*> merged;                           // mappings whose entries are among them
 };
 
 /// What a node is, for messages: "a list", "the text 'abc'".
@@ -33,6 +34,8 @@ class YamlTree {
   /// keys, tags, unknown aliases, more than one document, nothing at all, depth or number of nodes. Syntax
   /// stops at the first fault, the others are all reported.
   const Node* parse(Report& report, int source);
+  /// A node of its own, which lives as long as the tree.
+  Node& create(Node node) { return nodes_.emplace_back(std::move(node)); }
 
  private:
   friend class TreeBuilder;

@@ -1,0 +1,408 @@
+#include "service/io/scene/settings.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <utility>
+
+#include "service/io/scene/reader.hpp"
+#include "service/io/scene/text.hpp"
+
+namespace freeflex::io {
+
+std::optional<Setting> parse_setting(const std::string& argument, const std::string& option) {
+  char quote = 0;
+  for (std::size_t i = 0; i < argument.size(); ++i) {
+    const char c = argument[i];
+    if (quote == 0 && c == '=') {
+      if (i == 0) return std::nullopt;
+      return Setting{argument.substr(0, i), argument.substr(i + 1), option + " " + argument};
+    }
+    if (quote == c)
+      quote = 0;
+    else if (quote == 0 && (c == '"' || c == '\''))
+      quote = c;
+  }
+  return std::nullopt;
+}
+
+namespace reader {
+namespace {
+
+std::string item_name(const Node& item) {
+  for (const auto& [key, value] : item.entries)
+    if (key->text == "name" && value->kind == Node::Kind::kText) return value->text;
+  return {};
+}
+
+bool has_key(const Node& mapping, std::string_view key) {
+  return std::any_of(mapping.entries.begin(), mapping.entries.end(),
+                     [&](const auto& entry) { return entry.first->text == key; });
+}
+
+bool is_table_section(const Section& section) { return section.find("csv") != nullptr; }
+
+// the section that an item of a list is read by; nullptr for a link of no kind
+const Section* section_of(const Key& list, const Node& item) {
+  const bool is_item_table = is_table(item);
+  const Section* only = nullptr;
+  int num_others = 0;
+  for (const Section* section : list.sections) {
+    if (is_table_section(*section)) {
+      if (is_item_table) return section;
+      continue;
+    }
+    if (has_key(item, section->name)) return section;
+    only = section;
+    ++num_others;
+  }
+  return num_others == 1 && !is_item_table ? only : nullptr;
+}
+
+// what a path may set at a key, for a path that goes on beyond it
+std::string describe_whole(const Key& key) {
+  switch (key.form) {
+    case Form::kNumbers:
+    case Form::kGain:
+      return "a list of numbers";
+    case Form::kSelection:
+    case Form::kWords:
+      return "a list";
+    default:
+      return "one value";
+  }
+}
+
+std::string list_names(const std::vector<std::string>& names) {
+  const std::vector<std::string_view> views(names.begin(), names.end());
+  if (views.empty()) return "none has a name";
+  if (views.size() <= 8) return "there are " + join(views);
+  return "there are " + std::to_string(views.size()) + ", from " + quote(views.front()) + " to " +
+         quote(views.back());
+}
+
+}  // namespace
+
+bool PathStep::is_place() const {
+  return !is_quoted && !text.empty() && text.find_first_not_of("0123456789") == std::string::npos;
+}
+
+std::string parse_path(const std::string& path, std::vector<PathStep>& steps) {
+  const auto at = [](std::size_t byte) { return ", character " + std::to_string(byte + 1) + " of the path"; };
+  std::size_t i = 0;
+  while (true) {
+    PathStep step;
+    step.begin = i;
+    if (i < path.size() && (path[i] == '"' || path[i] == '\'')) {
+      const std::size_t closing = path.find(path[i], i + 1);
+      if (closing == std::string::npos) return "the quote is not closed" + at(i);
+      step.text = path.substr(i + 1, closing - i - 1);
+      step.is_quoted = true;
+      i = closing + 1;
+      if (i < path.size() && path[i] != '.') return "a dot must follow the closing quote" + at(i);
+    } else {
+      i = std::min(path.find('.', i), path.size());
+      step.text = path.substr(step.begin, i - step.begin);
+      if (step.text.find_first_of("[]{}\"' \t=,") != std::string::npos)
+        return quote(step.text) + " must be a key, a name, a number or *" + at(step.begin) +
+               "; keys and names stand behind dots, as in points.hub.mass";
+    }
+    if (step.text.empty()) return "a key or a name is missing" + at(step.begin);
+    step.end = i;
+    steps.push_back(std::move(step));
+    if (i == path.size()) return {};
+    ++i;
+  }
+}
+
+SceneSettings::SceneSettings(Report& report, YamlTree& tree, const Settings& settings)
+    : report_(report), tree_(tree) {
+  if (settings.size() > kMaxSettings) {
+    report_.error({}, std::to_string(settings.size()) + " values are set, at most " +
+                          std::to_string(kMaxSettings) + " may be; write them into the scene or its tables");
+    return;
+  }
+  settings_.reserve(settings.size());
+  for (const Setting& setting : settings) {
+    const int source = report_.add_setting(setting);
+    PathSetting parsed{&setting, source, {}, nullptr};
+    if (const std::string problem = parse_path(setting.path, parsed.steps); !problem.empty()) {
+      report_.error({source, 0, 0}, problem);
+      continue;
+    }
+    parsed.value = tree_.parse(report_, source);
+    if (parsed.value) settings_.push_back(std::move(parsed));
+  }
+}
+
+const Node* SceneSettings::apply(const Node* root) {
+  if (!root || root->kind != Node::Kind::kMapping) return root;
+  for (PathSetting& setting : settings_) {
+    current_ = &setting;
+    set_in_mapping(own(root), sections::kScene, 0);
+  }
+  return root;
+}
+
+void SceneSettings::refuse(const std::string& message) {
+  if (!current_->is_refused) report_.error({current_->source, 0, 0}, message);
+  current_->is_refused = true;
+}
+
+std::string SceneSettings::before(std::size_t step) const {
+  return step == 0 ? "scene" : current_->setting->path.substr(0, current_->steps[step - 1].end);
+}
+
+Node& SceneSettings::own(const Node*& node) {
+  if (owned_.contains(node)) return const_cast<Node&>(*node);  // a copy that create made
+  Node& copy = tree_.create(*node);
+  owned_.insert(&copy);
+  node = &copy;
+  return copy;
+}
+
+void SceneSettings::refuse_key(const Section& section, std::size_t step) {
+  const std::string& key = current_->steps[step].text;
+  const auto refused = std::find_if(section.refused.begin(), section.refused.end(),
+                                    [&](const RefusedKey& each) { return each.key == key; });
+  if (refused != section.refused.end())
+    return refuse(before(step) + ": " + key + " " + std::string(refused->reason));
+  if (current_->steps[step].is_all())
+    return refuse(before(step) +
+                  ": * stands for items and names, and here a key is due: " + join(section.names()));
+  refuse(before(step) + ": unknown key " + quote(key) + did_you_mean(key, section.names()) +
+         "; allowed: " + join(section.names()));
+}
+
+void SceneSettings::put(Node& mapping, const std::string& key) {
+  current_->is_matched = true;
+  const auto entry = std::find_if(mapping.entries.begin(), mapping.entries.end(),
+                                  [&](const auto& each) { return each.first->text == key; });
+  if (entry != mapping.entries.end()) {
+    report_.note_target(current_->source, entry->first->origin);
+    entry->second = current_->value;
+    return;
+  }
+  report_.note_target(current_->source, mapping.origin);
+  Node name;
+  name.kind = Node::Kind::kText;
+  name.text = key;
+  name.origin = {current_->source, 0, 0};
+  mapping.entries.emplace_back(&tree_.create(std::move(name)), current_->value);
+}
+
+// the mapping at a key, a new one where there is nothing yet; nullptr when something else stands there, which
+// is reported when it is read
+Node* SceneSettings::find_mapping(Node& mapping, const std::string& key) {
+  const auto entry = std::find_if(mapping.entries.begin(), mapping.entries.end(),
+                                  [&](const auto& each) { return each.first->text == key; });
+  if (entry != mapping.entries.end()) {
+    if (entry->second->kind == Node::Kind::kMapping) return &own(entry->second);
+    current_->is_matched = true;
+    return nullptr;
+  }
+  Node empty;
+  empty.kind = Node::Kind::kMapping;
+  empty.origin = {current_->source, 0, 0};
+  Node& made = tree_.create(std::move(empty));
+  owned_.insert(&made);
+  const Node* const value = std::exchange(current_->value, &made);
+  put(mapping, key);
+  current_->value = value;
+  return &made;
+}
+
+void SceneSettings::set_in_mapping(Node& mapping, const Section& section, std::size_t step) {
+  const PathStep& at = current_->steps[step];
+  const Key* key = at.is_all() ? nullptr : section.find(at.text);
+  if (!key) return refuse_key(section, step);
+  const bool is_last = step + 1 == current_->steps.size();
+  if (is_last && key->form == Form::kName && step > 0)
+    return refuse(before(step + 1) + ": names are what paths and the scene refer to; change it in the scene");
+  if (is_last) return put(mapping, at.text);
+  if (key->per != Per::kNothing) {
+    if (Node* names = find_mapping(mapping, at.text)) set_in_names(*names, *key, step + 1);
+  } else if (key->form == Form::kItems) {
+    set_in_items(mapping, *key, step + 1);
+  } else if (key->form == Form::kSection) {
+    if (Node* inner = find_mapping(mapping, at.text)) set_in_mapping(*inner, *key->sections[0], step + 1);
+  } else {
+    refuse(before(step + 1) + " is " + describe_whole(*key) + " and is set as a whole: end the path there");
+  }
+}
+
+// a mapping of names: of groups, of forces on points, of modes
+void SceneSettings::set_in_names(Node& mapping, const Key& key, std::size_t step) {
+  std::vector<std::string> names;
+  if (current_->steps[step].is_all()) {
+    for (const auto& [name, value] : mapping.entries) names.push_back(name->text);
+    if (names.empty()) return refuse(before(step) + " is empty: there is nothing that * could stand for");
+  } else {
+    names.push_back(current_->steps[step].text);
+  }
+  const bool is_last = step + 1 == current_->steps.size();
+  if (!is_last && key.form != Form::kSection)
+    return refuse(before(step + 1) + " is " + describe_whole(key) +
+                  " and is set as a whole: end the path there");
+  for (const std::string& name : names) {
+    if (is_last)
+      put(mapping, name);
+    else if (Node* inner = find_mapping(mapping, name))
+      set_in_mapping(*inner, *key.sections[0], step + 1);
+  }
+}
+
+void SceneSettings::set_in_items(Node& mapping, const Key& key, std::size_t step) {
+  const std::string list(key.name);
+  const auto entry = std::find_if(mapping.entries.begin(), mapping.entries.end(),
+                                  [&](const auto& each) { return each.first->text == list; });
+  if (entry == mapping.entries.end())
+    return refuse("the scene has no " + list + "; a path changes items and adds none");
+  if (step + 1 == current_->steps.size()) {
+    const std::string item = before(step + 1);
+    return refuse(item + " is an item, and its keys are set one by one: write " + item + ".KEY");
+  }
+  const bool is_list = entry->second->kind == Node::Kind::kList;
+  if (!is_list && entry->second->kind != Node::Kind::kMapping) {
+    current_->is_matched = true;  // neither a list nor an item, which is reported when it is read
+    return;
+  }
+  std::vector<const Node*> single{entry->second};
+  std::vector<const Node*>& items = is_list ? own(entry->second).items : single;
+  for (const std::size_t index : choose(items, key, step)) set_in_item(items[index], key, step);
+  if (!is_list) entry->second = single.front();
+  if (!current_->is_matched && !current_->rows) refuse_untaken(key, step);
+}
+
+std::vector<std::size_t> SceneSettings::choose(const std::vector<const Node*>& items, const Key& key,
+                                               std::size_t step) {
+  const PathStep& at = current_->steps[step];
+  const bool has_table = std::any_of(items.begin(), items.end(), [](const Node* n) { return is_table(*n); });
+  std::vector<std::size_t> all, named;
+  for (std::size_t k = 0; k < items.size(); ++k) {
+    all.push_back(k);
+    const std::string name = item_name(*items[k]);
+    if (!name.empty() && name == at.text) named.push_back(k);
+  }
+  if (at.is_place()) return choose_place(items.size(), named, has_table, step);
+  if (!at.is_all() && !named.empty()) return named;
+  if (has_table) current_->rows = &key;
+  current_->row_step = step;
+  if (at.is_all()) return all;
+  std::vector<std::string>& names = current_->names;
+  for (const Node* item : items)
+    if (std::string name = item_name(*item); !name.empty()) names.push_back(std::move(name));
+  if (!has_table) refuse_name(step);
+  return {};
+}
+
+std::vector<std::size_t> SceneSettings::choose_place(std::size_t num_items,
+                                                     const std::vector<std::size_t>& named, bool has_table,
+                                                     std::size_t step) {
+  const std::string list = before(step), place = current_->steps[step].text,
+                    name = list + ".\"" + place + "\"";
+  const auto found = parse_integer(place, 1, static_cast<std::int64_t>(num_items));
+  if (!named.empty() && (!found || named.front() != static_cast<std::size_t>(*found - 1))) {
+    refuse(list + "." + place + " is a place in the list, and another item has that name: write " + name +
+           " for the name");
+    return {};
+  }
+  if (!found) {
+    refuse(list + ": there is no place " + place + "; the items are counted from 1 to " +
+           std::to_string(num_items) +
+           (has_table ? ", and a row of a table goes by its name: write " + name : ""));
+    return {};
+  }
+  return {static_cast<std::size_t>(*found - 1)};
+}
+
+void SceneSettings::set_in_item(const Node*& item, const Key& key, std::size_t step) {
+  const Section* section = item->kind == Node::Kind::kMapping ? section_of(key, *item) : nullptr;
+  if (!section) {
+    current_->is_matched = true;  // no mapping or no kind of link, which is reported when it is read
+    return;
+  }
+  const bool is_one_of_all = current_->steps[step].is_all();
+  const PathStep& next = current_->steps[step + 1];
+  const bool takes_key = section->find(next.text) != nullptr;
+  if (is_table_section(*section) && !takes_key && !is_one_of_all)
+    return refuse(before(step + 1) + " is a table; name a row of it, as in " + before(step) + ".NAME." +
+                  next.text + ", or write " + before(step) + ".*." + next.text + " for all rows");
+  if (is_one_of_all && !next.is_all() && (!takes_key || is_table_section(*section))) return;
+  set_in_mapping(own(item), *section, step + 1);
+}
+
+// * found items, and none of them takes the key
+void SceneSettings::refuse_untaken(const Key& key, std::size_t step) {
+  const std::string& wanted = current_->steps[step + 1].text;
+  std::vector<std::string_view> known, takers;
+  for (const Section* section : key.sections) {
+    if (is_table_section(*section)) continue;
+    if (section->find(wanted)) takers.push_back(section->name);
+    for (const Key& each : section->keys)
+      if (std::find(known.begin(), known.end(), each.name) == known.end()) known.push_back(each.name);
+  }
+  if (takers.empty())
+    return refuse(before(step + 1) + ": unknown key " + quote(wanted) + did_you_mean(wanted, known) +
+                  "; allowed: " + join(known));
+  refuse(before(step + 1) + ": no item here takes " + wanted + ", which is a key of " + join(takers));
+}
+
+void SceneSettings::refuse_name(std::size_t step) {
+  const std::vector<std::string>& names = current_->names;
+  // dots in a name end a step unless the name is in quotes
+  std::string joined = current_->steps[step].text;
+  for (std::size_t next = step + 1; next < current_->steps.size(); ++next) {
+    joined += "." + current_->steps[next].text;
+    if (std::find(names.begin(), names.end(), joined) != names.end())
+      return refuse(before(step) + ": none is named " + quote(current_->steps[step].text) +
+                    "; a name with dots stands in quotes: " + before(step) + ".\"" + joined + "\"");
+  }
+  const std::string& wanted = current_->steps[step].text;
+  const std::vector<std::string_view> views(names.begin(), names.end());
+  const std::string meant = did_you_mean(wanted, views);
+  refuse(before(step) + ": none is named " + quote(wanted) +
+         (meant.empty() ? "; " + list_names(names) : meant));
+}
+
+bool SceneSettings::is_row_of(const PathSetting& setting, std::string_view list,
+                              const std::string& name) const {
+  if (!setting.rows || setting.rows->name != list || setting.is_refused) return false;
+  const PathStep& at = setting.steps[setting.row_step];
+  return at.is_all() || at.text == name;
+}
+
+bool SceneSettings::wants_row(std::string_view list, const std::string& name) {
+  bool is_wanted = false;
+  for (PathSetting& setting : settings_) {
+    is_wanted = is_wanted || is_row_of(setting, list, name);
+    if (setting.rows && setting.rows->name == list && !setting.is_matched) setting.names.push_back(name);
+  }
+  return is_wanted;
+}
+
+void SceneSettings::apply_to_row(std::string_view list, const std::string& name, Node& row) {
+  owned_.insert(&row);
+  for (PathSetting& setting : settings_) {
+    if (!is_row_of(setting, list, name)) continue;
+    current_ = &setting;
+    const Section* section = section_of(*setting.rows, row);
+    const std::string& key = setting.steps[setting.row_step + 1].text;
+    const bool is_one_of_all = setting.steps[setting.row_step].is_all();
+    if (section && (section->find(key) || !is_one_of_all))
+      set_in_mapping(row, *section, setting.row_step + 1);
+  }
+}
+
+void SceneSettings::report_unmatched(std::string_view list, bool is_whole) {
+  for (PathSetting& setting : settings_) {
+    if (!is_whole || !setting.rows || setting.rows->name != list || setting.is_matched) continue;
+    current_ = &setting;
+    if (setting.steps[setting.row_step].is_all())
+      refuse_untaken(*setting.rows, setting.row_step);
+    else
+      refuse_name(setting.row_step);
+  }
+}
+
+}  // namespace reader
+}  // namespace freeflex::io
