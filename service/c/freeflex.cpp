@@ -2,6 +2,7 @@
 #include "service/c/freeflex.h"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 #include <cstring>
 #include <exception>
@@ -9,6 +10,7 @@
 #include <new>
 #include <numbers>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -17,7 +19,9 @@
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/validity/judgement.hpp"
+#include "service/desk.hpp"
 #include "service/io/scene/input.hpp"
+#include "service/io/scene/machine.hpp"
 #include "service/io/wire/codec.hpp"
 
 namespace {
@@ -66,6 +70,10 @@ int out_of_range(const char* kind, std::int64_t index, std::size_t count) {
 bool is_index(std::int64_t index, std::size_t count) {
   return index >= 0 && index < static_cast<std::int64_t>(count);
 }
+
+/// True of a fault that says that memory does not suffice, which is no fault of the scene. All of these, and
+/// no others, name the limit that can be raised.
+bool is_of_memory(const Fault& fault) { return fault.message.find("(ulimit -v)") != std::string::npos; }
 
 /// The plan with all modes that a motion may have: a push may bring some back.
 const Plan& whole(const Plan& plan) { return plan.wide.empty() ? plan : plan.wide.front(); }
@@ -178,11 +186,74 @@ struct freeflex_motion {
   Budget budget;
   StepReport report;
   std::optional<Judgement> judgement;
-  std::vector<ForceCommand> pending;  // of the next step
+  std::vector<ForceCommand> pending;  // of the next step, at most service::CommandDesk::kMaxPending
   std::int64_t sequence = 0;
+  mutable std::atomic_flag is_entered;  // a call is at work in this motion
 };
 
 namespace {
+
+/// Keeps a motion for one call. The constructor never waits; where it finds another call, has() is false.
+class Entry {
+ public:
+  explicit Entry(const freeflex_motion& motion)
+      : motion_(motion), has_(!motion.is_entered.test_and_set(std::memory_order_acquire)) {}
+  ~Entry() {
+    if (!has_) return;
+    motion_.is_entered.clear(std::memory_order_release);
+    motion_.is_entered.notify_one();
+  }
+  Entry(const Entry&) = delete;
+  Entry& operator=(const Entry&) = delete;
+
+  bool has() const { return has_; }
+  /// For functions that have no code to return: waits until the other call ends.
+  Entry& wait() {
+    for (; !has_; has_ = !motion_.is_entered.test_and_set(std::memory_order_acquire))
+      motion_.is_entered.wait(true, std::memory_order_relaxed);
+    return *this;
+  }
+
+ private:
+  const freeflex_motion& motion_;
+  bool has_;
+};
+
+/// guarded() with the motion kept for the call, or FREEFLEX_BUSY.
+template <typename Call>
+int entered(const freeflex_motion& motion, const Call& call) noexcept {
+  const Entry entry(motion);
+  if (entry.has()) return guarded(call);
+  return guarded([] {
+    return fail(FREEFLEX_BUSY,
+                "another thread is at work in this motion: give each thread a motion of its own "
+                "(freeflex_motion_copy), or have them take turns");
+  });
+}
+
+void write_frame(const freeflex_motion& motion, freeflex_frame& frame) {
+  const State& state = motion.state;
+  copy(state.p_WB, frame.position);
+  copy(state.q_WB, frame.attitude);
+  copy(state.v_WB, frame.velocity);
+  copy(angular_velocity(motion.plan(), state), frame.angular_velocity);
+  copy(state.H_W, frame.angular_momentum);
+}
+
+double time_of(const freeflex_motion& motion) {
+  return static_cast<double>(motion.state.tick - motion.state.epoch_start_tick) * motion.plan().period;
+}
+
+/// Elastic coordinates or their rates, of all modes that the motion may have.
+void write_elastic(const freeflex_motion& motion, std::span<const double> from, double* to) {
+  if (to == nullptr) return;
+  const Plan &plan = motion.plan(), &active = active_plan(plan, motion.state);
+  const auto n = static_cast<std::size_t>(whole(plan).num_elastic);
+  const bool is_narrow = active.num_elastic != whole(plan).num_elastic;
+  std::fill_n(to, n, 0.0);
+  for (std::size_t l = 0; l < static_cast<std::size_t>(active.num_elastic); ++l)
+    to[is_narrow ? static_cast<std::size_t>(plan.wide_modes[l]) : l] = from[l];
+}
 
 int write_word(const freeflex_motion& motion, bool is_worst, freeflex_word& word) {
   if (!motion.judgement)
@@ -211,6 +282,7 @@ int freeflex_plan_open(const char* path, freeflex_progress progress, void* user,
       return fail(FREEFLEX_BAD_ARGUMENT, "no path, or no place for the plan");
     bool is_ended = false;
     SetupProgress asked;
+    asked.memory_MB = io::machine_memory_MB();
     if (progress != nullptr)
       asked.say = [&](const std::string& what, double done) {
         is_ended = is_ended || progress(user, what.c_str(), done) != 0;
@@ -218,11 +290,14 @@ int freeflex_plan_open(const char* path, freeflex_progress progress, void* user,
       };
     io::PlanResult result = io::load_plan(path, 0.0, asked);
     std::string errors, warnings;
-    for (const Fault& fault : result.faults)
+    bool lacks_memory = false;
+    for (const Fault& fault : result.faults) {
       (fault.severity == Fault::Severity::kError ? errors : warnings) +=
           io::format_fault(fault, result.sources, false) + "\n";
+      lacks_memory = lacks_memory || is_of_memory(fault);
+    }
     if (is_ended) return fail(FREEFLEX_ENDED, "the set-up was ended by its progress function");
-    if (!result.plan) return fail(FREEFLEX_BAD_SCENE, errors);
+    if (!result.plan) return fail(lacks_memory ? FREEFLEX_NO_MEMORY : FREEFLEX_BAD_SCENE, errors);
     auto data = std::make_shared<PlanData>();
     data->plan = std::move(*result.plan);
     io::fill_name_table(data->plan, data->table);
@@ -313,7 +388,7 @@ int freeflex_motion_new(const freeflex_plan* plan, unsigned flags, freeflex_moti
 }
 
 int freeflex_motion_copy(const freeflex_motion* motion, freeflex_motion** copy) noexcept {
-  return guarded([&] {
+  return entered(*motion, [&] {
     auto made = std::make_unique<freeflex_motion>(motion->data);
     // assigned, so that arrays keep the room that they were made with
     made->state = motion->state;
@@ -330,34 +405,39 @@ int freeflex_motion_copy(const freeflex_motion* motion, freeflex_motion** copy) 
 void freeflex_motion_free(freeflex_motion* motion) noexcept { delete motion; }
 
 void freeflex_motion_reset(freeflex_motion* motion) noexcept {
+  Entry entry(*motion);
+  entry.wait();
   motion->pending.clear();
   reset_state(motion->plan(), motion->state);
   if (motion->judgement) motion->judgement->take(motion->state, motion->budget);
 }
 
 int freeflex_motion_step(freeflex_motion* motion, std::int64_t ticks) noexcept {
-  if (ticks < 0)
-    return guarded(
-        [&] { return fail(FREEFLEX_BAD_ARGUMENT, std::to_string(ticks) + " ticks, must be 0 or more"); });
-  const Plan& plan = motion->plan();
-  for (std::int64_t k = 0; k < ticks; ++k) {
-    step(plan, motion->state, Inputs{motion->pending}, motion->workspace, motion->budget, motion->report);
-    if (motion->report.status != StepStatus::kOk)
-      return guarded([&] {
+  return entered(*motion, [&] {
+    if (ticks < 0) return fail(FREEFLEX_BAD_ARGUMENT, std::to_string(ticks) + " ticks, must be 0 or more");
+    const Plan& plan = motion->plan();
+    for (std::int64_t k = 0; k < ticks; ++k) {
+      step(plan, motion->state, Inputs{motion->pending}, motion->workspace, motion->budget, motion->report);
+      if (motion->report.status != StepStatus::kOk)
         return fail(FREEFLEX_NOT_FINITE, "the state after tick " + std::to_string(motion->state.tick) +
                                              " would not be finite: loads or spin are far too large for this "
                                              "structure; take smaller ones, or check their units");
-      });
-    motion->pending.clear();
-    if (motion->judgement) motion->judgement->take(motion->state, motion->budget);
-  }
-  return FREEFLEX_OK;
+      motion->pending.clear();
+      if (motion->judgement) motion->judgement->take(motion->state, motion->budget);
+    }
+    return FREEFLEX_OK;
+  });
 }
 
 int freeflex_motion_push(freeflex_motion* motion, int slot, int axes, const freeflex_load* loads,
                          std::size_t count, std::int64_t ticks) noexcept {
-  return guarded([&] {
+  return entered(*motion, [&] {
     if (ticks < 0) return fail(FREEFLEX_BAD_ARGUMENT, std::to_string(ticks) + " ticks, must be 0 or more");
+    if (motion->pending.size() >= service::CommandDesk::kMaxPending)
+      return fail(FREEFLEX_BAD_ARGUMENT,
+                  std::to_string(service::CommandDesk::kMaxPending) +
+                      " pushes wait for the next step, as many as a daemon holds: step "
+                      "first");
     auto command = std::make_unique<ForceCommand>();
     *command = {};
     std::copy_n("c", 1, command->sender.begin());
@@ -378,40 +458,56 @@ int freeflex_motion_push(freeflex_motion* motion, int slot, int axes, const free
   });
 }
 
-std::int64_t freeflex_motion_tick(const freeflex_motion* motion) noexcept { return motion->state.tick; }
+std::int64_t freeflex_motion_tick(const freeflex_motion* motion) noexcept {
+  Entry entry(*motion);
+  entry.wait();
+  return motion->state.tick;
+}
 double freeflex_motion_time(const freeflex_motion* motion) noexcept {
-  return static_cast<double>(motion->state.tick - motion->state.epoch_start_tick) * motion->plan().period;
+  Entry entry(*motion);
+  entry.wait();
+  return time_of(*motion);
+}
+
+int freeflex_motion_state(const freeflex_motion* motion, freeflex_state* state, double* q, double* q_dot,
+                          std::size_t num_modes, double* momenta, std::size_t num_wheels) noexcept {
+  return entered(*motion, [&] {
+    const auto modes = static_cast<std::size_t>(whole(motion->plan()).num_elastic);
+    const std::vector<double>& wheels = motion->state.wheel_momentum;
+    if ((q != nullptr || q_dot != nullptr) && num_modes < modes)
+      return fail(FREEFLEX_BAD_ARGUMENT, "modes: " + quantity(num_modes, modes));
+    if (momenta != nullptr && num_wheels < wheels.size())
+      return fail(FREEFLEX_BAD_ARGUMENT, "wheels: " + quantity(num_wheels, wheels.size()));
+    state->tick = motion->state.tick;
+    state->time = time_of(*motion);
+    write_frame(*motion, state->frame);
+    write_elastic(*motion, motion->state.q, q);
+    write_elastic(*motion, motion->state.q_dot, q_dot);
+    if (momenta != nullptr) std::copy(wheels.begin(), wheels.end(), momenta);
+    return FREEFLEX_OK;
+  });
 }
 
 void freeflex_motion_frame(const freeflex_motion* motion, freeflex_frame* frame) noexcept {
-  const State& state = motion->state;
-  copy(state.p_WB, frame->position);
-  copy(state.q_WB, frame->attitude);
-  copy(state.v_WB, frame->velocity);
-  copy(angular_velocity(motion->plan(), state), frame->angular_velocity);
-  copy(state.H_W, frame->angular_momentum);
+  Entry entry(*motion);
+  entry.wait();
+  write_frame(*motion, *frame);
 }
 
 int freeflex_motion_elastic(const freeflex_motion* motion, double* q, double* q_dot, std::size_t size,
                             std::size_t* count) noexcept {
-  return guarded([&] {
-    const Plan &plan = motion->plan(), &active = active_plan(plan, motion->state);
-    const auto n = static_cast<std::size_t>(whole(plan).num_elastic);
+  return entered(*motion, [&] {
+    const auto n = static_cast<std::size_t>(whole(motion->plan()).num_elastic);
     if (count != nullptr) *count = n;
     if (size < n) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, n));
-    const bool is_narrow = active.num_elastic != whole(plan).num_elastic;
-    for (const auto& [from, to] : {std::pair{&motion->state.q, q}, {&motion->state.q_dot, q_dot}}) {
-      if (to == nullptr) continue;
-      std::fill_n(to, n, 0.0);
-      for (std::size_t l = 0; l < static_cast<std::size_t>(active.num_elastic); ++l)
-        to[is_narrow ? static_cast<std::size_t>(plan.wide_modes[l]) : l] = (*from)[l];
-    }
+    write_elastic(*motion, motion->state.q, q);
+    write_elastic(*motion, motion->state.q_dot, q_dot);
     return FREEFLEX_OK;
   });
 }
 
 int freeflex_motion_point(const freeflex_motion* motion, std::int32_t point, freeflex_point* state) noexcept {
-  return guarded([&] {
+  return entered(*motion, [&] {
     const Plan& plan = motion->plan();
     if (const int code = check_rows(plan, point); code != FREEFLEX_OK) return code;
     const PointState read = read_point(plan, motion->state, point);
@@ -424,7 +520,7 @@ int freeflex_motion_point(const freeflex_motion* motion, std::int32_t point, fre
 }
 
 int freeflex_motion_body(const freeflex_motion* motion, std::int32_t point, freeflex_body* state) noexcept {
-  return guarded([&] {
+  return entered(*motion, [&] {
     const Plan& plan = motion->plan();
     if (const int code = check_rows(plan, point); code != FREEFLEX_OK) return code;
     if (turning_of(plan, point) < 0)
@@ -438,7 +534,7 @@ int freeflex_motion_body(const freeflex_motion* motion, std::int32_t point, free
 }
 
 int freeflex_motion_group(const freeflex_motion* motion, std::int32_t group, freeflex_pose* pose) noexcept {
-  return guarded([&] {
+  return entered(*motion, [&] {
     const Plan& plan = motion->plan();
     if (!is_index(group, plan.groups.size())) return out_of_range("group", group, plan.groups.size());
     for (const std::int32_t point : plan.groups[static_cast<std::size_t>(group)].points)
@@ -454,7 +550,7 @@ int freeflex_motion_group(const freeflex_motion* motion, std::int32_t group, fre
 
 int freeflex_motion_link(const freeflex_motion* motion, std::int32_t link, double* values, std::size_t size,
                          std::size_t* count) noexcept {
-  return guarded([&] {
+  return entered(*motion, [&] {
     const Plan& plan = motion->plan();
     if (!is_index(link, plan.links.size())) return out_of_range("link", link, plan.links.size());
     const auto output = std::find_if(plan.link_outputs.begin(), plan.link_outputs.end(),
@@ -472,7 +568,7 @@ int freeflex_motion_link(const freeflex_motion* motion, std::int32_t link, doubl
 }
 
 int freeflex_motion_wheels(const freeflex_motion* motion, double* momenta, std::size_t size) noexcept {
-  return guarded([&] {
+  return entered(*motion, [&] {
     const std::vector<double>& all = motion->state.wheel_momentum;
     if (size < all.size()) return fail(FREEFLEX_BAD_ARGUMENT, quantity(size, all.size()));
     std::copy(all.begin(), all.end(), momenta);
@@ -481,13 +577,15 @@ int freeflex_motion_wheels(const freeflex_motion* motion, double* momenta, std::
 }
 
 void freeflex_motion_energy(const freeflex_motion* motion, freeflex_energy* energy) noexcept {
+  Entry entry(*motion);
+  entry.wait();
   const Invariants read = read_invariants(motion->plan(), motion->state);
   *energy = {read.kinetic_rigid, read.kinetic_elastic, read.potential};
 }
 
 int freeflex_motion_word(const freeflex_motion* motion, freeflex_word* word) noexcept {
-  return guarded([&] { return write_word(*motion, false, *word); });
+  return entered(*motion, [&] { return write_word(*motion, false, *word); });
 }
 int freeflex_motion_worst_word(const freeflex_motion* motion, freeflex_word* word) noexcept {
-  return guarded([&] { return write_word(*motion, true, *word); });
+  return entered(*motion, [&] { return write_word(*motion, true, *word); });
 }

@@ -12,9 +12,11 @@
  *
  * SI units. Quaternions w x y z, body axes to world axes. Indices count from 0, in the order of the scene.
  * Functions that can fail return a code below; freeflex_last_error() then says why. They leave what they were
- * given as it was, and write no result. A plan never changes and may serve any number of motions and threads;
- * one motion belongs to one thread at a time. No pointer may be NULL where nothing says so. The motion is
- * that of freeflexd and `freeflex run`, to the bit.
+ * given as it was, and write no result. A plan never changes and may serve any number of motions and threads.
+ * A motion does one call at a time: while one thread's call is at work in it, another thread's returns
+ * FREEFLEX_BUSY, or waits for its end where the function returns no code. No call may be at work in what is
+ * freed. No pointer may be NULL where nothing says so. The motion is that of freeflexd and `freeflex run`, to
+ * the bit.
  *
  * The binary interface is stable: no function or structure here changes, new ones are added. */
 #ifndef FREEFLEX_H
@@ -41,9 +43,11 @@ extern "C" {
 #define FREEFLEX_BAD_ARGUMENT 1 /* an index, a size or a value that the function does not take */
 #define FREEFLEX_BAD_SCENE 2    /* a scene or plan with errors, or none at all */
 #define FREEFLEX_NOT_FINITE 3   /* the next state would not be finite; the motion stands before it */
-#define FREEFLEX_NO_MEMORY 4
-#define FREEFLEX_ENDED 5    /* the caller's progress function said so */
+#define FREEFLEX_NO_MEMORY \
+  4                      /* less memory than the call needs; of a set-up: or than it is estimated to need */
+#define FREEFLEX_ENDED 5 /* the caller's progress function said so */
 #define FREEFLEX_INTERNAL 6 /* a fault of the library */
+#define FREEFLEX_BUSY 7     /* another thread's call is at work in this motion */
 
 /* Kinds of what a plan has. */
 #define FREEFLEX_POINT 0
@@ -129,7 +133,7 @@ typedef struct freeflex_load {
 /* Puts loads into a slot, 0 to 63, in place of what is there, from the next step on; loads of all slots add.
  * axes: of the vectors. ticks: how long they act; 0: until another call takes their place. count 0: clears
  * the slot. Errors: BAD_ARGUMENT for what a command of a daemon would be refused for (messages/README.md,
- * section 6). */
+ * section 6), and for a push that finds 256 others before it that wait for the next step. */
 FREEFLEX_API int freeflex_motion_push(freeflex_motion *motion, int slot, int axes, const freeflex_load *loads,
                                       size_t count, int64_t ticks) FREEFLEX_NOEXCEPT;
 
@@ -146,6 +150,18 @@ typedef struct freeflex_frame {
   double angular_velocity[3]; /* [rad/s] body axes */
   double angular_momentum[3]; /* [kg m^2/s] about the centre of mass, world axes */
 } freeflex_frame;
+/* The motion at one tick: all that FREEFLEX_STATE holds of it, by one call. q [m], q_dot [m/s] as
+ * freeflex_motion_elastic, momenta [N m s] as freeflex_motion_wheels; each of the three may be NULL.
+ * num_modes, num_wheels: numbers that there is room for, at least those of FREEFLEX_MODE and of
+ * FREEFLEX_WHEEL. */
+typedef struct freeflex_state {
+  int64_t tick;
+  double time; /* [s] since the last reset */
+  freeflex_frame frame;
+} freeflex_state;
+FREEFLEX_API int freeflex_motion_state(const freeflex_motion *motion, freeflex_state *state, double *q,
+                                       double *q_dot, size_t num_modes, double *momenta,
+                                       size_t num_wheels) FREEFLEX_NOEXCEPT;
 FREEFLEX_API void freeflex_motion_frame(const freeflex_motion *motion,
                                         freeflex_frame *frame) FREEFLEX_NOEXCEPT;
 /* q [m], q_dot [m/s] of each elastic mode, in the order of freeflex_plan_frequencies, either may be NULL.

@@ -1,8 +1,14 @@
 // The C interface: the same motion as the core's, every fault a code with a text, nothing changed by it.
 #include <gtest/gtest.h>
+#include <sys/resource.h>
+#include <sys/wait.h>
+#include <unistd.h>
 
 #include <array>
+#include <atomic>
 #include <cstdio>
+#include <cstring>
+#include <filesystem>
 #include <fstream>
 #include <string>
 #include <thread>
@@ -12,6 +18,7 @@
 #include "core/validity/judgement.hpp"
 #include "service/c/freeflex.h"
 #include "service/io/scene/input.hpp"
+#include "tests/support/large_scenes.hpp"
 
 namespace freeflex::testing {
 namespace {
@@ -231,6 +238,137 @@ TEST(CInterface, OnePlanServesThreadsAndErrorsAreTheirOwn) {
       freeflex_motion_free(motion);
     });
   for (std::thread& thread : threads) thread.join();
+}
+
+TEST(CInterface, OneCallReadsTheWholeState) {
+  Handles c(kScenes + "satellite.yaml");
+  freeflex_motion_step(c.motion, 1500);
+  const auto modes = static_cast<std::size_t>(freeflex_plan_count(c.plan, FREEFLEX_MODE)),
+             wheels = static_cast<std::size_t>(freeflex_plan_count(c.plan, FREEFLEX_WHEEL));
+  freeflex_state state;
+  std::vector<double> q(modes), q_dot(modes), momenta(wheels), expected(modes), expected_momenta(wheels);
+  ASSERT_EQ(freeflex_motion_state(c.motion, &state, q.data(), q_dot.data(), modes, momenta.data(), wheels),
+            FREEFLEX_OK);
+  EXPECT_EQ(state.tick, 1500);
+  EXPECT_EQ(state.time, freeflex_motion_time(c.motion));
+  freeflex_frame frame;
+  freeflex_motion_frame(c.motion, &frame);
+  EXPECT_EQ(std::memcmp(&frame, &state.frame, sizeof frame), 0);
+  EXPECT_EQ(q, elastic_of(c.motion));
+  ASSERT_EQ(freeflex_motion_elastic(c.motion, nullptr, expected.data(), modes, nullptr), FREEFLEX_OK);
+  EXPECT_EQ(q_dot, expected);
+  ASSERT_EQ(freeflex_motion_wheels(c.motion, expected_momenta.data(), wheels), FREEFLEX_OK);
+  EXPECT_EQ(momenta, expected_momenta);
+
+  EXPECT_EQ(freeflex_motion_state(c.motion, &state, nullptr, nullptr, 0, nullptr, 0), FREEFLEX_OK);
+  EXPECT_EQ(freeflex_motion_state(c.motion, &state, q.data(), nullptr, modes - 1, nullptr, 0),
+            FREEFLEX_BAD_ARGUMENT);
+  EXPECT_EQ(freeflex_motion_state(c.motion, &state, nullptr, nullptr, 0, momenta.data(), wheels - 1),
+            FREEFLEX_BAD_ARGUMENT);
+}
+
+// Whoever enters second is refused, or waits where there is no code; nobody is let in beside another.
+TEST(CInterface, OneMotionTakesOneCallAtATime) {
+  Handles c(kScenes + "boom.yaml");
+  const freeflex_load load{FREEFLEX_POINT, 3, {0.0, 0.0, 1e-9}, {}};
+  constexpr std::int64_t kTicks = 50'000;
+  std::atomic<bool> is_over = false;
+  std::atomic<int> steps = 0, refused = 0, resets = 0;
+  const auto note = [&](int code) {
+    if (code == FREEFLEX_BUSY) {
+      ++refused;
+      EXPECT_NE(std::string(freeflex_last_error()).find("freeflex_motion_copy"), std::string::npos);
+    } else {
+      EXPECT_EQ(code, FREEFLEX_OK) << freeflex_last_error();
+    }
+  };
+  std::thread stepping([&] {
+    for (; refused < 20; ++steps)
+      while (freeflex_motion_step(c.motion, kTicks) != FREEFLEX_OK) {
+      }
+    is_over = true;
+  });
+  std::thread reading([&] {
+    freeflex_state state;
+    freeflex_frame frame;
+    freeflex_point point;
+    while (!is_over) {
+      note(freeflex_motion_state(c.motion, &state, nullptr, nullptr, 0, nullptr, 0));
+      note(freeflex_motion_point(c.motion, 3, &point));
+      freeflex_motion_frame(c.motion, &frame);
+      EXPECT_EQ(freeflex_motion_tick(c.motion) % kTicks, 0);
+    }
+  });
+  std::thread pushing([&] {
+    while (!is_over) {
+      note(freeflex_motion_push(c.motion, 0, FREEFLEX_WORLD, &load, 1, 1));
+      freeflex_motion_reset(c.motion);
+      ++resets;
+      freeflex_motion* copy = nullptr;
+      const int code = freeflex_motion_copy(c.motion, &copy);
+      note(code);
+      if (code == FREEFLEX_OK) freeflex_motion_free(copy);
+    }
+  });
+  for (std::thread* const each : {&stepping, &reading, &pushing}) each->join();
+  EXPECT_EQ(freeflex_motion_tick(c.motion), steps * kTicks);
+  EXPECT_GT(resets, 0);
+}
+
+TEST(CInterface, PushesWithoutAStepAreRefusedAsByADaemon) {
+  Handles c(kScenes + "boom.yaml");
+  const freeflex_load load{FREEFLEX_POINT, 3, {0.0, 0.0, 1.0}, {}};
+  const auto push = [&] { return freeflex_motion_push(c.motion, 0, FREEFLEX_WORLD, &load, 1, 1); };
+  for (int k = 0; k < 256; ++k) ASSERT_EQ(push(), FREEFLEX_OK) << freeflex_last_error();
+  EXPECT_EQ(push(), FREEFLEX_BAD_ARGUMENT);
+  EXPECT_STREQ(freeflex_last_error(),
+               "256 pushes wait for the next step, as many as a daemon holds: step first");
+  freeflex_motion_step(c.motion, 1);
+  EXPECT_EQ(push(), FREEFLEX_OK);
+}
+
+/// Code of a scene's set-up in a process that may have so much more address space than it has now.
+int code_within(std::size_t megabytes, const std::string& scene) {
+  const pid_t child = fork();
+  if (child == 0) {
+    std::size_t pages = 0;
+    std::ifstream("/proc/self/statm") >> pages;
+    rlimit limit{};
+    limit.rlim_cur = limit.rlim_max =
+        pages * static_cast<std::size_t>(sysconf(_SC_PAGE_SIZE)) + (megabytes << 20);
+    if (setrlimit(RLIMIT_AS, &limit) != 0) _exit(100);
+    freeflex_plan* plan = nullptr;
+    const int code = freeflex_plan_open(scene.c_str(), nullptr, nullptr, &plan);
+    std::fprintf(stderr, "%zu MB: code %d, %s\n", megabytes, code, freeflex_last_error());
+    _exit(code == FREEFLEX_NO_MEMORY &&
+                  std::string(freeflex_last_error()).find("ulimit -v") == std::string::npos
+              ? 101
+              : code);
+  }
+  int status = 0;
+  waitpid(child, &status, 0);
+  return WIFEXITED(status) ? WEXITSTATUS(status) : 102;
+}
+
+TEST(CInterface, MemoryThatRunsOutInASetUpIsNoFaultOfTheScene) {
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+  GTEST_SKIP() << "address space of a sanitizer's program is no measure of what it takes";
+#endif
+  const std::string folder = ::testing::TempDir() + "/memory";
+  std::filesystem::create_directories(folder);
+  // all modes, by a dense set-up
+  write_two_layer_plate(folder, 12, 60);
+  std::ofstream(folder + "/scene.yaml") << "points: [{csv: points.csv}]\nlinks: [{csv: links.csv}]\n";
+  for (const std::size_t megabytes : {1, 2, 10, 30})
+    EXPECT_EQ(code_within(megabytes, folder + "/scene.yaml"), FREEFLEX_NO_MEMORY);
+  // some, by a sparse one
+  write_two_layer_plate(folder, 25, 60);
+  for (const std::size_t megabytes : {4, 30, 90})
+    EXPECT_EQ(code_within(megabytes, folder + "/scene.yaml"), FREEFLEX_NO_MEMORY);
+  // refused beforehand, by what it would take
+  write_two_layer_plate(folder, 40, 1500);
+  EXPECT_EQ(code_within(300, folder + "/scene.yaml"), FREEFLEX_NO_MEMORY);
+  EXPECT_EQ(code_within(10, folder + "/none.yaml"), FREEFLEX_BAD_SCENE);
 }
 
 TEST(CInterface, IsC) {

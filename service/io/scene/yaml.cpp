@@ -3,6 +3,7 @@
 #include <libfyaml.h>
 
 #include <memory>
+#include <new>
 #include <string_view>
 #include <unordered_map>
 
@@ -332,10 +333,8 @@ const Node* YamlTree::parse(Report& report, int source) {
                                                    FYPCF_DEFAULT_VERSION_1_2);
   settings.diag = diag.get();
   const std::unique_ptr<fy_parser, ParserCloser> parser(fy_parser_create(&settings));
-  if (!parser || fy_parser_set_string(parser.get(), text.data(), text.size()) != 0) {
-    report.error({source, 0, 0}, "the YAML parser could not start: out of memory");
-    return nullptr;
-  }
+  // the parser looks at nothing here, so only memory can be missing
+  if (!parser || fy_parser_set_string(parser.get(), text.data(), text.size()) != 0) throw std::bad_alloc();
 
   TreeBuilder builder(report, source, *this);
   bool is_within_limits = true;
