@@ -1,5 +1,5 @@
 """What a tick costs from Python: a plan of 306 modes a tick and a thousand a call, and a daemon in lockstep. Median of
-five. Run in a private network, with PYTHONPATH, FREEFLEX_LIBRARY, FREEFLEX_BIN and FREEFLEX_SOURCE as the tests are."""
+five. Run in a private network, with PYTHONPATH, FREEFLEX_BIN and FREEFLEX_SOURCE as the tests are."""
 
 import os
 import statistics

@@ -5,7 +5,9 @@ import signal
 import socket
 import struct
 import subprocess
+import sys
 import tempfile
+import threading
 import unittest
 
 import freeflex
@@ -15,6 +17,7 @@ from freeflex.damp import damp
 SOURCE = os.environ["FREEFLEX_SOURCE"]
 BIN = os.environ["FREEFLEX_BIN"]
 SWING = os.path.join(SOURCE, "tests", "tools", "controller", "swing.yaml")
+SATELLITE = os.path.join(SOURCE, "service", "scenes", "satellite.yaml")
 BOOM = os.path.join(SOURCE, "service", "scenes", "boom.yaml")
 
 
@@ -33,6 +36,13 @@ class Started:
         self.process.wait(10)
 
 
+def blocks(heading):
+    """The Python programs below a heading of the document."""
+    with open(os.path.join(SOURCE, "tools", "python", "README.md"), encoding="utf-8") as file:
+        section = file.read().split(heading + "\n", 1)[1].split("\n## ", 1)[0]
+    return [part.split("```", 1)[0] for part in section.split("```python\n")[1:]]
+
+
 class Daemon(unittest.TestCase):
     def scene(self, folder, text):
         path = os.path.join(folder, "scene.yaml")
@@ -47,24 +57,22 @@ class Daemon(unittest.TestCase):
             with Started(path, "--time", "lockstep"), freeflex.connect() as daemon:
                 self.assertEqual(daemon.scene.name, "boom")
                 self.assertEqual(daemon.scene.plan_fingerprint, twin.plan.fingerprint)
-                self.assertEqual([daemon.scene.frequencies[k + 1] for k in range(len(twin.plan.frequencies))],
-                                 list(twin.plan.frequencies))
+                self.assertEqual(list(daemon.scene.frequencies), list(twin.plan.frequencies))
+                for names in ("points", "links", "groups", "wheels"):
+                    self.assertEqual(getattr(daemon.scene, names), getattr(twin.plan, names))
+                self.assertEqual(daemon.scene.listed["point"][0].mass, 40.0)
                 ack = daemon.push({"tip": (0.0, 0.0, 10.0)}, duration=0.05)
                 self.assertEqual(ack.reason, 0)
-                twin.push({"tip": (0.0, 0.0, 10.0)}, ticks=50)
+                twin.push({"tip": (0.0, 0.0, 10.0)}, duration=0.05)
                 for _ in range(200):
-                    state = daemon.step()
-                    twin.step()
-                    self.assertEqual(state.tick, twin.tick)
-                    self.assertEqual(list(state.q), list(twin.elastic[0]))
-                    self.assertEqual(list(state.position), list(twin.frame.position))
-                for points in daemon.listen("POINTS", timeout=2.0):
-                    if daemon.points is not None and daemon.points.tick == twin.tick:
-                        break
-                tip = daemon.points.points[daemon.scene.point("tip")]
-                self.assertEqual(list(tip.velocity), list(twin.point("tip").velocity))
-                shape = daemon.shape(1)
-                self.assertEqual(len(shape), 4)
+                    here, there = daemon.step(), twin.step()
+                    self.assertEqual((here.tick, here.time), (there.tick, there.time))
+                    for name in freeflex.state.VECTORS:
+                        self.assertEqual(list(getattr(here, name)), list(getattr(there, name)), name)
+                    for one, other in zip(here.point("tip"), there.point("tip")):
+                        self.assertEqual(list(one), list(other))
+                shape = daemon.shape(0)
+                self.assertEqual(list(shape[daemon.index("point", "tip")]), list(twin.plan.shape("tip")[0]))
                 with self.assertRaises(freeflex.Rejected) as caught:
                     daemon.push({"tip": (float("inf"), 0, 0)}, duration=1.0)
                 self.assertEqual(caught.exception.ack.reason, 14)
@@ -78,25 +86,122 @@ class Daemon(unittest.TestCase):
         self.assertAlmostEqual(first, 0.083837, delta=0.002)  # amplitude 2 cm at 1 Hz, seen 100 times a second
         self.assertLess(last, 0.01 * first)
 
-    def test_the_controller_of_the_document_holds_the_satellite(self):
-        with open(os.path.join(SOURCE, "tools", "python", "README.md"), encoding="utf-8") as file:
-            program = file.read().split("## A controller", 1)[1].split("```python\n", 1)[1].split("```", 1)[0]
-        self.assertLessEqual(sum(bool(line.strip()) for line in program.splitlines()), 20)
-        satellite = os.path.join(SOURCE, "service", "scenes", "satellite.yaml")
-        free = freeflex.Plan(satellite).motion()
-        free.step(20000)
-        with Started(satellite, "--time", "scaled=8", "--until", "20"), freeflex.Bus() as witness:
-            names = {}
-            try:
-                exec(program, names)  # until nothing is heard any more
-            except TimeoutError:  # nor answered
-                pass
-            last = names["state"]
-            self.assertGreater(last.tick, 19000)
-            self.assertIsNotNone(witness.receive(0.0))
+    def test_the_loop_of_the_document_ends_at_its_tick(self):
+        program, = blocks("## Lockstep")
+        with Started(BOOM, "--time", "lockstep"):
+            names = {"freeflex": freeflex, "controller": lambda state: {"forces": {"tip": (0, 0, 1)}, "lease": 0.05}}
+            exec(program, names)
+            self.assertEqual(names["state"].tick, 10000)
+            with freeflex.connect() as daemon:
+                self.assertEqual((daemon.tick, daemon.status().tick, daemon.state.tick), (10000, 10000, 10000))
+
+    def test_a_step_returns_the_state_of_its_tick_whatever_the_rate_of_states(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = self.scene(folder, "publish: {state: 1, points: {rate: 1, of: [tip]}}\n")
+            twin = freeflex.Plan(path).motion()
+            # a million ticks take longer than the timeout, but the daemon is heard
+            with Started(path, "--time", "lockstep"), freeflex.connect() as daemon:
+                daemon.timeout = 0.5
+                for ticks in (1, 7, 1, 1000, 1_000_000, 3):
+                    here, there = daemon.step(ticks), twin.step(ticks)
+                    self.assertEqual((here.tick, list(here.q)), (there.tick, list(there.q)))
+                    self.assertEqual(list(here.point("tip").velocity), list(there.point("tip").velocity))
+                with self.assertRaisesRegex(LookupError, "'hub' is not published: name it in publish"):
+                    here.point("hub")
+                daemon.step()
+                with self.assertRaisesRegex(RuntimeError, "the state is of tick 1001012"):
+                    daemon.state.point("tip") and here.point("tip")
+
+    def test_a_step_without_a_state_is_said(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = self.scene(folder, "publish: {state: 0}\n")
+            with Started(path, "--time", "lockstep"), freeflex.connect() as daemon:
+                with self.assertRaisesRegex(freeflex.StepError, "stands at tick 5, and no state of it comes: have the "
+                                            "scene publish it: publish: {state: RATE}"):
+                    daemon.step(5)
+
+    def test_a_step_that_another_ends_is_said(self):
+        with Started(BOOM, "--time", "lockstep"), freeflex.connect() as daemon, freeflex.connect() as other:
+            def hold():
+                while other.tick == 0:
+                    other.status()
+                other.hold()
+
+            worker = threading.Thread(target=hold)
+            worker.start()
+            with self.assertRaisesRegex(freeflex.StepError, "before tick 1000000000: it was held or reset by another"):
+                daemon.step(1_000_000_000)
+            worker.join()
+        with Started(BOOM, "--time", "lockstep", "--until", "0.05"), freeflex.connect() as daemon:
+            with self.assertRaisesRegex(freeflex.Gone, "ended before tick 100"):
+                daemon.step(100)
+
+    def test_a_controller_gives_the_same_motion_on_a_daemon_and_in_the_process(self):
+        names = {}
+        exec(blocks("## A controller")[0], names)
+        motion = freeflex.Plan(SATELLITE).motion()
+        here = freeflex.control(motion, names["hold"], every=0.1, until=5.0)
+        with Started(SATELLITE, "--time", "lockstep"), freeflex.connect() as daemon:
+            there = freeflex.control(daemon, names["hold"], every=0.1, until=5.0)
+            self.assertEqual((here.tick, there.tick), (5000, 5000))
+            for name in freeflex.state.VECTORS:
+                self.assertEqual(list(getattr(here, name)), list(getattr(there, name)), name)
+            self.assertEqual(here.wheel("spin_x"), there.wheel("spin_x"))
+            self.assertNotEqual(here.wheel("spin_z"), 0.0)
+
+    def test_the_controller_of_the_document_holds_the_satellite_and_comes_back(self):
+        controller, on_daemon, in_process = blocks("## A controller")
+        self.assertLessEqual(sum(bool(line.strip()) for line in (controller + on_daemon).splitlines()), 20)
+        names = {"__name__": "document"}
+        exec(f"{controller}\nimport os\nos.chdir({SOURCE!r})\n{in_process}", names)
+        here = names["state"]
+        with subprocess.Popen([sys.executable, "-W", "error", "-c", controller + on_daemon + "print(list(state.attitude))"],
+                              stdout=subprocess.PIPE, text=True) as program:
+            # lockstep, so that nothing depends on how fast the program is; the first daemon ends on its way
+            with Started(SATELLITE, "--time", "lockstep", "--until", "3") as first:
+                self.assertEqual(first.process.wait(60), 0)
+            with Started(SATELLITE, "--time", "lockstep"):
+                out, _ = program.communicate(timeout=60)
+        self.assertEqual(program.returncode, 0)
+        self.assertEqual(out, f"{list(here.attitude)}\n")
         # the scene's own torque turns it by z; the controller turns it back
-        self.assertGreater(abs(free.frame.attitude[3]), 0.03)
-        self.assertLess(abs(last.attitude[3]), 0.3 * abs(free.frame.attitude[3]))
+        free = freeflex.Plan(SATELLITE).motion().step(20000)
+        self.assertGreater(abs(free.attitude[3]), 0.03)
+        self.assertLess(abs(here.attitude[3]), 0.3 * abs(free.attitude[3]))
+
+    def test_a_controller_takes_up_a_daemon_that_is_started_again(self):
+        with Started(BOOM, "--until", "0.5", "--hold") as first, freeflex.connect() as daemon:
+            sessions = {}
+
+            def count(state):
+                sessions[state.session] = sessions.get(state.session, 0) + 1
+                if len(sessions) == 2 and state.time > 0.3:
+                    raise StopIteration
+                return {"forces": {"tip": (0, 0, 0.1)}, "lease": 0.2}
+
+            def restart():
+                first.process.wait(60)
+                with Started(BOOM):
+                    is_over.wait(60)
+
+            is_over, restarts = threading.Event(), threading.Thread(target=restart)
+            restarts.start()
+            daemon.run()
+            with self.assertRaises(StopIteration):
+                freeflex.control(daemon, count, every=0.1)
+            # those of the new session are taken, by the names of its scene
+            ack = daemon.push({"tip": (0, 0, 0.1)}, lease=0.2)
+            is_over.set()
+            restarts.join()
+            self.assertEqual((len(sessions), ack.session), (2, list(sessions)[1]))
+
+    def test_a_controller_without_states_is_said(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = self.scene(folder, "publish: {state: 0}\n")
+            with Started(path), freeflex.connect() as daemon:
+                daemon.timeout = 0.5
+                with self.assertRaisesRegex(freeflex.StepError, "no STATE within 0.5 s of a daemon that is heard"):
+                    freeflex.control(daemon, lambda state: None, every=0.1)
 
     def test_commands_under_a_key(self):
         with tempfile.TemporaryDirectory() as folder:
@@ -120,9 +225,8 @@ class Daemon(unittest.TestCase):
                 session = daemon.session
                 self.assertEqual(daemon.scene.name, "boom")
             with Started(SWING, "--hold"):
-                for status in daemon.listen("STATUS", timeout=10.0):
-                    if status.session != session:
-                        break
+                while daemon.session == session:
+                    daemon.status()
                 self.assertEqual(daemon.scene.name, "swing")
                 daemon.close()
             self.assertIsNotNone(witness.receive(0.0))
@@ -139,11 +243,9 @@ class Daemon(unittest.TestCase):
             for _ in range(50):
                 for packet in hostile:
                     sender.sendto(packet, ("239.255.76.67", 7667))
-            before = daemon.status.tick
-            for status in daemon.listen("STATUS", timeout=5.0):
-                if status.tick > before + 200:
-                    break
-            self.assertGreater(daemon.status.tick, before + 200)
+            before = daemon.tick
+            while daemon.tick <= before + 200:
+                daemon.status()
             self.assertGreaterEqual(daemon.num_undecodable, 1)
 
     def test_nobody_there_is_said(self):

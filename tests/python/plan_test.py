@@ -6,6 +6,7 @@ import os
 import subprocess
 import sys
 import tempfile
+import threading
 import unittest
 
 import freeflex
@@ -26,11 +27,10 @@ class Plans(unittest.TestCase):
                 rows = list(csv.DictReader(file))
         motion = freeflex.Plan(BOOM).motion(with_word=True)
         for row in rows:
-            motion.step(int(row["tick"]) - motion.tick)
-            frame, (q, _) = motion.frame, motion.elastic
+            state = motion.step(int(row["tick"]) - motion.tick)
             self.assertEqual([float(row[key]) for key in ("x", "y", "z", "qw", "qx", "qy", "qz")],
-                             [*frame.position, *frame.attitude])
-            self.assertEqual([float(row[f"q{k + 1}"]) for k in range(len(q))], list(q))
+                             [*state.position, *state.attitude])
+            self.assertEqual([float(row[f"q{k + 1}"]) for k in range(len(state.q))], list(state.q))
         self.assertGreater(len(rows), 10)
         result = json.loads(run.stdout)
         self.assertEqual(motion.word.word, freeflex.plan.WORDS[result["validity"]])
@@ -39,30 +39,27 @@ class Plans(unittest.TestCase):
     def test_a_satellite_turns_by_its_wheel(self):
         plan = freeflex.Plan(SATELLITE)
         motion = plan.motion()
-        before = list(motion.frame.angular_momentum)
+        before = list(motion.state.angular_momentum)
         wheel = next(iter(plan.wheels))
-        motion.push(wheels={wheel: 0.1}, ticks=round(plan.rate))
-        motion.step(round(plan.rate))
-        self.assertAlmostEqual(motion.wheels[plan.wheels[wheel]], 0.1, delta=1e-12)
+        motion.push(wheels={wheel: 0.1}, duration=1.0)
+        state = motion.step(round(plan.rate))
+        self.assertAlmostEqual(state.wheel(wheel), 0.1, delta=1e-12)
         # a motor is within: the whole keeps its momentum, less what loads of the scene give
-        twin = plan.motion()
-        twin.step(round(plan.rate))
-        for a, b, start in zip(motion.frame.angular_momentum, twin.frame.angular_momentum, before):
+        twin = plan.motion().step(round(plan.rate))
+        for a, b, start in zip(state.angular_momentum, twin.angular_momentum, before):
             self.assertAlmostEqual(a, b, delta=1e-12 + 1e-3 * abs(start))
-        self.assertGreater(max(abs(x - y) for x, y in zip(motion.frame.angular_velocity,
-                                                          twin.frame.angular_velocity)), 1e-6)
+        self.assertGreater(max(abs(x - y) for x, y in zip(state.angular_velocity, twin.angular_velocity)), 1e-6)
 
     def test_copies_part(self):
         plan = freeflex.Plan(BOOM)
         first = plan.motion()
-        first.push({"tip": (0.0, 1.0, 0.0)}, ticks=10)
+        first.push({"tip": (0.0, 1.0, 0.0)}, duration=0.01)
         first.step(20)
         second = first.copy()
-        second.push({"tip": (0.0, 1.0, 0.0)}, ticks=10)
-        first.step(30)
-        second.step(30)
-        self.assertEqual(first.tick, second.tick)
-        self.assertNotEqual(list(first.point("tip").position), list(second.point("tip").position))
+        second.push({"tip": (0.0, 1.0, 0.0)}, lease=0.01)
+        one, other = first.step(30), second.step(30)
+        self.assertEqual(one.tick, other.tick)
+        self.assertNotEqual(list(one.point("tip").position), list(other.point("tip").position))
         del plan
         first.step(1)
 
@@ -71,13 +68,16 @@ class Plans(unittest.TestCase):
             freeflex.Plan("/nowhere.yaml")
         motion = freeflex.Plan(BOOM).motion()
         with self.assertRaisesRegex(LookupError, "tip"):
-            motion.push({"tipp": (0, 0, 1)})
+            motion.push({"tipp": (0, 0, 1)}, duration=1)
         with self.assertRaisesRegex(freeflex.StepError, "point 44, the scene has 0 to 3"):
-            motion.push({44: (0, 0, 1)})
+            motion.push({44: (0, 0, 1)}, duration=1)
         with self.assertRaisesRegex(ValueError, "three components"):
-            motion.push({"tip": (0, 1)})
+            motion.push({"tip": (0, 1)}, duration=1)
+        for times in ({}, {"duration": 1, "lease": 1}):
+            with self.assertRaisesRegex(ValueError, "duration=S, after which it ends, or lease=S"):
+                motion.push({"tip": (0, 0, 1)}, **times)
         with self.assertRaisesRegex(freeflex.StepError, "has no inertia and takes no torque"):
-            motion.push({"tip": (0, 0, 1)}, torques={"hub": (0, 0, 1)})
+            motion.push({"tip": (0, 0, 1)}, torques={"hub": (0, 0, 1)}, duration=1)
         with self.assertRaisesRegex(freeflex.StepError, "without a word"):
             motion.word
         with self.assertRaisesRegex(ValueError, "zero byte"):
@@ -103,22 +103,138 @@ class Plans(unittest.TestCase):
                 self.assertIn(text, done.stdout + done.stderr)
 
 
+class States(unittest.TestCase):
+    def test_stay_as_they_were(self):
+        motion = freeflex.Plan(BOOM).motion()
+        motion.push({"tip": (0.0, 0.0, 10.0)}, duration=0.1)
+        states = [motion.step(10) for _ in range(5)]
+        self.assertEqual([state.tick for state in states], [10, 20, 30, 40, 50])
+        heights = [state.position[2] for state in states]
+        self.assertEqual(heights, sorted(set(heights)))
+        self.assertEqual(states[-1].time, 0.05)
+
+    def test_points_belong_to_the_newest(self):
+        motion = freeflex.Plan(BOOM).motion()
+        state = motion.step(10)
+        state.point("tip")
+        motion.step(1)
+        with self.assertRaisesRegex(RuntimeError, "stands at tick 11: what belongs to the state of tick 10"):
+            state.point("tip")
+        state = motion.state
+        motion.reset()  # the tick goes on, so it does not tell
+        with self.assertRaises(RuntimeError):
+            state.point("tip")
+
+    def test_vectors_are_arrays_where_numpy_is(self):
+        state = freeflex.Plan(BOOM).motion().state
+        try:
+            import numpy
+        except ImportError:
+            self.assertIsInstance(state.position, tuple)
+            self.assertIsInstance(state.point("tip").position, tuple)
+        else:
+            self.assertIsInstance(state.position, numpy.ndarray)
+            self.assertIsInstance(state.point("tip").position, numpy.ndarray)
+
+
+class Threads(unittest.TestCase):
+    """Two in one motion are an error of one of them, whatever each does, and the motion is that of the other alone."""
+
+    def both(self, motion, call):
+        """Steps in another thread while this one calls until it is refused. Returns what the steps gave."""
+        results, start = [], threading.Event()
+
+        def work():
+            start.set()
+            for _ in range(20):
+                try:
+                    results.append(motion.step(20000).tick)
+                except freeflex.Busy:
+                    results.append(None)
+
+        worker = threading.Thread(target=work)
+        worker.start()
+        start.wait()
+        refused = 0
+        while worker.is_alive():
+            try:
+                call(motion)
+            except freeflex.Busy as busy:
+                self.assertIn("copy()", str(busy))
+                refused += 1
+        worker.join()
+        self.assertGreater(refused, 0)
+        return results
+
+    def test_reading_and_pushing_is_refused_while_another_steps(self):
+        plan = freeflex.Plan(BOOM)
+        for call in (lambda m: m.push({"tip": (0, 0, 0)}, duration=1), lambda m: m.state, lambda m: m.copy(),
+                     lambda m: m.tick, lambda m: m.energy):
+            motion = plan.motion()
+            # a reader that is between the steps has its turn, so that a step may be refused for it
+            steps = self.both(motion, call)
+            self.assertEqual(motion.tick, 20000 * sum(tick is not None for tick in steps))
+
+    def test_two_that_step_take_each_tick_once(self):
+        motion, taken = freeflex.Plan(BOOM).motion(), []
+
+        def step(which):
+            try:
+                which.step(5000)
+                taken.append(5000)
+            except freeflex.Busy:
+                taken.append(0)
+                raise
+
+        self.both(motion, step)
+        self.assertEqual(motion.tick % 5000, 0)
+        self.assertGreaterEqual(motion.tick, sum(taken))
+
+    def test_each_with_a_copy_is_free(self):
+        first = freeflex.Plan(BOOM).motion()
+        copies, results = [first.copy() for _ in range(4)], []
+        threads = [threading.Thread(target=lambda m=m: results.append(list(m.step(20000).q))) for m in copies]
+        for thread in threads:
+            thread.start()
+        for thread in threads:
+            thread.join()
+        self.assertEqual(results, [list(first.step(20000).q)] * 4)
+
+
+class Memory(unittest.TestCase):
+    def test_pushes_without_a_step_are_refused_as_by_a_daemon(self):
+        motion = freeflex.Plan(BOOM).motion()
+        for _ in range(256):
+            motion.push({"tip": (0, 0, 1)}, duration=1.0)
+        with self.assertRaisesRegex(freeflex.StepError, "256 pushes wait for the next step, as many as a daemon holds"):
+            motion.push({"tip": (0, 0, 2)}, duration=1.0)
+        motion.step()
+        motion.push({"tip": (0, 0, 2)}, duration=1.0)
+        twin = motion.plan.motion()
+        twin.push({"tip": (0, 0, 1)}, duration=1.0)
+        twin.step()
+        twin.push({"tip": (0, 0, 2)}, duration=1.0)
+        self.assertEqual(list(motion.step(50).q), list(twin.step(50).q))
+
+
 class Traps(unittest.TestCase):
     def test_names_are_in_the_order_of_the_scene(self):
         plan = freeflex.Plan(SATELLITE)
         self.assertEqual(list(plan.points.values()), list(range(plan.num_points)))
         motion = plan.motion()
-        motion.push(wheels={"spin_z": 0.2})
-        motion.step(1000)
-        momenta = dict(zip(plan.wheels, motion.wheels))
+        motion.push(wheels={"spin_z": 0.2}, duration=5.0)
+        momenta = dict(zip(plan.wheels, motion.step(1000).wheel_momentum))
         self.assertAlmostEqual(momenta["spin_z"], 0.2, places=12)
         self.assertEqual(momenta["spin_x"], 0.0)
 
     def test_numbers_that_do_not_fit_are_refused(self):
         motion = freeflex.Plan(BOOM).motion()
         for call in (lambda: motion.step(2**64 + 5), lambda: motion.step(-1), lambda: motion.step(1.5),
-                     lambda: motion.push({"tip": (0, 0, 1)}, slot=2**32), lambda: motion.push({2**32: (0, 0, 1)}),
-                     lambda: motion.push({"tip": (0, 0, 1)}, axes="local")):
+                     lambda: motion.push({"tip": (0, 0, 1)}, slot=2**32, duration=1),
+                     lambda: motion.push({2**32: (0, 0, 1)}, duration=1),
+                     lambda: motion.push({"tip": (0, 0, 1)}, duration=0),
+                     lambda: motion.push({"tip": (0, 0, 1)}, duration=float("nan")),
+                     lambda: motion.push({"tip": (0, 0, 1)}, axes="local", duration=1)):
             with self.assertRaises((ValueError, freeflex.StepError)):
                 call()
         self.assertEqual(motion.tick, 0)

@@ -10,8 +10,8 @@
         ...
 
     motion = freeflex.Plan("boom.yaml").motion()           # without a daemon
-    motion.step(1000)
-    print(motion.point("tip").position)
+    state = motion.step(1000)
+    print(state.position, state.point("tip").position)
 
 Everything is in SI units, vectors in world axes unless a docstring says body axes, quaternions scalar first.
 `python3 -m freeflex` has examples. The messages' fields: help(freeflex.messages).
@@ -19,14 +19,16 @@ Everything is in SI units, vectors in world axes unless a docstring says body ax
 
 from freeflex import log, messages
 from freeflex.bus import Bus
-from freeflex.client import Daemon, Rejected, connect
+from freeflex.client import Daemon, Gone, Rejected, connect
 from freeflex.codec import DecodeError, Message
+from freeflex.control import control
 from freeflex.keys import Key
 from freeflex.log import LogError, events
 from freeflex.messages import TYPES
-from freeflex.plan import Motion, Plan, StepError
+from freeflex.plan import Busy, Motion, Plan
+from freeflex.state import State, StepError
 
 globals().update(TYPES)
 
-__all__ = ["Bus", "Daemon", "DecodeError", "Key", "LogError", "Message", "Motion", "Plan", "Rejected", "StepError",
-           "connect", "events", "log", "messages", *TYPES]
+__all__ = ["Bus", "Busy", "Daemon", "DecodeError", "Gone", "Key", "LogError", "Message", "Motion", "Plan", "Rejected",
+           "State", "StepError", "connect", "control", "events", "log", "messages", *TYPES]

@@ -50,11 +50,11 @@ def step(arguments):
     motion = freeflex.Plan(arguments.file).motion(with_word=True)
     if not 0.0 <= arguments.seconds < 1e9:
         raise ValueError(f"{arguments.seconds} s, must be a time from 0 to 1e9 s")
-    motion.step(round(arguments.seconds * motion.plan.rate))
-    frame, word, worst = motion.frame, motion.word, motion.worst_word
-    print(f"{motion.plan.name}: tick {motion.tick}, {motion.time:g} s")
-    print("position {:.9g} {:.9g} {:.9g} m".format(*frame.position))
-    print("attitude {:.9g} {:.9g} {:.9g} {:.9g}".format(*frame.attitude))
+    state = motion.step(round(arguments.seconds * motion.rate))
+    word, worst = motion.word, motion.worst_word
+    print(f"{motion.plan.name}: tick {state.tick}, {state.time:g} s")
+    print("position {:.9g} {:.9g} {:.9g} m".format(*state.position))
+    print("attitude {:.9g} {:.9g} {:.9g} {:.9g}".format(*state.attitude))
     print(f"word     {word.word}" + (f": {word.cause}" if word.cause else ""))
     if worst.word != word.word:
         print(f"worst    {worst.word} at tick {worst.tick}: {worst.cause}")
@@ -91,7 +91,7 @@ def main():
     except freeflex.Rejected as error:
         print(f"python3 -m freeflex: {error}", file=sys.stderr)
         return 1
-    except (LookupError, OSError, RuntimeError, ValueError) as error:
+    except (LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
         print(f"python3 -m freeflex: {error}", file=sys.stderr)
         return 2
     return 0

@@ -9,7 +9,8 @@ from freeflex.bus import Bus
 from freeflex.codec import DecodeError
 from freeflex.keys import Key
 from freeflex.log import CHANNELS, decode
-from freeflex.scene import Loads, Pages, Points, Scene
+from freeflex.scene import Listing, Loads, Pages, Points
+from freeflex.state import VECTORS, BodyState, GroupPose, PointState, Push, State, StepError, vector
 
 #: names of ack_t.reason (messages/README.md, section 6)
 REASONS = (
@@ -29,6 +30,14 @@ class Rejected(RuntimeError):
         self.ack = ack
 
 
+class Gone(RuntimeError):
+    """The daemon has ended, or another has taken its place."""
+
+
+_NO_STATE = "have the scene publish it: publish: {state: RATE}"
+_REPEATED = 2.0  # [s] within which a daemon that stands repeats its state, which it does once a second
+
+
 def connect(prefix="FREEFLEX", *, url=None, sender=None, key=None, timeout=5.0):
     """The daemon with this prefix, once its STATUS came: a Daemon. TimeoutError when none is there.
 
@@ -39,32 +48,49 @@ def connect(prefix="FREEFLEX", *, url=None, sender=None, key=None, timeout=5.0):
     bus = Bus(url)
     try:
         daemon = Daemon(bus, prefix, sender=sender, key=key, timeout=timeout)
-        daemon.wait_for_status()
+        daemon.status()
         return daemon
     except BaseException:
         bus.close()
         raise
 
 
+class DaemonState(State):
+    """A State of a daemon, with all other fields of its state_t (`message`), `epoch` among them."""
+
+    def __init__(self, daemon, message):
+        super().__init__(daemon, message.tick, message.time)
+        self.message = message
+
+    def _values(self, name):
+        return getattr(self.message, name)
+
+    def __getattr__(self, name):
+        if name in messages.state_t.NAMES and name not in VECTORS:
+            return getattr(self.message, name)
+        return super().__getattr__(name)
+
+
 class Daemon:
     """What a daemon says, as it was heard last, and commands to it. Nothing is received but in its methods.
 
-    `session`; `status`: the last STATUS; `state`: the last STATE; `points`, `loads`: the last tick that is
-    whole, None before; `num_undecodable`: messages on its channels that were damaged. When another daemon takes
-    its place on the prefix, `session` changes with its STATUS and all else begins anew.
+    `session`; `tick`: the newest that was heard of; `last_status`: the STATUS heard last, ten a second or so: where the
+    daemon stands now is for `tick`, `state` and `status()`; `points`, `loads`: the last tick that is whole, None before;
+    `num_undecodable`: messages on its channels that were damaged. When another daemon takes its place on the prefix,
+    `session` changes with its STATUS and all else begins anew.
     """
 
     def __init__(self, bus, prefix="FREEFLEX", *, sender=None, key=None, timeout=5.0):
         self.bus, self.prefix, self.timeout = bus, prefix, timeout
         self.key = Key.read(key) if isinstance(key, (str, os.PathLike)) else key
         self.sender = self.key.id if self.key else sender or f"python-{os.getpid()}-{secrets.token_hex(3)}"
-        self.session, self.status = 0, None
+        self.session, self.last_status = 0, None
         self.num_undecodable = 0
         self._sequence = time.time_ns() // 1000
         self._forget()
 
     def _forget(self):
-        self.state = self.points = self.loads = self._scene = self._shape = None
+        self._state = self.points = self.loads = self._scene = self._shape = None
         self._scene_pages, self._point_pages, self._load_pages, self._shape_pages = Pages(), Pages(), Pages(), Pages()
 
     # ---- what is heard
@@ -91,17 +117,36 @@ class Daemon:
         while (received := self._next(lambda suffix, _: not suffixes or suffix in suffixes, timeout)) is not None:
             yield received
 
-    def wait_for_status(self):
-        """The next STATUS. TimeoutError without one."""
-        status = self._next(lambda suffix, _: suffix == "STATUS", self.timeout)
+    def status(self):
+        """The next STATUS that is not behind `tick`. TimeoutError without one."""
+        status = self._next(lambda suffix, m: suffix == "STATUS" and m.tick >= self.tick, self.timeout)
         if status is None:
             raise TimeoutError(f"no STATUS on {self.prefix}_STATUS: is freeflexd there, with --prefix {self.prefix}, on "
                                f"{self.bus.url}?")
         return status
 
     @property
+    def tick(self):
+        """The newest tick that was heard of in this session."""
+        return max(heard.tick for heard in (self._state, self.last_status) if heard is not None)
+
+    @property
+    def state(self):
+        """The State heard last in this session; waits for the first. TimeoutError without one."""
+        end = time.monotonic() + self.timeout
+        while self._state is None:
+            if self.receive(max(0.0, end - time.monotonic())) is None:
+                raise TimeoutError(f"no STATE on {self.prefix}_STATE within {self.timeout:g} s: {_NO_STATE}")
+        return self._state
+
+    @property
+    def rate(self):
+        """[Hz] ticks per simulated second."""
+        return self.last_status.rate
+
+    @property
     def scene(self):
-        """What indices mean: a Scene. Asks for it the first time. TimeoutError when it does not come."""
+        """What indices mean: a Listing. Asks for it the first time. TimeoutError when it does not come."""
         if self._scene is None:
             # without a key that the daemon wants it is not sent at once, but still once a second
             self._send(self._control(messages.control_t.SCENE))
@@ -133,11 +178,11 @@ class Daemon:
             if message.session != self.session:
                 self.session = message.session
                 self._forget()
-            self.status = message
+            self.last_status = message
         elif message.session != self.session:
             return None
         elif suffix == "STATE":
-            self.state = message
+            self._state = message = DaemonState(self, message)
         elif suffix in ("POINTS", "LOADS", "SCENE", "SHAPES"):
             self._take_page(suffix, message)
         return suffix, message
@@ -151,45 +196,60 @@ class Daemon:
                 self.loads = Loads(pages)
         elif suffix == "SCENE":
             if pages := self._scene_pages.add((page.num_pages, page.total_elastic), page):
-                self._scene = Scene(pages)
+                self._scene = Listing(pages)
         elif pages := self._shape_pages.add((page.mode, page.num_pages), page):
             self._shape = page.mode, {k: b for one in pages for k, b in zip(one.point, one.shape)}
 
     # ---- commands
 
     def push(self, forces=None, *, torques=None, wrenches=None, wheels=None, axes="world", slot=0, duration=None,
-             lease=None, at=None, late="reject"):
+             lease=None, at_tick=None, late="reject"):
         """Puts loads into a slot of this sender in the place of what was there; without any clears it. Returns the ack.
 
         `forces` {point: (x, y, z)} [N]; `torques` {point: (x, y, z)} [N m] on bodies; `wrenches` {group: (force,
         torque)}; `wheels` {wheel: torque} [N m] of motors; by name or index. `axes`: "world" or "body". Exactly one of
-        `duration` [s], after which it ends, and `lease` [s], within which it is to be renewed. `at`: the tick, else at
-        once; `late`: "reject", or "take" when that has passed. Rejected: not taken. TimeoutError: no answer.
+        `duration` [s], after which it ends, and `lease` [s], within which it is to be renewed. `at_tick`: when, else at
+        once; `late`: "reject", or "take" when that has passed. Rejected: not taken. TimeoutError: no answer. Gone:
+        another daemon has taken the place of the one that it was meant for.
         """
-        if axes not in ("world", "body"):
-            raise ValueError(f"axes {axes!r}, must be world or body")
-        push = messages.force_t(slot=slot, axes={"world": 0, "body": 1}[axes], start_tick=-1 if at is None else at,
-                                late_policy={"reject": 0, "take": 1}[late], duration_ticks=self._ticks(duration),
-                                lease_ticks=self._ticks(lease))
-        push.forces = [messages.point_force_t(point=self._index("point", k), force=list(f))
-                       for k, f in (forces or {}).items()]
-        push.torques = [messages.point_torque_t(point=self._index("point", k), torque=list(t))
-                        for k, t in (torques or {}).items()]
-        push.wrenches = [messages.wrench_t(group=self._index("group", k), force=list(f), torque=list(t))
-                         for k, (f, t) in (wrenches or {}).items()]
-        push.wheels = [messages.wheel_torque_t(wheel=self._index("wheel", k), torque=t)
-                       for k, t in (wheels or {}).items()]
-        return self._answered(push)
+        push = Push(self.index, self.rate, forces, torques=torques, wrenches=wrenches, wheels=wheels, axes=axes,
+                    slot=slot, duration=duration, lease=lease)
+        return self._answered(messages.force_t(
+            slot=push.slot, axes=push.axes, start_tick=-1 if at_tick is None else at_tick,
+            late_policy={"reject": 0, "take": 1}[late], duration_ticks=push.duration_ticks, lease_ticks=push.lease_ticks,
+            forces=[messages.point_force_t(point=k, force=f) for k, f in push.forces],
+            torques=[messages.point_torque_t(point=k, torque=t) for k, t in push.torques],
+            wrenches=[messages.wrench_t(group=k, force=f, torque=t) for k, f, t in push.wrenches],
+            wheels=[messages.wheel_torque_t(wheel=k, torque=t) for k, t in push.wheels]))
 
     def step(self, ticks=1):
-        """So many ticks of a daemon that stands. Returns the state after them. Rejected, TimeoutError as push."""
+        """Advances a daemon that stands by so many ticks. Returns the State of the last of them, once it is there.
+
+        However long that takes, as long as the daemon is heard. Rejected: not taken. StepError: it stands at that
+        tick, but publishes no state; or before it, for a fault, or because it was held or reset. Gone: it has ended.
+        TimeoutError: nothing is heard any more.
+        """
         ack = self._answered(self._control(messages.control_t.STEP, ticks))
-        end = time.monotonic() + self.timeout
-        while self.state is None or self.state.tick < ack.tick + ticks:
-            if self.receive(max(0.0, end - time.monotonic())) is None:
-                raise TimeoutError(f"no state of tick {ack.tick + ticks} within {self.timeout:g} s: does the scene publish "
-                                   "the state?")
-        return self.state
+        session, target, num_standing, give_up = self.session, ack.tick + ticks, 0, None
+        while self._state is None or self._state.tick < target:
+            heard = self.receive(self.timeout)
+            if heard is None:
+                raise TimeoutError(f"nothing is heard on {self.prefix}_* for {self.timeout:g} s: tick {target} is not there")
+            suffix, status = heard
+            if suffix != "STATUS" or status.mode == status.RUNNING:
+                continue
+            if self.session != session or status.mode == status.STOPPED and status.tick < target:
+                raise Gone(f"the daemon ended before tick {target}")
+            if status.tick >= target:  # its state is on its way, or is repeated
+                give_up = give_up or time.monotonic() + _REPEATED
+                if time.monotonic() > give_up:
+                    raise StepError(f"the daemon stands at tick {status.tick}, and no state of it comes: {_NO_STATE}")
+                continue
+            num_standing += 1  # those that were on their way when the step was taken do not count
+            if num_standing > 2:
+                raise StepError(f"the daemon stands at tick {status.tick}, before tick {target}: "
+                                + (status.fault or "it was held or reset by another"))
+        return self._state
 
     def run(self):
         """Ticks follow the clock."""
@@ -208,24 +268,49 @@ class Daemon:
         return self._answered(self._control(messages.control_t.STOP))
 
     def shape(self, mode):
-        """Mode shape: {index of a point: displacement [-] per elastic coordinate, body axes}. Modes count from 1."""
+        """Mode shape: {index of a point: displacement [-] per elastic coordinate, body axes}. Modes count from 0, as in
+        a state's `q`."""
         self._shape = None
-        self._answered(self._control(messages.control_t.SHAPES, mode))
+        self._answered(self._control(messages.control_t.SHAPES, mode + 1))
         end = time.monotonic() + self.timeout
-        while self._shape is None or self._shape[0] != mode:
+        while self._shape is None or self._shape[0] != mode + 1:
             if self.receive(max(0.0, end - time.monotonic())) is None:
                 raise TimeoutError(f"mode {mode} is not whole within {self.timeout:g} s")
         return self._shape[1]
 
-    def _index(self, kind, name):
+    def index(self, kind, name):
+        """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
         return name if isinstance(name, int) else self.scene.index(kind, name)
 
-    def _ticks(self, seconds):
-        if seconds is None:
-            return 0
-        if not 0.0 < seconds < 1e9:
-            raise ValueError(f"{seconds!r} s, must be a time above 0 and below 1e9 s")
-        return max(1, round(seconds * self.status.rate))
+    def _read_of(self, state, kind, name):
+        index = self.index("point" if kind == "body" else kind, name)
+        if kind == "link":
+            links = self._whole_of(state, "loads", "LOADS").links
+            if index in links:
+                return vector(links[index])
+            raise LookupError(f"the forces of link {name!r} are not published: name it in publish: loads: of")
+        points = self._whole_of(state, "points", "POINTS")
+        table, of = {"point": (points.points, PointState), "body": (points.bodies, BodyState),
+                     "group": (points.groups, GroupPose)}[kind]
+        if index not in table:
+            raise LookupError(f"{kind} {name!r} is not published" + (" or has no attitude" if kind == "body" else "")
+                              + ": name it in publish: points: of")
+        return of(*(vector(getattr(table[index], field)) for field in of._fields))
+
+    def _whole_of(self, state, name, suffix):
+        """POINTS or LOADS of the tick of a state; waits for them."""
+        when, end = (state.epoch, state.tick), time.monotonic() + self.timeout
+        while (whole := getattr(self, name)) is None or (whole.epoch, whole.tick) < when:
+            if state.session != self.session:
+                raise Gone("the daemon of this state has ended")
+            if self.receive(max(0.0, end - time.monotonic())) is None or time.monotonic() > end:
+                raise TimeoutError(f"no whole {suffix} of tick {state.tick} within {self.timeout:g} s: have the scene publish "
+                                   f"{name} at the rate of the state")
+        if (whole.epoch, whole.tick) != when:
+            raise RuntimeError(f"the state is of tick {state.tick}, the newest {suffix} of tick {whole.tick}: read what "
+                               f"belongs to a state before the next comes, and have the scene publish {name} at the rate "
+                               "of the state")
+        return whole
 
     @staticmethod
     def _control(command, count=0):
@@ -240,9 +325,11 @@ class Daemon:
         return command
 
     def _answered(self, command):
-        sequence = self._send(command).sequence
-        ack = self._next(lambda suffix, m: suffix == "ACK" and m.sequence == sequence and m.sender == self.sender,
-                         self.timeout)
+        sequence, session = self._send(command).sequence, self.session
+        ack = self._next(lambda suffix, m: self.session != session or (
+            suffix == "ACK" and m.sequence == sequence and m.sender == self.sender), self.timeout)
+        if self.session != session:
+            raise Gone("another daemon has taken the place of the one that the command was meant for")
         if ack is None:
             raise TimeoutError(f"no answer within {self.timeout:g} s: the command was lost, the daemon has ended, or it does "
                                "not know the tag of the command")

@@ -6,8 +6,8 @@ from freeflex.client import Rejected
 def damp(daemon, first, second, gain, seconds=20.0, window=1.0):
     """Damps the swing of two points with `gain` [N s/m] for `seconds` of simulated time. Returns the largest speed
     [m/s] along their line in the first `window` [s] and in the last."""
-    a, b = daemon.scene.point(first), daemon.scene.point(second)
-    rate, start, speeds, tick = daemon.scene.rate, None, [], -1
+    a, b = daemon.index("point", first), daemon.index("point", second)
+    rate, start, speeds, tick = daemon.rate, None, [], -1
     for _ in daemon.listen("POINTS", timeout=daemon.timeout):
         if daemon.points is None or daemon.points.tick <= tick:
             continue

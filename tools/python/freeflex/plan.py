@@ -1,57 +1,46 @@
-"""Plans and their motion in this process, by the C interface (freeflex.h), without a daemon.
-
-Vectors are arrays of numpy where it is installed, else tuples.
-"""
+"""Plans and their motion in this process, by the C interface (freeflex.h), without a daemon."""
 
 import collections
 import ctypes
 import os
+import threading
 
-from freeflex.scene import index_in
+from freeflex.location import LIBRARY
+from freeflex.scene import index_in, indices_of
+from freeflex.state import BodyState, GroupPose, PointState, Push, State, StepError, vector, whole
 
-try:
-    from numpy import array as _vector
-except ImportError:
-    _vector = tuple
-
-AXES = ("world", "body")
 #: words of a motion: how far it can be trusted
 WORDS = ("good", "watch", "outside")
 
 _POINT, _LINK, _GROUP, _WHEEL, _MODE = range(5)
 _KINDS = {"point": _POINT, "link": _LINK, "group": _GROUP, "wheel": _WHEEL}
+_NO_MEMORY, _BUSY = 4, 7
 _WITH_WORD = 1
 _LONGEST = 4096  # values of a link
 _PIECE = 10000  # ticks of one call
 
-#: centre of mass [m], attitude, velocity [m/s], angular velocity [rad/s, body axes], angular momentum [kg m^2/s]
-Frame = collections.namedtuple("Frame", "position attitude velocity angular_velocity angular_momentum")
-#: [m], [m/s], [m/s^2] in world axes, elastic displacement [m] in body axes
-PointState = collections.namedtuple("PointState", "position velocity acceleration displacement")
-#: attitude of a point with inertia, its rate [rad/s] in its own axes
-BodyState = collections.namedtuple("BodyState", "attitude angular_velocity")
-#: centre of mass [m], attitude, velocity [m/s], angular velocity [rad/s, body axes]
-GroupPose = collections.namedtuple("GroupPose", "position attitude velocity angular_velocity")
 #: one of WORDS, its cause, the estimate of the displacements' error and what it is judged against [m]
 Word = collections.namedtuple("Word", "word cause error scale tick")
 #: [J]
 Energy = collections.namedtuple("Energy", "kinetic_rigid kinetic_elastic potential")
 
 
-class StepError(RuntimeError):
-    """What the C interface refused; the text says why."""
+class Busy(RuntimeError):
+    """A motion that another thread steps or reads at this moment."""
 
-
-def _whole(what, value, least, most):
-    """A whole number that C takes as it is. ValueError of any other."""
-    if not isinstance(value, int) or not least <= value <= most:
-        raise ValueError(f"{what} {value!r}, must be a whole number from {least} to {most}")
-    return value
+    def __init__(self, why="another thread steps this motion"):
+        super().__init__(f"{why}: give each thread a copy() of its own, or have them take turns")
 
 
 class _Load(ctypes.Structure):
     _fields_ = [("kind", ctypes.c_int32), ("index", ctypes.c_int32), ("force", ctypes.c_double * 3),
                 ("torque", ctypes.c_double * 3)]
+
+
+class _State(ctypes.Structure):
+    _fields_ = [("tick", ctypes.c_int64), ("time", ctypes.c_double), ("position", ctypes.c_double * 3),
+                ("attitude", ctypes.c_double * 4), ("velocity", ctypes.c_double * 3),
+                ("angular_velocity", ctypes.c_double * 3), ("angular_momentum", ctypes.c_double * 3)]
 
 
 class _Word(ctypes.Structure):
@@ -80,21 +69,29 @@ def _signatures(c):
         "motion_step": (c.c_int, [motion, c.c_int64]),
         "motion_push": (c.c_int, [motion, c.c_int, c.c_int, c.POINTER(_Load), size, c.c_int64]),
         "motion_tick": (c.c_int64, [motion]), "motion_time": (c.c_double, [motion]),
-        "motion_frame": (None, [motion, doubles]),
-        "motion_elastic": (c.c_int, [motion, doubles, doubles, size, c.POINTER(size)]),
+        "motion_state": (c.c_int, [motion, c.POINTER(_State), c.c_void_p, c.c_void_p, size, c.c_void_p, size]),
         "motion_point": (c.c_int, [motion, c.c_int32, doubles]), "motion_body": (c.c_int, [motion, c.c_int32, doubles]),
         "motion_group": (c.c_int, [motion, c.c_int32, doubles]),
         "motion_link": (c.c_int, [motion, c.c_int32, doubles, size, c.POINTER(size)]),
-        "motion_wheels": (c.c_int, [motion, doubles, size]), "motion_energy": (None, [motion, doubles]),
+        "motion_energy": (None, [motion, doubles]),
         "motion_word": (c.c_int, [motion, c.POINTER(_Word)]), "motion_worst_word": (c.c_int, [motion, c.POINTER(_Word)]),
     }
 
 
+def _find_library():
+    """Path of the C library: FREEFLEX_LIBRARY, else the one that was built or installed with this package, else a name
+    that the loader looks for."""
+    if named := os.environ.get("FREEFLEX_LIBRARY"):
+        return named
+    path = os.path.normpath(os.path.join(os.path.dirname(os.path.abspath(__file__)), LIBRARY))
+    return path if os.path.exists(path) else os.path.basename(LIBRARY)
+
+
 def library():
-    """The C library: that of FREEFLEX_LIBRARY, else libfreeflex.so.1. StepError when there is none."""
+    """The C library. StepError when there is none."""
     global _library
     if _library is None:
-        name = os.environ.get("FREEFLEX_LIBRARY") or "libfreeflex.so.1"
+        name = _find_library()
         try:
             loaded = ctypes.CDLL(name)
         except OSError as error:
@@ -110,25 +107,27 @@ def library():
 
 
 def _check(code):
-    if code != 0:
-        raise StepError(library().last_error().decode(errors="replace").strip())
+    if code == 0:
+        return
+    if code == _BUSY:
+        raise Busy
+    raise (MemoryError if code == _NO_MEMORY else StepError)(library().last_error().decode(errors="replace").strip())
 
 
-def _read(sizes, function, *arguments, is_checked=True):
+def _read(sizes, function, *arguments):
     """Vectors of such sizes that a function writes one behind the other."""
     values = (ctypes.c_double * sum(sizes))()
-    code = function(*arguments, values)
-    if is_checked:
-        _check(code)
+    _check(function(*arguments, values))
     ends = [sum(sizes[:k + 1]) for k in range(len(sizes))]
-    return [_vector(values[end - size:end]) for size, end in zip(sizes, ends)]
+    return [vector(values[end - size:end]) for size, end in zip(sizes, ends)]
 
 
 class Plan:
     """A scene or plan file, set up. Any number of motions may be made of it.
 
-    `name`, `rate` [Hz], `mass` [kg], `fingerprint` (as the messages have it), `warnings`; `points`, `links`, `groups`, `wheels`: indices by
-    name, in the order of the scene; `frequencies` [Hz] of the elastic modes, which count from 0 here. StepError: every fault of the scene, with its line.
+    `name`, `rate` [Hz], `mass` [kg], `fingerprint` (as the messages have it), `warnings`; `points`, `links`, `groups`,
+    `wheels`: indices by name, in the order of the scene; `frequencies` [Hz] of the elastic modes, in the order of a
+    state's `q`. StepError: every fault of the scene, with its line. MemoryError: the set-up needs more than there is.
 
     `progress(what, share)` is called during a long set-up; what it raises ends it.
     """
@@ -156,18 +155,15 @@ class Plan:
         self.name, self.warnings = c.plan_name(handle).decode(), c.plan_warnings(handle).decode().splitlines()
         self.rate, self.mass = c.plan_rate(handle), c.plan_mass(handle)
         self.fingerprint = c.plan_fingerprint(handle)
-        self._indices = {}
-        for kind, number in _KINDS.items():
-            names = [c.plan_name_of(handle, number, k).decode() for k in range(c.plan_count(handle, number))]
-            indices = self._indices[kind] = {}
-            for k, name in enumerate(names):
-                indices.setdefault(name, k)  # the first of a name
+        self._indices = {kind: indices_of((k, c.plan_name_of(handle, number, k).decode())
+                                          for k in range(c.plan_count(handle, number)))
+                         for kind, number in _KINDS.items()}
         self.points, self.links, self.groups, self.wheels = (self._indices[kind] for kind in _KINDS)
         self.num_points, self.num_modes = c.plan_count(handle, _POINT), c.plan_count(handle, _MODE)
         self.num_wheels = c.plan_count(handle, _WHEEL)
         values = (ctypes.c_double * self.num_modes)()
         _check(c.plan_frequencies(handle, values, len(values)))
-        self.frequencies = _vector(values[:])
+        self.frequencies = vector(values[:])
 
     def motion(self, with_word=False):
         """A Motion at the initial state. `with_word`: it judges how far it can be trusted, at a few microseconds a
@@ -180,18 +176,18 @@ class Plan:
         """[-] elastic displacement of a point, body axes, by each mode: a list of vectors."""
         values = (ctypes.c_double * (3 * self.num_modes))()
         _check(library().plan_shape(self._handle, self.index("point", point), values, len(values)))
-        return [_vector(values[3 * k:3 * k + 3]) for k in range(self.num_modes)]
+        return [vector(values[3 * k:3 * k + 3]) for k in range(self.num_modes)]
 
     def rest(self):
         """[m] places of the points at rest, body axes from the centre of mass: a list of vectors."""
         values = (ctypes.c_double * (3 * self.num_points))()
         _check(library().plan_rest(self._handle, values, len(values)))
-        return [_vector(values[3 * k:3 * k + 3]) for k in range(self.num_points)]
+        return [vector(values[3 * k:3 * k + 3]) for k in range(self.num_points)]
 
     def index(self, kind, name):
         """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
         if isinstance(name, int):
-            return _whole(kind, name, 0, 2**31 - 1)
+            return whole(kind, name, 0, 2**31 - 1)
         return index_in(self._indices[kind], kind, name)
 
     def __del__(self):
@@ -199,113 +195,124 @@ class Plan:
             library().plan_free(handle)
 
 
+class MotionState(State):
+    """A State of a Motion."""
+
+    def __init__(self, motion, handle, version):
+        self._fields, self._arrays, self._version, self._owner = _State(), motion._Arrays(), version, motion
+        fields, arrays, plan = self._fields, self._arrays, motion.plan
+        _check(library().motion_state(handle, fields, ctypes.byref(arrays), ctypes.byref(arrays, 8 * plan.num_modes),
+                                      plan.num_modes, ctypes.byref(arrays, 16 * plan.num_modes), plan.num_wheels))
+        self.tick, self.time = fields.tick, fields.time
+
+    def _values(self, name):
+        n = self._owner.plan.num_modes
+        ends = {"q": (0, n), "q_dot": (n, 2 * n), "wheel_momentum": (2 * n, None)}
+        return self._arrays[slice(*ends[name])] if name in ends else getattr(self._fields, name)[:]
+
+
 class Motion:
-    """A motion of a plan. `plan`."""
+    """A motion of a plan. `plan`; `rate` [Hz], `index(kind, name)` of it.
+
+    It belongs to one thread at a time. Busy: another thread steps it.
+    """
 
     def __init__(self, plan, handle):
         self.plan, self._handle = plan, handle
+        self.rate, self.index = plan.rate, plan.index
+        self._steps, self._version = threading.Lock(), 0
+        self._Arrays = ctypes.c_double * (2 * plan.num_modes + plan.num_wheels)  # q, q_dot, momenta of wheels
+
+    @property
+    def handle(self):
+        """For the C interface. Busy while another thread steps the motion, between two calls of C as well."""
+        if self._steps.locked():
+            raise Busy
+        return self._handle
 
     def step(self, ticks=1):
-        """Advances by so many ticks. StepError: the next state would not be finite; it stands at the last that is."""
-        ticks = _whole("ticks", ticks, 0, 2**63 - 1)
-        while True:  # in pieces, so that Ctrl-C is heard
-            piece = min(ticks, _PIECE)
-            _check(library().motion_step(self._handle, piece))
-            ticks -= piece
-            if ticks == 0:
-                return
+        """Advances by so many ticks. Returns the State after them. StepError: the next state would not be finite; it
+        stands at the last that is."""
+        ticks = whole("ticks", ticks, 0, 2**63 - 1)
+        if not self._steps.acquire(blocking=False):
+            raise Busy
+        try:
+            self._version += 1
+            while True:  # in pieces, so that Ctrl-C is heard
+                piece = min(ticks, _PIECE)
+                _check(library().motion_step(self._handle, piece))
+                ticks -= piece
+                if ticks == 0:
+                    return MotionState(self, self._handle, self._version)
+        finally:
+            self._steps.release()
 
-    def push(self, forces=None, *, torques=None, wrenches=None, wheels=None, axes="world", slot=0, ticks=0):
+    @property
+    def state(self):
+        """The State where the motion stands."""
+        return MotionState(self, self.handle, self._version)
+
+    def push(self, forces=None, *, torques=None, wrenches=None, wheels=None, axes="world", slot=0, duration=None,
+             lease=None):
         """Puts loads into a slot in place of what was there, from the next step on; without any clears it.
 
-        `forces` {point: (x, y, z)} [N], `torques` {point: (x, y, z)} [N m] on points with inertia, `wrenches`
-        {group: (force, torque)}, `wheels` {wheel: torque} [N m] of motors; by name or index. `axes`: "world" or
-        "body". `ticks`: how long; 0: until another push takes their place.
+        `forces` {point: (x, y, z)} [N]; `torques` {point: (x, y, z)} [N m] on bodies; `wrenches` {group: (force,
+        torque)}; `wheels` {wheel: torque} [N m] of motors; by name or index. `axes`: "world" or "body". Exactly one of
+        `duration` [s], after which it ends, and `lease` [s], within which it is to be renewed. StepError: not taken,
+        as by a daemon; or 256 pushes wait for the next step.
         """
-        none, loads = (0.0, 0.0, 0.0), []
-        for name, force in (forces or {}).items():
-            loads.append(self._load("point", name, force, none))
-        for name, torque in (torques or {}).items():
-            loads.append(self._load("point", name, none, torque))
-        for name, (force, torque) in (wrenches or {}).items():
-            loads.append(self._load("group", name, force, torque))
-        for name, torque in (wheels or {}).items():
-            loads.append(self._load("wheel", name, none, (torque, 0.0, 0.0)))
-        if axes not in AXES:
-            raise ValueError(f"axes {axes!r}, must be one of {', '.join(AXES)}")
-        slot, ticks = _whole("slot", slot, 0, 63), _whole("ticks", ticks, 0, 2**63 - 1)
-        _check(library().motion_push(self._handle, slot, AXES.index(axes), (_Load * len(loads))(*loads),
-                                     len(loads), ticks))
-
-    def _load(self, kind, name, force, torque):
-        if len(force) != 3 or len(torque) != 3:
-            raise ValueError(f"{kind} {name!r}: a force and a torque have three components")
-        index = self.plan.index(kind, name)
-        return _Load(_KINDS[kind], index, (ctypes.c_double * 3)(*force), (ctypes.c_double * 3)(*torque))
+        push = Push(self.index, self.rate, forces, torques=torques, wrenches=wrenches, wheels=wheels, axes=axes,
+                    slot=slot, duration=duration, lease=lease)
+        none = (0.0, 0.0, 0.0)
+        loads = [_load("point", k, f, none) for k, f in push.forces]
+        loads += [_load("point", k, none, t) for k, t in push.torques]
+        loads += [_load("group", k, f, t) for k, f, t in push.wrenches]
+        loads += [_load("wheel", k, none, (t, 0.0, 0.0)) for k, t in push.wheels]
+        _check(library().motion_push(self.handle, push.slot, push.axes, (_Load * len(loads))(*loads), len(loads),
+                                     push.duration_ticks or push.lease_ticks))
 
     def reset(self):
         """Back to the initial state, without loads but the scene's own. The tick goes on."""
-        library().motion_reset(self._handle)
+        library().motion_reset(self.handle)
+        self._version += 1
 
     def copy(self):
         """Another motion that stands where this one does."""
         handle = ctypes.c_void_p()
-        _check(library().motion_copy(self._handle, ctypes.byref(handle)))
+        _check(library().motion_copy(self.handle, ctypes.byref(handle)))
         return Motion(self.plan, handle)
 
     @property
     def tick(self):
         """Number of the next step."""
-        return library().motion_tick(self._handle)
+        return library().motion_tick(self.handle)
 
     @property
     def time(self):
         """[s] since the last reset."""
-        return library().motion_time(self._handle)
+        return library().motion_time(self.handle)
 
-    @property
-    def frame(self):
-        """Motion of the body as a whole: a Frame."""
-        return Frame(*_read((3, 4, 3, 3, 3), library().motion_frame, self._handle, is_checked=False))
-
-    @property
-    def elastic(self):
-        """(q [m], q_dot [m/s]) of the elastic modes."""
-        count = ctypes.c_size_t()
-        library().motion_elastic(self._handle, None, None, 0, ctypes.byref(count))
-        q, q_dot = (ctypes.c_double * count.value)(), (ctypes.c_double * count.value)()
-        _check(library().motion_elastic(self._handle, q, q_dot, count.value, None))
-        return _vector(q[:]), _vector(q_dot[:])
-
-    def point(self, name):
-        """A PointState, of a point that the scene publishes, pushes or loads."""
-        return PointState(*_read((3, 3, 3, 3), library().motion_point, self._handle, self.plan.index("point", name)))
-
-    def body(self, name):
-        """A BodyState, of a point that has inertia."""
-        return BodyState(*_read((4, 3), library().motion_body, self._handle, self.plan.index("point", name)))
-
-    def group(self, name):
-        """A GroupPose."""
-        return GroupPose(*_read((3, 4, 3, 3), library().motion_group, self._handle, self.plan.index("group", name)))
-
-    def link(self, name):
-        """Forces of a published link, by its kind (messages/README.md, section 7)."""
+    def _read_of(self, state, kind, name):
+        if state._version != self._version:
+            raise RuntimeError(f"the motion stands at tick {self.tick}: what belongs to the state of tick {state.tick} is "
+                               "read before the next step")
+        c, index = library(), self.index("point" if kind == "body" else kind, name)
+        if kind == "point":
+            return PointState(*_read((3, 3, 3, 3), c.motion_point, self.handle, index))
+        if kind == "body":
+            return BodyState(*_read((4, 3), c.motion_body, self.handle, index))
+        if kind == "group":
+            return GroupPose(*_read((3, 4, 3, 3), c.motion_group, self.handle, index))
         values, count = (ctypes.c_double * _LONGEST)(), ctypes.c_size_t()
-        _check(library().motion_link(self._handle, self.plan.index("link", name), values, _LONGEST, ctypes.byref(count)))
-        return _vector(values[:count.value])
-
-    @property
-    def wheels(self):
-        """[N m s] momenta of the wheels about their axes."""
-        values = (ctypes.c_double * self.plan.num_wheels)()
-        _check(library().motion_wheels(self._handle, values, len(values)))
-        return _vector(values[:])
+        _check(c.motion_link(self.handle, index, values, _LONGEST, ctypes.byref(count)))
+        return vector(values[:count.value])
 
     @property
     def energy(self):
         """An Energy."""
-        return Energy(*(float(x[0]) for x in _read((1, 1, 1), library().motion_energy, self._handle, is_checked=False)))
+        values = (ctypes.c_double * 3)()
+        library().motion_energy(self.handle, values)
+        return Energy(*values)
 
     @property
     def word(self):
@@ -319,9 +326,13 @@ class Motion:
 
     def _word(self, function):
         word = _Word()
-        _check(function(self._handle, ctypes.byref(word)))
+        _check(function(self.handle, ctypes.byref(word)))
         return Word(WORDS[word.word], word.cause.decode(errors="replace"), word.error, word.scale, word.tick)
 
     def __del__(self):
         if handle := self.__dict__.pop("_handle", None):
             library().motion_free(handle)
+
+
+def _load(kind, index, force, torque):
+    return _Load(_KINDS[kind], index, tuple(force), tuple(torque))

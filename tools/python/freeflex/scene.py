@@ -2,6 +2,8 @@
 
 import difflib
 
+from freeflex.state import vector
+
 
 class Pages:
     """Pages of one thing; `add` says when all of them are there. Those of another thing begin anew."""
@@ -21,28 +23,30 @@ class Pages:
         return pages
 
 
-class Scene:
-    """The scene of a daemon.
+class Listing:
+    """What a daemon lists of its scene.
 
     `name`, `plan_file`, `plan_fingerprint`, `session`, `rate` [Hz], `mass` [kg], `inertia` [kg m^2],
-    `rigid_freedoms`; `points`, `links`, `groups`: what the daemon lists, by index; `wheels`: a list;
-    `frequencies` [Hz]: by elastic mode, from 1. Above 1000 points a daemon lists those alone that are named.
+    `rigid_freedoms`; `points`, `links`, `groups`, `wheels`: indices by name, as a Plan has them; `listed`: the message
+    about each, as `listed["point"][3].mass`; `frequencies` [Hz] of the elastic modes, in the order of a state's `q`.
+    Above 1000 points a daemon lists those alone that are named.
     """
 
     def __init__(self, pages):
         front = pages[0]
-        for name in ("name", "plan_file", "plan_fingerprint", "session", "rate", "mass", "inertia", "rigid_freedoms",
-                     "wheels"):
+        for name in ("name", "plan_file", "plan_fingerprint", "session", "rate", "mass", "inertia", "rigid_freedoms"):
             setattr(self, name, getattr(front, name))
-        self.points, self.links, self.groups, self.frequencies = {}, {}, {}, {}
+        self.listed = {"point": {}, "link": {}, "group": {}, "wheel": dict(enumerate(front.wheels))}
+        frequencies = []
         for page in pages:
-            self.points.update(enumerate(page.points, page.first_point))
-            self.links.update(enumerate(page.links, page.first_link))
-            self.groups.update(enumerate(page.groups, page.first_group))
-            self.frequencies.update(enumerate(page.frequencies, page.first_elastic + 1))
-        self._indices = {kind: {one.name: k for k, one in listed}
-                         for kind, listed in (("point", self.points.items()), ("link", self.links.items()),
-                                              ("group", self.groups.items()), ("wheel", enumerate(self.wheels)))}
+            self.listed["point"].update(enumerate(page.points, page.first_point))
+            self.listed["link"].update(enumerate(page.links, page.first_link))
+            self.listed["group"].update(enumerate(page.groups, page.first_group))
+            frequencies += page.frequencies
+        self.frequencies = vector(frequencies)
+        self._indices = {kind: indices_of((k, one.name) for k, one in listed.items())
+                         for kind, listed in self.listed.items()}
+        self.points, self.links, self.groups, self.wheels = self._indices.values()
 
     def index(self, kind, name):
         """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
@@ -50,21 +54,13 @@ class Scene:
             return name
         return index_in(self._indices[kind], kind, name)
 
-    def point(self, name):
-        """Index of a point by its name. LookupError when the daemon lists none."""
-        return self.index("point", name)
 
-    def link(self, name):
-        """Index of a link."""
-        return self.index("link", name)
-
-    def group(self, name):
-        """Index of a group."""
-        return self.index("group", name)
-
-    def wheel(self, name):
-        """Index of a wheel."""
-        return self.index("wheel", name)
+def indices_of(numbered):
+    """{name: index} of pairs of index and name; of a name that several have, the first."""
+    indices = {}
+    for k, name in numbered:
+        indices.setdefault(name, k)
+    return indices
 
 
 def index_in(indices, kind, name):

@@ -1,0 +1,80 @@
+"""One controller for a daemon on the bus and for a motion in this process."""
+
+import time
+
+from freeflex.client import Daemon, Gone, Rejected
+from freeflex.state import StepError, ticks_of
+
+_WRONG_SESSION, _EPOCH_ENDED, _TOO_OLD = 3, 24, 28
+
+
+def control(owner, controller, *, every, until=None, patience=60.0):
+    """Calls `controller(state)` every so many seconds of simulated time and pushes what it returns: the arguments of
+    push() by name, as a dict, or None for no push. Returns the last State, the first at or after `until` [s].
+
+    A Motion, and a daemon in lockstep, are stepped from one call to the next. Of any other daemon each published state
+    that reaches the next multiple of `every` is taken, so a state that comes late or is lost delays one call alone; such
+    a daemon may do without `until`, and Ctrl-C ends the controller. When the daemon ends and another takes its place on
+    the prefix, the controller goes on with that one. TimeoutError: none came within `patience` [s] of wall clock.
+    """
+    if isinstance(owner, Daemon):
+        return _control_daemon(owner, controller, every, until, patience)
+    if until is None:
+        raise ValueError("a motion in this process needs until=S, or it would be stepped for ever")
+    return _step_through(owner, controller, every, until)
+
+
+def _step_through(owner, controller, every, until):
+    ticks, state = ticks_of("every", every, owner.rate), owner.state
+    while until is None or state.time < until:
+        if (push := controller(state)) is not None:
+            owner.push(**push)
+        state = owner.step(ticks)
+    return state
+
+
+def _control_daemon(daemon, controller, every, until, patience):
+    while True:
+        try:
+            is_lockstep = daemon.last_status.time_mode == "lockstep"
+            return (_step_through if is_lockstep else _listen_through)(daemon, controller, every, until)
+        except (Gone, TimeoutError):
+            pass
+        except Rejected as rejected:
+            if rejected.ack.reason != _WRONG_SESSION:
+                raise
+        _wait_for_daemon(daemon, patience)
+
+
+def _listen_through(daemon, controller, every, until):
+    ticks, session, epoch, last = ticks_of("every", every, daemon.rate), daemon.session, None, None
+    for state in daemon.listen("STATE", timeout=daemon.timeout):
+        if until is not None and state.time >= until:
+            return state
+        if state.epoch == epoch and state.tick // ticks <= last // ticks:
+            continue
+        epoch, last = state.epoch, state.tick
+        if (push := controller(state)) is None:
+            continue
+        try:
+            daemon.push(**push)
+        except Rejected as rejected:
+            # of another epoch, or decided too late: the next state tells what to do
+            if rejected.ack.reason not in (_EPOCH_ENDED, _TOO_OLD):
+                raise
+    status = daemon.status()
+    if status.session == session and status.mode not in (status.STARTING, status.STOPPED):
+        raise StepError(f"no STATE within {daemon.timeout:g} s of a daemon that is heard: have the scene publish it, publish: "
+                        "{state: RATE}, or give connect() a longer timeout")
+    raise Gone("another daemon has taken its place")
+
+
+def _wait_for_daemon(daemon, patience):
+    end = time.monotonic() + patience
+    while True:
+        try:
+            if daemon.status().mode != daemon.last_status.STOPPED:
+                return
+        except TimeoutError:
+            if time.monotonic() >= end:
+                raise
