@@ -151,7 +151,7 @@ TEST(Install, MessagesNeedLcmAloneAndTheCoreItsOwn) {
   EXPECT_TRUE(contains(other.err, "freeflex has no component 'engine'")) << other.err;
 }
 
-// C by pkg-config, Python by its path, both with the library that is installed
+// C by pkg-config, Python by its path or by none, all with the library that is installed
 TEST(Install, ServesCAndPython) {
 #ifdef __SANITIZE_ADDRESS__
   GTEST_SKIP() << "a library with the address sanitizer wants it of the program that loads it";
@@ -167,10 +167,16 @@ TEST(Install, ServesCAndPython) {
   ASSERT_EQ(from_c.exit_code, 0) << from_c.err;
   EXPECT_TRUE(contains(from_c.out, "1000 ")) << from_c.out;
   const Outcome from_python =
-      run("PYTHONPATH=" + prefix + "/lib/python3/dist-packages FREEFLEX_LIBRARY=" + prefix +
-          "/lib/libfreeflex.so.1 PYTHONDONTWRITEBYTECODE=1 python3 -m freeflex step " + scene + " 1");
+      run("PYTHONPATH=" + prefix +
+          "/lib/python3/dist-packages PYTHONDONTWRITEBYTECODE=1 python3 -m freeflex step " + scene + " 1");
   ASSERT_EQ(from_python.exit_code, 0) << from_python.err;
   EXPECT_TRUE(contains(from_python.out, "boom: tick 1000")) << from_python.out;
+  // a virtual environment that is the prefix
+  const Outcome from_environment =
+      run("python3 -m venv --without-pip " + prefix + " && cd / && env -u PYTHONPATH " + prefix +
+          "/bin/python3 -m freeflex step " + scene + " 1");
+  ASSERT_EQ(from_environment.exit_code, 0) << from_environment.err;
+  EXPECT_EQ(from_environment.out, from_python.out);
 }
 
 /// #include of every header that is installed: one that lacks another is found where it does not compile.

@@ -46,9 +46,16 @@ configure_file(tools/cmake/freeflex.pc.in ${CMAKE_BINARY_DIR}/freeflex.pc @ONLY)
 install(TARGETS freeflex_c LIBRARY DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT programs NAMELINK_COMPONENT development)
 install(FILES service/c/freeflex.h DESTINATION ${CMAKE_INSTALL_INCLUDEDIR} COMPONENT development)
 install(FILES ${CMAKE_BINARY_DIR}/freeflex.pc DESTINATION ${CMAKE_INSTALL_LIBDIR}/pkgconfig COMPONENT development)
-set(FREEFLEX_PYTHON_DIR lib/python3/dist-packages CACHE STRING "where the Python package goes, under the prefix")
 install(DIRECTORY ${CMAKE_BINARY_DIR}/python/freeflex DESTINATION ${FREEFLEX_PYTHON_DIR} COMPONENT python
-  FILES_MATCHING PATTERN "*.py")
+  FILES_MATCHING PATTERN "location.py" EXCLUDE PATTERN "*.py")
+install(FILES ${CMAKE_BINARY_DIR}/python_installed/location.py DESTINATION ${FREEFLEX_PYTHON_DIR}/freeflex COMPONENT python)
+# a prefix that Python looks under, such as a virtual environment or /usr/local, finds it without PYTHONPATH; not packaged
+foreach(packages site-packages dist-packages)
+  set(folder lib/python${Python3_VERSION_MAJOR}.${Python3_VERSION_MINOR}/${packages})
+  file(RELATIVE_PATH from_folder /prefix/${folder} /prefix/${FREEFLEX_PYTHON_DIR})
+  file(CONFIGURE OUTPUT ${CMAKE_BINARY_DIR}/python_installed/${packages}/freeflex.pth CONTENT "@from_folder@\n" @ONLY)
+  install(FILES ${CMAKE_BINARY_DIR}/python_installed/${packages}/freeflex.pth DESTINATION ${folder} COMPONENT python_path)
+endforeach()
 install(FILES tools/python/README.md DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-freeflex COMPONENT python)
 
 # made from --help and from the documents
