@@ -270,6 +270,45 @@ int write_word(const freeflex_motion& motion, bool is_worst, freeflex_word& word
   return FREEFLEX_OK;
 }
 
+io::Settings settings_of(const freeflex_setting* settings, std::size_t count) {
+  io::Settings all;
+  for (std::size_t k = 0; k < count; ++k)
+    all.push_back(
+        {settings[k].path, settings[k].value, std::string(settings[k].path) + " = " + settings[k].value});
+  return all;
+}
+
+/// Makes the plan that `load` loads, or returns the code of what prevents it.
+template <typename Load>
+int set_up(freeflex_progress progress, void* user, freeflex_plan*& plan, const Load& load) {
+  bool is_ended = false;
+  SetupProgress asked;
+  asked.memory_MB = io::machine_memory_MB();
+  if (progress != nullptr)
+    asked.say = [&](const std::string& what, double done) {
+      is_ended = is_ended || progress(user, what.c_str(), done) != 0;
+      return !is_ended;
+    };
+  io::PlanResult result = load(asked);
+  std::string errors, warnings;
+  bool lacks_memory = false;
+  for (const Fault& fault : result.faults) {
+    (fault.severity == Fault::Severity::kError ? errors : warnings) +=
+        io::format_fault(fault, result.sources, false) + "\n";
+    lacks_memory = lacks_memory || is_of_memory(fault);
+  }
+  if (is_ended) return fail(FREEFLEX_ENDED, "the set-up was ended by its progress function");
+  if (!result.plan) return fail(lacks_memory ? FREEFLEX_NO_MEMORY : FREEFLEX_BAD_SCENE, errors);
+  auto data = std::make_shared<PlanData>();
+  data->plan = std::move(*result.plan);
+  io::fill_name_table(data->plan, data->table);
+  auto made = std::make_unique<freeflex_plan>();
+  made->data = std::move(data);
+  made->warnings = std::move(warnings);
+  plan = made.release();
+  return FREEFLEX_OK;
+}
+
 }  // namespace
 
 const char* freeflex_version(void) noexcept { return FREEFLEX_VERSION; }
@@ -277,35 +316,32 @@ const char* freeflex_last_error(void) noexcept { return last_error.c_str(); }
 
 int freeflex_plan_open(const char* path, freeflex_progress progress, void* user,
                        freeflex_plan** plan) noexcept {
+  return freeflex_plan_open_with(path, nullptr, 0, progress, user, plan);
+}
+
+int freeflex_plan_open_with(const char* path, const freeflex_setting* settings, std::size_t count,
+                            freeflex_progress progress, void* user, freeflex_plan** plan) noexcept {
   return guarded([&] {
     if (path == nullptr || plan == nullptr)
       return fail(FREEFLEX_BAD_ARGUMENT, "no path, or no place for the plan");
-    bool is_ended = false;
-    SetupProgress asked;
-    asked.memory_MB = io::machine_memory_MB();
-    if (progress != nullptr)
-      asked.say = [&](const std::string& what, double done) {
-        is_ended = is_ended || progress(user, what.c_str(), done) != 0;
-        return !is_ended;
-      };
-    io::PlanResult result = io::load_plan(path, 0.0, asked);
-    std::string errors, warnings;
-    bool lacks_memory = false;
-    for (const Fault& fault : result.faults) {
-      (fault.severity == Fault::Severity::kError ? errors : warnings) +=
-          io::format_fault(fault, result.sources, false) + "\n";
-      lacks_memory = lacks_memory || is_of_memory(fault);
-    }
-    if (is_ended) return fail(FREEFLEX_ENDED, "the set-up was ended by its progress function");
-    if (!result.plan) return fail(lacks_memory ? FREEFLEX_NO_MEMORY : FREEFLEX_BAD_SCENE, errors);
-    auto data = std::make_shared<PlanData>();
-    data->plan = std::move(*result.plan);
-    io::fill_name_table(data->plan, data->table);
-    auto made = std::make_unique<freeflex_plan>();
-    made->data = std::move(data);
-    made->warnings = std::move(warnings);
-    *plan = made.release();
-    return FREEFLEX_OK;
+    return set_up(progress, user, *plan, [&](const SetupProgress& asked) {
+      return io::load_plan(path, 0.0, asked, settings_of(settings, count));
+    });
+  });
+}
+
+int freeflex_plan_open_text(const char* text, const char* name, const char* folder,
+                            const freeflex_setting* settings, std::size_t count, freeflex_progress progress,
+                            void* user, freeflex_plan** plan) noexcept {
+  return guarded([&] {
+    if (text == nullptr || plan == nullptr)
+      return fail(FREEFLEX_BAD_ARGUMENT, "no text, or no place for the plan");
+    io::SceneText scene{.text = text};
+    if (folder != nullptr) scene.folder = folder;
+    if (name != nullptr) scene.name = name;
+    return set_up(progress, user, *plan, [&](const SetupProgress& asked) {
+      return io::load_plan_text(scene, 0.0, asked, settings_of(settings, count));
+    });
   });
 }
 

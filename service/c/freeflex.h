@@ -76,6 +76,24 @@ typedef int (*freeflex_progress)(void *user, const char *what, double done);
  * NO_MEMORY; ENDED. */
 FREEFLEX_API int freeflex_plan_open(const char *path, freeflex_progress progress, void *user,
                                     freeflex_plan **plan) FREEFLEX_NOEXCEPT;
+/* A value that is set in a scene by its path before the scene is read: service/scenes/README.md, "Values set
+ * by path". All checks of a scene apply to it, and name it. */
+typedef struct freeflex_setting {
+  const char *path;  /* "points.hub.mass" */
+  const char *value; /* YAML: "41", "[0, 0, 1]", "{ratio: 0.01}" */
+} freeflex_setting;
+/* As freeflex_plan_open, of a scene file with values set in it; of two for one path the later counts. count
+ * 0: settings may be NULL. Errors: as freeflex_plan_open; BAD_SCENE too where a value is set in a plan file.
+ */
+FREEFLEX_API int freeflex_plan_open_with(const char *path, const freeflex_setting *settings, size_t count,
+                                         freeflex_progress progress, void *user,
+                                         freeflex_plan **plan) FREEFLEX_NOEXCEPT;
+/* The same of a scene in memory, YAML or JSON. name: of the text, in messages; NULL: "<text>". folder: of the
+ * files that the text names; NULL: the working folder. */
+FREEFLEX_API int freeflex_plan_open_text(const char *text, const char *name, const char *folder,
+                                         const freeflex_setting *settings, size_t count,
+                                         freeflex_progress progress, void *user,
+                                         freeflex_plan **plan) FREEFLEX_NOEXCEPT;
 FREEFLEX_API void freeflex_plan_free(freeflex_plan *plan) FREEFLEX_NOEXCEPT;
 /* What the set-up warns of, a line each; empty without. */
 FREEFLEX_API const char *freeflex_plan_warnings(const freeflex_plan *plan) FREEFLEX_NOEXCEPT;

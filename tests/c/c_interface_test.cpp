@@ -12,6 +12,7 @@
 #include <fstream>
 #include <string>
 #include <thread>
+#include <tuple>
 #include <vector>
 
 #include "core/step/readout.hpp"
@@ -238,6 +239,51 @@ TEST(CInterface, OnePlanServesThreadsAndErrorsAreTheirOwn) {
       freeflex_motion_free(motion);
     });
   for (std::thread& thread : threads) thread.join();
+}
+
+/// Code, mass and text of what an opening gives.
+template <typename Open>
+std::tuple<int, double, std::string> opened(const Open& open) {
+  freeflex_plan* plan = nullptr;
+  const int code = open(&plan);
+  const double mass = plan == nullptr ? 0.0 : freeflex_plan_mass(plan);
+  freeflex_plan_free(plan);
+  return {code, mass, code == FREEFLEX_OK ? "" : freeflex_last_error()};
+}
+
+TEST(CInterface, SetsValuesByPathInAFileAndInText) {
+  const std::string path = kScenes + "boom.yaml";
+  std::ifstream file(path);
+  const std::string text(std::istreambuf_iterator<char>(file), {});
+  const std::array<freeflex_setting, 3> settings{
+      {{"points.hub.mass", "100"}, {"points.tip.mass", "12"}, {"points.hub.mass", "50"}}};
+  const auto from_file = [&](const std::vector<freeflex_setting>& set) {
+    return opened([&](freeflex_plan** plan) {
+      return freeflex_plan_open_with(path.c_str(), set.data(), set.size(), nullptr, nullptr, plan);
+    });
+  };
+  const auto from_text = [&](const std::vector<freeflex_setting>& set, const char* name) {
+    return opened([&](freeflex_plan** plan) {
+      return freeflex_plan_open_text(text.c_str(), name, nullptr, set.data(), set.size(), nullptr, nullptr,
+                                     plan);
+    });
+  };
+  const std::vector<freeflex_setting> none, all(settings.begin(), settings.end()),
+      bad{{"points.hub.mass", "-1"}};
+  EXPECT_EQ(std::get<double>(from_file(none)), 44.0);
+  EXPECT_EQ(std::get<double>(from_text(none, nullptr)), 44.0);
+  // 10 kg more in the hub, for the last of two counts, and 10 kg in the tip
+  EXPECT_EQ(std::get<double>(from_file(all)), 64.0);
+  EXPECT_EQ(std::get<double>(from_text(all, nullptr)), 64.0);
+  for (const auto& [code, mass, error] : {from_file(bad), from_text(bad, nullptr)}) {
+    EXPECT_EQ(code, FREEFLEX_BAD_SCENE);
+    EXPECT_NE(error.find("points.hub.mass = -1: error: point 'hub': mass -1 kg"), std::string::npos) << error;
+  }
+  const auto [code, mass, error] = opened([](freeflex_plan** plan) {
+    return freeflex_plan_open_text("points: 3", "mine", nullptr, nullptr, 0, nullptr, nullptr, plan);
+  });
+  EXPECT_EQ(code, FREEFLEX_BAD_SCENE);
+  EXPECT_EQ(error.find("mine:1:"), 0u) << error;
 }
 
 TEST(CInterface, OneCallReadsTheWholeState) {

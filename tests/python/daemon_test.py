@@ -1,5 +1,7 @@
 """A daemon on the bus, heard and pushed from Python."""
 
+import contextlib
+import io
 import os
 import signal
 import socket
@@ -85,6 +87,22 @@ class Daemon(unittest.TestCase):
             first, last = damp(daemon, "a", "b", 4.0, seconds=8.0)
         self.assertAlmostEqual(first, 0.083837, delta=0.002)  # amplitude 2 cm at 1 Hz, seen 100 times a second
         self.assertLess(last, 0.01 * first)
+
+    def test_what_the_document_shows_of_a_daemon_and_a_recording_runs(self):
+        out = io.StringIO()
+        with Started(BOOM, "--until", "6"), contextlib.redirect_stdout(out):
+            exec(blocks("## A daemon")[0], {})
+        lines = out.getvalue().splitlines()
+        self.assertRegex(lines[0], "^boom [0-9.]+$")
+        self.assertRegex(lines[-1], "^6000 ")
+        with tempfile.TemporaryDirectory() as folder:
+            recording = os.path.join(folder, "flight.log")
+            subprocess.run([os.path.join(BIN, "freeflex"), "run", BOOM, "--until", "0.5", "--out", recording], check=True,
+                           stdout=subprocess.DEVNULL)
+            out = io.StringIO()
+            with contextlib.redirect_stdout(out):
+                exec(blocks("## Recordings")[0].replace("flight.log", recording), {"freeflex": freeflex})
+            self.assertRegex(out.getvalue().splitlines()[-1], r"^500 \[")
 
     def test_the_loop_of_the_document_ends_at_its_tick(self):
         program, = blocks("## Lockstep")

@@ -22,6 +22,7 @@ from freeflex.bus import Bus
 from freeflex.client import Daemon, Gone, Rejected, connect
 from freeflex.codec import DecodeError, Message
 from freeflex.control import control
+from freeflex.description import Scene
 from freeflex.keys import Key
 from freeflex.log import LogError, events
 from freeflex.messages import TYPES
@@ -31,4 +32,4 @@ from freeflex.state import State, StepError
 globals().update(TYPES)
 
 __all__ = ["Bus", "Busy", "Daemon", "DecodeError", "Gone", "Key", "LogError", "Message", "Motion", "Plan", "Rejected",
-           "State", "StepError", "connect", "control", "events", "log", "messages", *TYPES]
+           "Scene", "State", "StepError", "connect", "control", "events", "log", "messages", *TYPES]

@@ -5,6 +5,7 @@ import ctypes
 import os
 import threading
 
+from freeflex.description import Scene
 from freeflex.location import LIBRARY
 from freeflex.scene import index_in, indices_of
 from freeflex.state import BodyState, GroupPose, PointState, Push, State, StepError, vector, whole
@@ -32,6 +33,10 @@ class Busy(RuntimeError):
         super().__init__(f"{why}: give each thread a copy() of its own, or have them take turns")
 
 
+class _Setting(ctypes.Structure):
+    _fields_ = [("path", ctypes.c_char_p), ("value", ctypes.c_char_p)]
+
+
 class _Load(ctypes.Structure):
     _fields_ = [("kind", ctypes.c_int32), ("index", ctypes.c_int32), ("force", ctypes.c_double * 3),
                 ("torque", ctypes.c_double * 3)]
@@ -55,10 +60,12 @@ _library = None
 def _signatures(c):
     """name -> (result, arguments); int results are codes unless listed as numbers."""
     plan, motion, out, doubles = c.c_void_p, c.c_void_p, c.POINTER(c.c_void_p), c.POINTER(c.c_double)
-    size = c.c_size_t
+    size, settings = c.c_size_t, c.POINTER(_Setting)
     return {
         "version": (c.c_char_p, []), "last_error": (c.c_char_p, []),
-        "plan_open": (c.c_int, [c.c_char_p, _PROGRESS, c.c_void_p, out]), "plan_free": (None, [plan]),
+        "plan_open_with": (c.c_int, [c.c_char_p, settings, size, _PROGRESS, c.c_void_p, out]),
+        "plan_open_text": (c.c_int, [c.c_char_p, c.c_char_p, c.c_char_p, settings, size, _PROGRESS, c.c_void_p, out]),
+        "plan_free": (None, [plan]),
         "plan_warnings": (c.c_char_p, [plan]), "plan_name": (c.c_char_p, [plan]),
         "plan_fingerprint": (c.c_int64, [plan]), "plan_rate": (c.c_double, [plan]), "plan_mass": (c.c_double, [plan]),
         "plan_count": (c.c_int32, [plan, c.c_int]), "plan_name_of": (c.c_char_p, [plan, c.c_int, c.c_int32]),
@@ -123,7 +130,8 @@ def _read(sizes, function, *arguments):
 
 
 class Plan:
-    """A scene or plan file, set up. Any number of motions may be made of it.
+    """A scene, set up: a scene or plan file, a dict, a Scene, or `text` (YAML or JSON) with the `folder` of the files that
+    it names. Any number of motions may be made of it.
 
     `name`, `rate` [Hz], `mass` [kg], `fingerprint` (as the messages have it), `warnings`; `points`, `links`, `groups`,
     `wheels`: indices by name, in the order of the scene; `frequencies` [Hz] of the elastic modes, in the order of a
@@ -132,7 +140,8 @@ class Plan:
     `progress(what, share)` is called during a long set-up; what it raises ends it.
     """
 
-    def __init__(self, path, progress=None):
+    def __init__(self, source=None, progress=None, *, text=None, folder=None):
+        scene = source if isinstance(source, Scene) else Scene(source, text=text, folder=folder)
         c, handle, raised = library(), ctypes.c_void_p(), []
 
         def ask(_, what, done):
@@ -143,9 +152,12 @@ class Plan:
                 raised.append(error)
             return len(raised)
 
-        if b"\0" in os.fsencode(path):
-            raise ValueError(f"{path!r} is no path: it holds a zero byte")
-        code = c.plan_open(os.fsencode(path), _PROGRESS(ask), None, ctypes.byref(handle))
+        settings = [_Setting(path.encode(), value.encode()) for path, value in scene.settings.items()]
+        rest = (_Setting * len(settings))(*settings), len(settings), _PROGRESS(ask), None, ctypes.byref(handle)
+        if scene.path is not None:
+            code = c.plan_open_with(scene.path, *rest)
+        else:
+            code = c.plan_open_text(scene.text.encode(), scene.name.encode(), scene.folder, *rest)
         if raised:
             if code == 0:
                 c.plan_free(handle)
