@@ -21,7 +21,7 @@ from freeflex import log, messages
 from freeflex.bus import Bus
 from freeflex.client import Daemon, Gone, Rejected, connect
 from freeflex.codec import DecodeError, Message
-from freeflex.control import control
+from freeflex.controller import control
 from freeflex.description import Scene
 from freeflex.keys import Key
 from freeflex.log import LogError, events

@@ -1,6 +1,6 @@
 """An active strut: pushes two points along the line between them against the speed at which it grows."""
 
-from freeflex.client import Rejected
+from freeflex.client import Gone, Rejected
 
 
 def damp(daemon, first, second, gain, seconds=20.0, window=1.0):
@@ -25,6 +25,9 @@ def damp(daemon, first, second, gain, seconds=20.0, window=1.0):
         force = [-gain * speed * x / length for x in line]
         try:
             daemon.push({second: force, first: [-x for x in force]}, lease=0.2)
+        except Gone:  # begins anew with the daemon that has taken its place
+            a, b = daemon.index("point", first), daemon.index("point", second)
+            rate, start, speeds, tick = daemon.rate, None, [], -1
         except Rejected as rejected:
             if rejected.ack.reason != 3:  # another session: its STATUS tells
                 raise
