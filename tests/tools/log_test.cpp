@@ -2,10 +2,15 @@
 #include "service/io/wire/log.hpp"
 
 #include <gtest/gtest.h>
+#include <sys/resource.h>
 
+#include <algorithm>
+#include <array>
 #include <bit>
 #include <charconv>
+#include <csignal>
 #include <limits>
+#include <optional>
 #include <random>
 #include <sstream>
 
@@ -187,6 +192,88 @@ TEST(LogFile, InterruptedFileStaysMarked) {
   bool is_damaged = false;
   EXPECT_EQ(count_records(folder / "a.log.partial", error, is_damaged), 1);
   EXPECT_EQ(error, "");
+}
+
+/// While one stands, a file may have so many bytes, and a write beyond is an error.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) : handler_(std::signal(SIGXFSZ, SIG_IGN)) {
+    getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() {
+    setrlimit(RLIMIT_FSIZE, &before_);
+    std::signal(SIGXFSZ, handler_);
+  }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+  void (*handler_)(int);
+};
+
+// records of sizes below and above that of the stream's buffer, limits at every kind of place in one
+TEST(LogFile, AtASizeLimitEveryRecordThatFitsStays) {
+  const TemporaryFolder folder;
+  std::mt19937_64 random(3);
+  for (int k = 0; k < 60; ++k) {
+    const std::size_t limit = 1 + random() % 400'000, largest = k % 2 == 0 ? 3'000 : 200'000;
+    std::optional<LogWriter> writer(std::in_place, folder / "a.log");
+    std::size_t size = 0, whole = 0;
+    std::int64_t fits = 0, at = 0;
+    {
+      const FileSizeLimit limited(limit);
+      for (; size <= 2 * limit + 2 * RecordEnds::kBufferBytes; ++at) {
+        const std::vector<std::byte> bytes(random() % largest);
+        writer->write("ONE", at, bytes);
+        size += kHeader + 3 + bytes.size();
+        if (size <= limit) fits = at + 1, whole = size;
+      }
+      EXPECT_TRUE(contains(writer->close(), "File too large"));
+    }
+    const std::optional<std::int64_t> kept = writer->kept_utime();
+    writer.reset();
+    EXPECT_EQ(kept.has_value(), fits > 0) << limit;
+    if (fits == 0) {
+      EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << limit;
+      continue;
+    }
+    EXPECT_EQ(kept, fits - 1) << limit;
+    EXPECT_EQ(std::filesystem::file_size(folder / "a.log.partial"), whole) << limit;
+    std::string error;
+    bool is_damaged = false;
+    EXPECT_EQ(count_records(folder / "a.log.partial", error, is_damaged), fits) << limit;
+    EXPECT_EQ(error, "") << limit;
+    std::filesystem::remove(folder / "a.log.partial");
+  }
+}
+
+TEST(CsvFile, AtASizeLimitEveryRowThatFitsStays) {
+  const TemporaryFolder folder;
+  for (const rlim_t limit : {3, 11, 12, 15, 16, 70'000}) {
+    std::optional<CsvWriter> writer(std::in_place, folder / "t.csv");
+    {
+      const FileSizeLimit limited(limit);
+      writer->header({"tick", "value"});
+      for (int tick = 0; tick < 50'000; ++tick) writer->row(tick, std::array{0.5 * tick});
+      EXPECT_TRUE(contains(writer->close(), "File too large"));
+    }
+    const std::optional<std::int64_t> kept = writer->kept_tick();
+    writer.reset();
+    // 11 bytes of names, 4 of the row of tick 0
+    EXPECT_EQ(kept.has_value(), limit >= 15) << limit;
+    if (limit < 15) {
+      EXPECT_TRUE(std::filesystem::is_empty(folder.path())) << limit;
+      continue;
+    }
+    const std::string text = read_text(folder / "t.csv.partial");
+    EXPECT_TRUE(text.ends_with("\n")) << limit;
+    EXPECT_GT(text.size() + 20, limit);
+    EXPECT_EQ(std::count(text.begin(), text.end(), '\n'), *kept + 2) << limit;
+    std::filesystem::remove(folder / "t.csv.partial");
+  }
 }
 
 TEST(LogFile, FullDiskIsReported) {

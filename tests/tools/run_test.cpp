@@ -80,6 +80,57 @@ TEST_F(Run, FullDiskAndUnwritableFolderAreExitOne) {
   EXPECT_EQ(run(kFreeflex + " run " + kScenes + "boom.yaml --until 1 --out /nonexistent/a.log").exit_code, 1);
 }
 
+// a file system of its own, which is full after some hundred ticks
+TEST_F(Run, OnAFullDiskTheRunSoFarStaysAndReplays) {
+  const std::string mounted =
+      "unshare -rm sh -c 'mount -t tmpfs -o size=256k none " + folder_.path() + " && ";
+  if (run(mounted + "true'").exit_code != 0) GTEST_SKIP() << "the kernel refuses a mount of its own";
+  const std::string scene = kScenes + "boom.yaml", at = folder_.path() + "/";
+  const auto fill = [&](const std::string& name, const std::string& more) {
+    return run(mounted + kFreeflex + " run " + scene + " --until 1000 --out " + at + name + "; echo $?; ls " +
+               at + "; " + more + "'");
+  };
+  const Outcome log = fill("a.log", kFreeflex + " replay " + at + "a.log.partial; echo $?");
+  EXPECT_TRUE(log.out.starts_with("1\na.log.partial\nidentical to the bit over ")) << log.out << log.err;
+  EXPECT_TRUE(log.out.ends_with("\n0\n")) << log.out;
+  EXPECT_TRUE(contains(log.err,
+                       "a.log.partial: No space left on device; the file stays and holds the run up "
+                       "to tick "))
+      << log.err;
+  EXPECT_TRUE(contains(log.err, " of 1000000")) << log.err;
+  // every row of the table is whole: as many columns as the first line names
+  const Outcome table = fill("a.csv", "awk -F, \"{print NF}\" " + at + "a.csv.partial | sort -u | wc -l; " +
+                                          "tail -c 1 " + at + "a.csv.partial | od -An -c");
+  EXPECT_EQ(table.out, "1\na.csv.partial\n1\n  \\n\n") << table.err;
+}
+
+TEST_F(Run, AtASizeLimitTheRunSoFarStaysAndTheJsonTellsIt) {
+  const Outcome outcome = run("ulimit -f 200; cd " + folder_.path() + "; " + kFreeflex + " run " + kScenes +
+                              "boom.yaml --json --until 1000 --out a.log");
+  EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  EXPECT_EQ(json["output"], "a.log.partial");
+  EXPECT_EQ(json["complete"], false);
+  EXPECT_GT(json["ticks"], 0);
+  EXPECT_LT(json["ticks"], 1'000'000);
+  const Outcome replayed = run(kFreeflex + " replay --json " + folder_ / "a.log.partial");
+  EXPECT_EQ(replayed.exit_code, 0) << replayed.err;
+  // the last record is a STATE or stands less than a period of 20 ticks behind one
+  EXPECT_LE(json["ticks"].get<int>() - Json::parse(replayed.out)["ticks"].get<int>(), 20);
+}
+
+TEST_F(Run, WithoutAFileTheSummaryIsAll) {
+  const Outcome outcome = run_scene(stretched_and_spun(2e-4, 0.01), "--until 2");
+  EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, ": 2000 ticks, 2 s; displacement ratio 4.0e-04, spin ratio 1.2e-03\n"))
+      << outcome.out;
+  EXPECT_TRUE(contains(outcome.out, "word at the end: ")) << outcome.out;
+  EXPECT_EQ(run("ls " + folder_.path()).out, "scene.yaml\n");
+  const Outcome json = run_scene(stretched_and_spun(2e-4, 0.01), "--until 2 --json");
+  EXPECT_TRUE(Json::parse(json.out)["output"].is_null()) << json.out;
+  EXPECT_EQ(Json::parse(json.out)["ticks"], 2000);
+}
+
 TEST_F(Run, InterruptedFileIsMarkedAndReplays) {
   // far more than can be done: SIGINT arrives on the way
   const Outcome outcome = run("timeout --preserve-status -s INT 1 " + kFreeflex + " run " + kGolden +

@@ -30,7 +30,7 @@ struct RunOptions {
   std::string input;
   io::Settings settings;
   std::string log;
-  std::string out;   // empty: the picture alone
+  std::string out;   // empty: no file
   std::string plot;  // empty: none
   std::string prefix = channels::kDefaultPrefix;
   std::optional<std::int64_t> session;
@@ -40,6 +40,7 @@ struct RunOptions {
 };
 
 constexpr const char* kRunFooter = R"(Example:
+  freeflex run service/scenes/rotor.yaml --until 10        (the last lines alone: how far to trust it)
   freeflex run service/scenes/rotor.yaml --until 10 --out rotor.log
   freeflex run rotor.plan --log flight.log --out flight.csv
   freeflex run boom.yaml --until 1 --out - | cut -d, -f 2-5
@@ -53,7 +54,8 @@ rigid link; link.NAME.moment [N m] of each published bending or torsion spring; 
 published link: 12 of a beam, 6 of a plate, three a point of a matrix or a rigid body (messages/README.md, section
 7).
 JSON fields:
-  output       the file;  ticks, time [s]: how far it went;  complete: whether to the end
+  output       the file, null where none is asked for;  ticks, time [s]: how far it went;  complete: whether to the
+               end
   displacement_ratio, spin_ratio
                null when no points are published
   validity     0 good, 1 watch, 2 outside, at the end;  cause: why not good;  error, scale [m]: what the word
@@ -61,7 +63,8 @@ JSON fields:
   errors       null without error_budget in the scene, else: age [s], lost, and estimate, integration,
                truncation, model, each null when lost, else position [m], attitude [rad], elastic
 Exit codes: 0 written, 1 not written or the state stopped being finite, 2 wrong arguments, scene or plan,
-3 --log damaged or incomplete, 130 interrupted: what was done stands in FILE.partial, which replay takes.)";
+3 --log damaged or incomplete, 130 interrupted. After an interrupt, or where the disk was full, what was done is in
+FILE.partial, which replay takes.)";
 
 struct Commands {
   std::unique_ptr<io::LogReader> log;
@@ -111,10 +114,8 @@ void warn_beyond_limits(const Plan& plan, const Verdict& worst) {
                 ": outside what this rung can answer (README, 'When not to trust it')");
 }
 
-/// RunOptions that would have no effect or write into each other. Empty: none.
+/// An option that would have no effect or writes into another's file. Empty: none.
 std::string find_idle_option(const CLI::App& command, const RunOptions& options) {
-  if (options.out.empty() && options.plot.empty())
-    return "give --out, --plot or both: nothing would be written";
   if (options.json && is_standard_output(options.out))
     return "--json goes with a file for --out: standard output holds the table of --out -";
   if (!options.log.empty()) return {};
@@ -288,7 +289,7 @@ void print_budget(std::FILE* to, const BudgetReading& reading) {
 }
 
 /// What was done and how far it can be trusted.
-void report(const RunOptions& options, const std::string& file, const Result& result, std::int64_t last,
+void report(const RunOptions& options, const std::string& name, const Result& result, std::int64_t last,
             const Plan& plan, const Extremes& extremes) {
   const bool is_complete = result.exit_code == kExitOk;
   const double seconds = static_cast<double>(result.ticks) * plan.period;
@@ -302,7 +303,7 @@ void report(const RunOptions& options, const std::string& file, const Result& re
                 {"truncation", json_of(result.budget->truncation, result.budget->is_lost)},
                 {"model", json_of(result.budget->model, result.budget->is_lost)}};
     const auto known = [&](double ratio) { return extremes.is_known() ? Json(ratio) : Json(); };
-    print_json({{"output", file},
+    print_json({{"output", options.out.empty() && options.plot.empty() ? Json() : Json(name)},
                 {"ticks", result.ticks},
                 {"time", seconds},
                 {"complete", is_complete},
@@ -319,15 +320,48 @@ void report(const RunOptions& options, const std::string& file, const Result& re
                 {"errors", errors}});
   } else if (is_complete) {
     std::FILE* const to = is_standard_output(options.out) ? stderr : stdout;
-    std::fprintf(to, "%s: %s, %.10g s; %s\n", file.c_str(), counted(result.ticks, "tick").c_str(), seconds,
+    std::fprintf(to, "%s: %s, %.10g s; %s\n", name.c_str(), counted(result.ticks, "tick").c_str(), seconds,
                  ratios_text(extremes).c_str());
     print_word(to, plan, result.verdict, result.worst);
     if (result.budget) print_budget(to, *result.budget);
-  } else {
-    std::fprintf(stderr, "freeflex: interrupted: %s holds %" PRId64 " of %" PRId64 " ticks; %s\n",
-                 file.c_str(), result.ticks, last, ratios_text(extremes).c_str());
+  } else if (result.exit_code == kExitInterrupted) {
+    const char* const verb = options.out.empty() ? "did" : "holds";
+    std::fprintf(stderr, "freeflex: interrupted: %s %s %" PRId64 " of %" PRId64 " ticks; %s\n", name.c_str(),
+                 verb, result.ticks, last, ratios_text(extremes).c_str());
   }
   warn_beyond_limits(plan, result.worst);
+}
+
+/// The file that holds the run, else the scene.
+std::string name_of(const RunOptions& options, const Plan& plan, const RunOutput& output, bool is_partial) {
+  if (options.out.empty()) return options.plot.empty() ? plan.name : options.plot;
+  return is_partial || is_standard_output(options.out) ? output.working_path() : options.out;
+}
+
+/// Closes the output, draws the picture, prints what was done and how far it can be trusted.
+int finish(const RunOptions& options, const Plan& plan, std::int64_t last, RunOutput& output, Result& result, const Extremes& extremes, const MotionPlot* plot) {
+  const bool is_piped = is_standard_output(options.out);
+  const bool is_interrupt = result.exit_code == kExitInterrupted;
+  if (!result.error.empty())
+    return print_error(result.error + (is_piped ? "; the table ends there" : "; nothing was written")),
+           result.exit_code;
+  if (const std::string error = output.close(is_interrupt); !error.empty()) {
+    // of standard output it is said at the end of every command
+    const std::optional<std::int64_t> kept = output.kept_tick();
+    if (!is_piped && !kept) print_error(error);
+    if (!kept) return kExitDiffers;
+    print_error(error + "; the file stays and holds the run up to tick " + std::to_string(*kept) + " of " +
+                std::to_string(last) + ": make room and run again, or use it as it is");
+    result.exit_code = kExitDiffers;
+    result.ticks = *kept;
+  }
+  // of what was done, also where that is not all
+  const std::string plot_error = plot != nullptr ? plot->write(options.plot) : std::string();
+  if (!plot_error.empty() && options.out.empty()) return print_error(plot_error), kExitDiffers;
+  const std::string name = name_of(options, plan, output, result.exit_code != kExitOk);
+  report(options, name, result, last, plan, extremes);
+  if (!plot_error.empty()) return print_error(plot_error), kExitDiffers;
+  return result.exit_code;
 }
 
 int run(const CLI::App& command, const RunOptions& options) {
@@ -345,7 +379,7 @@ int run(const CLI::App& command, const RunOptions& options) {
   const std::optional<std::int64_t> last = last_tick(options, *plan, commands);
   if (!last) return kExitUsage;
 
-  // from here on there is a file, which an interrupt leaves as NAME.partial
+  // from here on an interrupt leaves what was done in NAME.partial
   if (is_interrupted()) return std::fputs(kInterrupted, stderr), kExitInterrupted;
   const std::unique_ptr<RunOutput> output =
       make_run_output(*plan, options.input, options.prefix, options.out);
@@ -355,26 +389,7 @@ int run(const CLI::App& command, const RunOptions& options) {
   if (!options.plot.empty()) plot.emplace(*plan);
   if (!output->has_error())
     result = simulate(*plan, commands, *last, *output, extremes, plot ? &*plot : nullptr);
-  const bool is_kept = result.exit_code == kExitInterrupted;
-  const std::string error = is_kept || result.exit_code == kExitOk ? output->close(is_kept) : std::string();
-  const bool is_piped = is_standard_output(options.out);
-  if (!result.error.empty())
-    return print_error(result.error + (is_piped ? "; the table ends there" : "; nothing was written")),
-           result.exit_code;
-  if (!error.empty()) {
-    // of standard output it is said at the end of every command
-    if (!is_piped) print_error(error);
-    return kExitDiffers;
-  }
-  // of what was done, also where that is not all
-  const std::string plot_error = plot ? plot->write(options.plot) : std::string();
-  const std::string file = options.out.empty()   ? options.plot
-                           : is_kept || is_piped ? output->working_path()
-                                                 : options.out;
-  if (!plot_error.empty() && options.out.empty()) return print_error(plot_error), kExitDiffers;
-  report(options, file, result, *last, *plan, extremes);
-  if (!plot_error.empty()) return print_error(plot_error), kExitDiffers;
-  return result.exit_code;
+  return finish(options, *plan, *last, *output, result, extremes, plot ? &*plot : nullptr);
 }
 
 }  // namespace

@@ -73,6 +73,11 @@ class LogOutput : public RunOutput {
   std::string close(bool is_partial) override {
     return is_partial ? writer_.close_partial() : writer_.close();
   }
+  std::optional<std::int64_t> kept_tick() const override {
+    const std::optional<std::int64_t> utime = writer_.kept_utime();
+    if (!utime) return std::nullopt;
+    return std::llround(static_cast<double>(*utime) * 1e-6 / plan_.period);
+  }
   const std::string& working_path() const override { return writer_.working_path(); }
 
  private:
@@ -145,6 +150,7 @@ class CsvOutput : public RunOutput {
   std::string close(bool is_partial) override {
     return is_partial ? writer_.close_partial() : writer_.close();
   }
+  std::optional<std::int64_t> kept_tick() const override { return writer_.kept_tick(); }
   const std::string& working_path() const override { return writer_.working_path(); }
 
  private:
@@ -180,7 +186,7 @@ class CsvOutput : public RunOutput {
   std::vector<double> values_;
 };
 
-/// Of a run of which the picture alone is wanted.
+/// Of a run of which the summary or the picture alone is wanted.
 class NoOutput : public RunOutput {
  public:
   void publish(const State&, bool) override {}
@@ -188,6 +194,7 @@ class NoOutput : public RunOutput {
   void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}
   bool has_error() const override { return false; }
   std::string close(bool) override { return {}; }
+  std::optional<std::int64_t> kept_tick() const override { return std::nullopt; }
   const std::string& working_path() const override { return path_; }
 
  private:

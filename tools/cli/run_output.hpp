@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 
@@ -23,6 +24,9 @@ class RunOutput {
   virtual bool has_error() const = 0;
   /// Completes the file, or leaves it as NAME.partial. Empty, or what went wrong.
   virtual std::string close(bool is_partial) = 0;
+  /// The tick up to which NAME.partial holds the run after close() returned an error; nullopt: no file is
+  /// left.
+  virtual std::optional<std::int64_t> kept_tick() const = 0;
   virtual const std::string& working_path() const = 0;
 };
 

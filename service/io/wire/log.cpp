@@ -23,6 +23,12 @@ std::string error_text(int error_number) {
   return std::error_code(error_number, std::generic_category()).message();
 }
 
+/// [bytes] Of the file behind a stream.
+std::int64_t size_of(std::FILE* stream) {
+  struct stat status {};
+  return fstat(fileno(stream), &status) == 0 ? status.st_size : 0;
+}
+
 std::uint64_t big_endian(std::string_view bytes) {
   std::uint64_t value = 0;
   for (const char byte : bytes) value = value << 8 | static_cast<unsigned char>(byte);
@@ -161,10 +167,43 @@ std::string PartialFile::commit() {
   return {};
 }
 
-LogWriter::LogWriter(const std::string& path) : file_(path) {
+bool PartialFile::keep_first(std::int64_t size) {
+  if (size <= 0 || working_path_ == path_) return false;
+  std::error_code error;
+  std::filesystem::resize_file(working_path_, static_cast<std::uintmax_t>(size), error);
+  if (error) return false;
+  keep();
+  return true;
+}
+
+void RecordEnds::add(std::size_t size, std::int64_t mark) {
+  const std::int64_t begin = latest_.empty() ? 0 : latest_.back().offset;
+  latest_.push_back({begin + static_cast<std::int64_t>(size), mark});
+  const std::int64_t written = latest_.back().offset - static_cast<std::int64_t>(kBufferBytes);
+  while (latest_.size() > 1 && latest_[1].offset <= written) latest_.pop_front();
+}
+
+RecordEnds::End RecordEnds::last_within(std::int64_t file_size) const {
+  End last;
+  for (const End& end : latest_)
+    if (end.offset <= file_size) last = end;
+  return last;
+}
+
+LogWriter::LogWriter(const std::string& path) : file_(path), buffer_(RecordEnds::kBufferBytes) {
   errno = 0;
   log_.reset(lcm_eventlog_create(file_.working_path().c_str(), "w"));
-  if (!log_) error_ = path + ": " + error_text(errno);
+  if (!log_) {
+    error_ = path + ": " + error_text(errno);
+    return;
+  }
+  std::setvbuf(log_->f, buffer_.data(), _IOFBF, buffer_.size());
+}
+
+/// Remembers the error, and what of the file is whole: nothing is written behind a gap afterwards.
+void LogWriter::fail() {
+  error_ = file_.working_path() + ": " + error_text(errno);
+  whole_ = ends_.last_within(size_of(log_->f));
 }
 
 void LogWriter::write(const std::string& channel, std::int64_t utime, std::span<const std::byte> bytes) {
@@ -177,52 +216,62 @@ void LogWriter::write(const std::string& channel, std::int64_t utime, std::span<
   event.channel = const_cast<char*>(channel.data());
   event.data = const_cast<std::byte*>(bytes.data());
   errno = 0;
-  if (lcm_eventlog_write_event(log_.get(), &event) != 0)
-    error_ = file_.working_path() + ": " + error_text(errno);
+  if (lcm_eventlog_write_event(log_.get(), &event) != 0) return fail();
+  ends_.add(static_cast<std::size_t>(kLogHeaderBytes) + channel.size() + bytes.size(), utime);
 }
 
 void LogWriter::finish() {
   if (!log_) return;
   errno = 0;
-  if (std::fflush(log_->f) != 0 && error_.empty()) error_ = file_.working_path() + ": " + error_text(errno);
+  if (error_.empty() && std::fflush(log_->f) != 0) fail();
   log_.reset();
 }
 
 std::string LogWriter::close() {
   finish();
   if (error_.empty()) error_ = file_.commit();
+  if (file_.keep_first(whole_.offset)) kept_utime_ = whole_.mark;
   return error_;
 }
 
 std::string LogWriter::close_partial() {
   finish();
   if (error_.empty()) file_.keep();
+  if (file_.keep_first(whole_.offset)) kept_utime_ = whole_.mark;
   return error_;
 }
 
-CsvWriter::CsvWriter(const std::string& path) {
+CsvWriter::CsvWriter(const std::string& path) : buffer_(RecordEnds::kBufferBytes) {
   file_.emplace(path);
   name_ = file_->working_path();
   errno = 0;
   own_stream_.reset(std::fopen(name_.c_str(), "w"));
   stream_ = own_stream_.get();
-  if (stream_ == nullptr) error_ = path + ": " + error_text(errno);
+  if (stream_ == nullptr) {
+    error_ = path + ": " + error_text(errno);
+    return;
+  }
+  std::setvbuf(stream_, buffer_.data(), _IOFBF, buffer_.size());
 }
 
 CsvWriter::CsvWriter(std::FILE* stream, std::string name) : name_(std::move(name)), stream_(stream) {}
 
-void CsvWriter::put(const std::string& line) {
+void CsvWriter::fail() {
+  error_ = name_ + ": " + error_text(errno);
+  whole_ = ends_.last_within(size_of(stream_));
+}
+
+void CsvWriter::put(const std::string& line, std::int64_t mark) {
   if (!error_.empty()) return;
   errno = 0;
-  if (std::fwrite(line.data(), 1, line.size(), stream_) != line.size()) {
-    error_ = name_ + ": " + error_text(errno);
-  }
+  if (std::fwrite(line.data(), 1, line.size(), stream_) != line.size()) return fail();
+  ends_.add(line.size(), mark);
 }
 
 void CsvWriter::header(const std::vector<std::string>& names) {
   std::string line;
   for (const std::string& name : names) line += (line.empty() ? "" : ",") + name;
-  put(line + "\n");
+  put(line + "\n", kHeaderMark);
 }
 
 void CsvWriter::row(std::int64_t tick, std::span<const double> values) {
@@ -234,26 +283,32 @@ void CsvWriter::row(std::int64_t tick, std::span<const double> values) {
     line += ',';
     line.append(text.data(), result.ptr);
   }
-  put(line + "\n");
+  put(line + "\n", tick);
 }
 
 void CsvWriter::finish() {
   if (stream_ == nullptr) return;
   errno = 0;
-  if (std::fflush(stream_) != 0 && error_.empty()) error_ = name_ + ": " + error_text(errno);
+  if (error_.empty() && std::fflush(stream_) != 0) fail();
   stream_ = nullptr;
   own_stream_.reset();
+}
+
+void CsvWriter::keep_whole_rows() {
+  if (whole_.mark != kHeaderMark && file_ && file_->keep_first(whole_.offset)) kept_tick_ = whole_.mark;
 }
 
 std::string CsvWriter::close() {
   finish();
   if (error_.empty() && file_) error_ = file_->commit();
+  keep_whole_rows();
   return error_;
 }
 
 std::string CsvWriter::close_partial() {
   finish();
   if (error_.empty() && file_) file_->keep();
+  keep_whole_rows();
   return error_;
 }
 

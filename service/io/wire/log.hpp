@@ -1,4 +1,5 @@
-// LCM event logs and CSV files: reading that admits no damage, writing that is complete or not there.
+// LCM event logs and CSV files: reading that admits no damage, writing that is complete or marked as
+// partial.
 #pragma once
 
 #include <lcm/eventlog.h>
@@ -6,6 +7,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <cstdio>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <span>
@@ -72,6 +74,9 @@ class PartialFile {
   std::string commit();
   /// Leaves the partial file where it is.
   void keep() { is_open_ = false; }
+  /// Cuts the partial file to its first bytes and leaves it. False when there is none to leave, for no byte
+  /// is asked for, the file is a device or a pipe, or it cannot be cut.
+  bool keep_first(std::int64_t size);
 
  private:
   std::string path_;
@@ -79,7 +84,27 @@ class PartialFile {
   bool is_open_ = true;
 };
 
-/// Writes an LCM event log. Errors stick: the first one is what close() returns.
+/// Finds the last record that is whole in a file after a write to it failed. The stream holds back at most
+/// kBufferBytes, so only the ends of the latest records are remembered.
+class RecordEnds {
+ public:
+  static constexpr std::size_t kBufferBytes = std::size_t{1} << 16;
+  struct End {
+    std::int64_t offset = 0;  // [bytes] where the record ends
+    std::int64_t mark = 0;    // what the writer knows the record by
+  };
+
+  /// Adds a record of so many bytes. \pre the stream took all of it
+  void add(std::size_t size, std::int64_t mark);
+  /// The last record within the first bytes of the file; offset 0: none.
+  End last_within(std::int64_t file_size) const;
+
+ private:
+  std::deque<End> latest_;
+};
+
+/// Writes an LCM event log. Errors stick: the first one is what close() returns. After one the records that
+/// are whole are left in NAME.partial, see kept_utime().
 class LogWriter {
  public:
   explicit LogWriter(const std::string& path);
@@ -91,19 +116,28 @@ class LogWriter {
   std::string close_partial();
   const std::string& working_path() const { return file_.working_path(); }
   bool has_error() const { return !error_.empty(); }
+  /// [us] Time stamp of the last record in the file that is left after an error; nullopt: none is left, or
+  /// there was no error, or the writer is not closed.
+  std::optional<std::int64_t> kept_utime() const { return kept_utime_; }
 
  private:
+  void fail();
   void finish();
 
   struct Close {
     void operator()(lcm_eventlog_t* log) const { lcm_eventlog_destroy(log); }
   };
   PartialFile file_;
+  std::vector<char> buffer_;  // of the stream, which is closed first
   std::unique_ptr<lcm_eventlog_t, Close> log_;
+  RecordEnds ends_;
+  RecordEnds::End whole_;  // in the file when a write failed
+  std::optional<std::int64_t> kept_utime_;
   std::string error_;
 };
 
 /// Writes rows of numbers with a header line. Every double is printed so that it reads back to the same bits.
+/// Errors stick, as with a LogWriter, and the rows that are whole are left in NAME.partial.
 class CsvWriter {
  public:
   explicit CsvWriter(const std::string& path);
@@ -115,18 +149,27 @@ class CsvWriter {
   std::string close_partial();
   const std::string& working_path() const { return name_; }
   bool has_error() const { return !error_.empty(); }
+  /// Tick of the last row in the file that is left after an error; nullopt: see LogWriter::kept_utime.
+  std::optional<std::int64_t> kept_tick() const { return kept_tick_; }
 
  private:
-  void put(const std::string& line);
+  static constexpr std::int64_t kHeaderMark = -1;
+  void put(const std::string& line, std::int64_t mark);
+  void fail();
   void finish();
+  void keep_whole_rows();
 
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
   };
   std::string name_;                 // of the file while it is written, or of the stream
   std::optional<PartialFile> file_;  // none: a stream of somebody else's
+  std::vector<char> buffer_;         // of the own stream, which is closed first
   std::unique_ptr<std::FILE, Close> own_stream_;
   std::FILE* stream_ = nullptr;
+  RecordEnds ends_;
+  RecordEnds::End whole_;  // in the file when a write failed
+  std::optional<std::int64_t> kept_tick_;
   std::string error_;
 };
 
