@@ -1,6 +1,7 @@
 // push, monitor and LCM's own logger and player against a running daemon, in a network of their own.
 #include <gtest/gtest.h>
 
+#include <algorithm>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -212,6 +213,17 @@ TEST_F(OnTheBus, NothingHeardIsExitOne) {
   EXPECT_TRUE(contains(other.err, "nothing heard on FREEFLEX_NOSUCH")) << other.err;
   EXPECT_EQ(run(kFreeflex + " monitor --duration 0.3 --json").exit_code, 1);
   EXPECT_EQ(run(kFreeflex + " monitor --live --duration 0.3").exit_code, 1);
+}
+
+TEST_F(OnTheBus, MonitorTellsOnceThatNothingIsHeard) {
+  // several intervals, whose number does not matter
+  for (const char* what : {"--count 1", "--channel STATE --count 1", "--live"}) {
+    const Outcome outcome = run(kFreeflex + " monitor " + what + " --interval 0.1 --duration 1");
+    EXPECT_EQ(outcome.exit_code, 1) << what;
+    const std::string told = outcome.out + outcome.err;
+    EXPECT_EQ(std::count(told.begin(), told.end(), '\n'), 1) << what << ": " << told;
+    EXPECT_TRUE(contains(told, "nothing heard") || contains(told, "waiting for a daemon")) << told;
+  }
 }
 
 TEST_F(OnTheBus, NoRateIsGivenBeforeItCanBeMeasured) {

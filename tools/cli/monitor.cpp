@@ -102,7 +102,7 @@ class Overview {
   }
 
   /// \param seconds  [s] since the last table; nullopt: too short for a rate
-  std::string table(std::optional<double> seconds, const std::string& bus) {
+  std::string table(std::optional<double> seconds) {
     std::string out = format_text("%-20s %9s %10s %8s %15s %6s  %s\n", "channel", "rate [Hz]", "[kB/s]",
                                   "count", "size [B]", "gaps", "last message");
     for (auto& [name_as_sent, channel] : channels_) {
@@ -120,7 +120,6 @@ class Overview {
                          channel.summary.c_str());
       channel.recent_count = channel.recent_bytes = 0;
     }
-    if (channels_.empty()) out += "(nothing heard yet on " + bus + ")\n";
     return out;
   }
 
@@ -177,6 +176,23 @@ void watch(Bus& bus, const MonitorOptions& options, const std::int64_t& num_mess
   }
 }
 
+/// Tells once, on standard error, that nothing has come.
+class SilenceNote {
+ public:
+  explicit SilenceNote(std::string text) : text_(std::move(text)) {}
+  /// After an interval. True when nothing has come.
+  bool take(std::int64_t num_messages) {
+    if (num_messages > 0) return false;
+    if (!is_told_) print_warning(text_);
+    is_told_ = true;
+    return true;
+  }
+
+ private:
+  std::string text_;
+  bool is_told_ = false;
+};
+
 /// A regular expression that only this text matches.
 std::string quoted(const std::string& text) {
   std::string out;
@@ -215,10 +231,9 @@ std::int64_t monitor_channel(Bus& bus, const MonitorOptions& options) {
     }
     std::fflush(stdout);
   });
-  watch(bus, options, num_messages, [](std::optional<double>) {});
-  if (num_messages == 0 && !is_interrupted())
-    print_error("nothing heard on " + name + " (" + bus.describe() +
-                "); 'freeflex monitor' shows which channels there are");
+  SilenceNote note("nothing heard on " + name + " so far (" + bus.describe() +
+                   "); 'freeflex monitor' shows which channels there are");
+  watch(bus, options, num_messages, [&](std::optional<double>) { note.take(num_messages); });
   return num_messages;
 }
 
@@ -230,11 +245,14 @@ std::int64_t monitor_all(Bus& bus, const MonitorOptions& options) {
     overview.take(message);
   });
   Screen screen(isatty(STDOUT_FILENO) == 1 && !options.json);
+  SilenceNote note("nothing heard so far (" + bus.describe() +
+                   "): is a freeflexd running, and does it use this bus?");
   watch(bus, options, num_messages, [&](std::optional<double> seconds) {
+    const bool is_silent = note.take(num_messages);
     if (options.json) {
       print_json(overview.json(seconds), -1);
-    } else {
-      screen.show(overview.table(seconds, bus.describe()));
+    } else if (!is_silent) {
+      screen.show(overview.table(seconds));
     }
   });
   return num_messages;
@@ -251,10 +269,14 @@ std::int64_t monitor_live(Bus& bus, const MonitorOptions& options) {
   const bool is_terminal = isatty(STDOUT_FILENO) == 1;
   if (is_terminal) pace.interval = std::min(0.2, options.interval);
   Screen screen(is_terminal);
+  std::string line;
   watch(bus, pace, num_messages, [&](std::optional<double>) {
     const std::string note = options.note.empty() ? std::string() : options.note + "\n";
+    // what has been printed once without a message since is not printed again
+    if (!is_terminal && num_messages == 0 && line == view.line()) return;
+    line = view.line();
     screen.show(is_terminal ? note + view.page(bus.describe(), screen.num_rows() - (note.empty() ? 0 : 1))
-                            : view.line() + "\n");
+                            : line + "\n");
   });
   return num_messages;
 }
