@@ -4,6 +4,8 @@ import ctypes
 import ctypes.util
 import os
 import struct
+import subprocess
+import sys
 import tempfile
 import unittest
 
@@ -36,18 +38,81 @@ class Recordings(unittest.TestCase):
                          ["FREEFLEX_STATE"] * 3 + ["OTHER_STATE", "FREEFLEX_NEW"])
         self.assertEqual([message for _, message in log.messages(self.path)], states)
 
-    def test_damage_is_told_with_its_place(self):
-        whole = event(0, 0, "FREEFLEX_STATE", messages.state_t().encode())
-        for size in range(1, len(whole)):
-            self.write(whole, whole[:size])
-            with self.assertRaisesRegex(freeflex.LogError, "ends within an event"):
-                list(freeflex.events(self.path))
-        self.write(whole, b"x" + whole)
-        with self.assertRaisesRegex(freeflex.LogError, f"no event at byte {len(whole)}"):
-            list(freeflex.events(self.path))
-        self.write(event(0, 7, "FREEFLEX_STATE", b"not a state"))
-        with self.assertRaisesRegex(freeflex.LogError, "FREEFLEX_STATE at 7 us: not a state_t"):
-            list(log.messages(self.path))
+    def hear(self, reader, *arguments):
+        """What a reader yields, and the LogError that ends it."""
+        found = []
+        with self.assertRaises(freeflex.LogError) as caught:
+            for each in reader(self.path, *arguments):
+                found.append(each)
+        return found, caught.exception
+
+    def test_cut_anywhere_give_what_is_whole_and_then_the_place(self):
+        first, second = (event(k, k, "FREEFLEX_STATE", messages.state_t(tick=k).encode()) for k in range(2))
+        for size in range(1, len(second)):
+            self.write(first, second[:size])
+            found, error = self.hear(freeflex.events)
+            self.assertEqual([each.number for each in found], [0])
+            there = f"{size} of 28 bytes" if size < 28 else f"{size} of {len(second)} bytes"
+            self.assertRegex(str(error), f"damaged at byte {len(first)}: the file ends within an event, .*{there} are there")
+            self.assertEqual([each[:2] for each in error.damage], [(len(first), len(first) + size)])
+            self.assertEqual([message.tick for _, message in self.hear(log.messages)[0]], [0])
+
+    def test_damage_in_the_middle_costs_its_event_and_the_one_before(self):
+        whole = [event(k, k, "FREEFLEX_STATE", messages.state_t(tick=k).encode()) for k in range(5)]
+        at = len(whole[0])
+        self.write(*whole[:2], b"x" + whole[2][1:], *whole[3:])
+        found, error = self.hear(freeflex.events)
+        self.assertEqual([each.number for each in found], [0, 3, 4])
+        self.assertEqual([each[:2] for each in error.damage], [(at, 3 * at)])
+        self.assertRegex(str(error), f"damaged at byte {at}: no event follows at byte {2 * at}; nothing is read from there "
+                                     f"to byte {3 * at}")
+        # a length that takes in the next event
+        longer = bytearray(whole[1])
+        longer[24:28] = struct.pack(">i", len(whole[1]) - 28 - len("FREEFLEX_STATE") + len(whole[2]))
+        self.write(whole[0], bytes(longer), *whole[2:])
+        found, error = self.hear(freeflex.events)
+        self.assertEqual([each.number for each in found], [0, 2, 3, 4])
+        self.assertRegex(str(error), f"its lengths take in the next event, at byte {2 * at}")
+
+    def test_an_appended_recording_is_found_behind_a_cut_one(self):
+        whole = [event(k, k, "FREEFLEX_STATE", messages.state_t(tick=k).encode()) for k in range(3)]
+        self.write(*whole[:2], whole[2][:50], *whole)
+        found, error = self.hear(freeflex.events)
+        self.assertEqual([each.number for each in found], [0, 1, 0, 1, 2])
+        self.assertEqual([each[:2] for each in error.damage], [(2 * len(whole[0]), 2 * len(whole[0]) + 50)])
+
+    def test_a_recording_within_a_message_is_not_taken_for_events(self):
+        inner = b"".join(event(k, k, "FREEFLEX_STATE", messages.state_t().encode()) for k in range(1, 3))
+        outer = [event(k, k, "FILE", inner) for k in range(5, 9)]
+        self.write(*outer)
+        self.assertEqual(len(list(freeflex.events(self.path))), 4)
+        self.write(outer[0], outer[1], b"x" + outer[2][1:], outer[3])
+        found, _ = self.hear(freeflex.events)
+        self.assertEqual([each.number for each in found], [5, 8])
+
+    def test_a_message_that_is_none_is_told_behind_those_that_are(self):
+        state = messages.state_t(tick=4)
+        self.write(event(0, 7, "FREEFLEX_STATE", b"not a state"), event(1, 8, "FREEFLEX_STATE", state.encode()))
+        found, error = self.hear(log.messages)
+        self.assertEqual([message for _, message in found], [state])
+        self.assertRegex(str(error), "FREEFLEX_STATE at 7 us: not a state_t")
+
+    def test_another_file_is_no_recording(self):
+        self.write(b"tick,time\n0,0\n")
+        found, error = self.hear(freeflex.events)
+        self.assertEqual(found, [])
+        self.assertRegex(str(error), "is no recording of lcm-logger")
+        self.write()
+        self.assertEqual(list(freeflex.events(self.path)), [])
+
+    def test_command_prints_what_is_whole_and_exits_with_the_code_of_damage(self):
+        whole = event(0, 0, "FREEFLEX_STATE", messages.state_t(tick=3).encode())
+        self.write(whole, whole[:40])
+        done = subprocess.run([sys.executable, "-m", "freeflex", "log", self.path], capture_output=True, text=True,
+                              check=False)
+        self.assertEqual(done.returncode, 3)
+        self.assertRegex(done.stdout, "FREEFLEX_STATE +1 messages of ticks 3 to 3")
+        self.assertRegex(done.stderr, f"damaged at byte {len(whole)}")
 
 
 class Keys(unittest.TestCase):

@@ -3,7 +3,7 @@
     listen [CHANNEL...]      what a daemon publishes, as it comes: STATE STATUS ...
     push POINT FX FY FZ S    pushes a point for S seconds [N]
     damp POINT POINT GAIN    an active strut between two points [N s/m]
-    log FILE                 what a recording holds
+    log FILE                 what a recording holds; exit code 3 where it is damaged
     step FILE SECONDS        a scene or plan in this process: where it is after so many seconds, the word on it and the worst
 """
 
@@ -34,16 +34,21 @@ def strut(arguments):
 
 
 def log(arguments):
-    seen, ticks = collections.Counter(), {}
-    for event, message in freeflex.log.messages(arguments.file, arguments.prefix):
-        seen[event.channel] += 1
-        if hasattr(message, "tick"):
-            ticks.setdefault(event.channel, [message.tick, message.tick])[1] = message.tick
-    if not seen:
+    seen, ticks, damage = collections.Counter(), {}, None
+    try:
+        for event, message in freeflex.log.messages(arguments.file, arguments.prefix):
+            seen[event.channel] += 1
+            if hasattr(message, "tick"):
+                ticks.setdefault(event.channel, [message.tick, message.tick])[1] = message.tick
+    except freeflex.LogError as error:
+        damage = error
+    if not seen and not damage:
         raise LookupError(f"{arguments.file} holds nothing of {arguments.prefix}: is --prefix right?")
     for channel, count in sorted(seen.items()):
         print(f"{channel:24} {count:9} messages" + (" of ticks {} to {}".format(*ticks[channel])
                                                     if channel in ticks else ""))
+    if damage:
+        raise damage
 
 
 def step(arguments):
@@ -91,6 +96,9 @@ def main():
     except freeflex.Rejected as error:
         print(f"python3 -m freeflex: {error}", file=sys.stderr)
         return 1
+    except freeflex.LogError as error:
+        print(f"python3 -m freeflex: {error}", file=sys.stderr)
+        return 3
     except (LookupError, MemoryError, OSError, RuntimeError, ValueError) as error:
         print(f"python3 -m freeflex: {error}", file=sys.stderr)
         return 2
