@@ -118,7 +118,7 @@ Recording read_recording(const std::string& path) {
       if (force.decode(event.bytes.data(), 0, size) == size) ++recording.sent[force.sequence];
     }
   }
-  recording.error = reader.error();
+  recording.error = reader.error() + reader.damage();
   return recording;
 }
 

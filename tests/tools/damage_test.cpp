@@ -1,7 +1,10 @@
-// One damaged byte of a recording is refused or named, or changes nothing; and a replay of it ends.
+// One damaged byte of a recording is named, or changes nothing; what is whole is replayed, and a replay ends.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <functional>
 #include <map>
+#include <random>
 #include <stdexcept>
 
 #include "tests/tools/damage_cases.hpp"
@@ -50,6 +53,81 @@ TEST(Damage, NoFlipIsPassedOver) {
   EXPECT_GT(tally.differs, 600);
 }
 
+std::int64_t end_of(const io::LogEvent& event) {
+  return event.offset + io::kLogHeaderBytes +
+         static_cast<std::int64_t>(event.channel.size() + event.bytes.size());
+}
+
+/// What a replay compared.
+using Compared = std::array<std::int64_t, 3>;
+Compared compared(const ReplayOutcome& outcome) {
+  return {outcome.ticks, outcome.num_states, outcome.num_commands};
+}
+
+TEST(Damage, ACutRecordingIsReplayedAsFarAsOneThatEndsInFrontOfTheCut) {
+  // behind the first STATE and SCENE, without which there is nothing to replay
+  const auto first = static_cast<std::size_t>(end_of(event_on("FREEFLEX_SCENE", 0)));
+  std::mt19937_64 random(7);
+  std::vector<std::size_t> cuts;
+  for (std::size_t k = 1; k < 40; ++k) cuts.push_back(first + k);
+  for (int k = 0; k < 60; ++k) cuts.push_back(first + random() % (real().bytes.size() - first));
+  for (const std::size_t cut : cuts) {
+    std::int64_t begin = 0, all = 0;  // of the record that is cut
+    for (const io::LogEvent& event : real().events)
+      if (event.offset <= static_cast<std::int64_t>(cut)) begin = event.offset, all = end_of(event) - begin;
+    const auto there = static_cast<std::int64_t>(cut) - begin;
+    if (there == 0) continue;
+    const ReplayOutcome whole = real().replay(real().bytes.substr(0, static_cast<std::size_t>(begin)));
+    ASSERT_EQ(whole.result, ReplayResult::kIdentical) << whole.error;
+    const ReplayOutcome outcome = real().replay(real().bytes.substr(0, cut));
+    EXPECT_EQ(outcome.result, ReplayResult::kIncomplete) << cut;
+    EXPECT_EQ(compared(outcome), compared(whole)) << cut;
+    const bool is_in_header = there < io::kLogHeaderBytes;
+    EXPECT_TRUE(contains(outcome.error,
+                         "damaged at byte " + std::to_string(begin) + ": the file ends inside a record"))
+        << outcome.error;
+    EXPECT_TRUE(contains(outcome.error, std::to_string(there) + " of " +
+                                            std::to_string(is_in_header ? io::kLogHeaderBytes : all) +
+                                            " bytes are there; the motion is known up to tick " +
+                                            std::to_string(whole.ticks)))
+        << outcome.error;
+  }
+}
+
+// the record in front of the damaged one goes with it, for its lengths may be what is wrong
+TEST(Damage, ADamagedSyncWordCostsTwoRecordsAndWhatDependsOnThem) {
+  int num_with_command = 0;
+  const std::vector<io::LogEvent>& events = real().events;
+  for (std::size_t i = 9; i + 1 < events.size(); i += 7) {
+    const ReplayOutcome outcome = real().replay_flipped(static_cast<std::size_t>(events[i].offset), 0x10);
+    EXPECT_EQ(outcome.result, ReplayResult::kIncomplete) << i << outcome.error;
+    EXPECT_TRUE(contains(outcome.error, "damaged at byte " + std::to_string(events[i].offset) +
+                                            ": no record starts here; nothing is read from byte " +
+                                            std::to_string(events[i - 1].offset) + " to byte " +
+                                            std::to_string(events[i + 1].offset)))
+        << outcome.error;
+    std::int64_t known = std::int64_t{1} << 62;  // applied records without a gap
+    for (const std::size_t lost : {i - 1, i}) {
+      freeflex_msgs::applied_t applied;
+      if (events[lost].channel == "FREEFLEX_APPLIED" && io::decode_message(events[lost].bytes, applied))
+        known = std::min(known, applied.applied_sequence);
+    }
+    std::int64_t num_states = 0;
+    for (const io::LogEvent& event : events) {
+      state_t state;
+      const bool is_lost = &event == &events[i - 1] || &event == &events[i];
+      if (event.channel == "FREEFLEX_STATE" && !is_lost && io::decode_message(event.bytes, state))
+        num_states += static_cast<int>(state.applied_count <= known);
+    }
+    EXPECT_EQ(outcome.num_states, num_states) << i << outcome.error;
+    if (known > std::int64_t{1} << 60) continue;
+    ++num_with_command;
+    EXPECT_TRUE(contains(outcome.error, "applied sequence " + std::to_string(known) + " missing: "))
+        << outcome.error;
+  }
+  EXPECT_GT(num_with_command, 1);
+}
+
 TEST(Damage, NoFlipInWhatAStateCountsIsSteppedTo) {
   const io::LogEvent& state = event_on("FREEFLEX_STATE", 20);
   for (const std::size_t field : {kEpoch, kTick}) {
@@ -82,6 +160,7 @@ TEST(Damage, AChannelNameIsDamagedAtItsByte) {
       for (int bit = 0; bit < 8; ++bit) {
         const ReplayOutcome outcome = real().replay_flipped(at, 1 << bit);
         EXPECT_EQ(outcome.result, ReplayResult::kIncomplete) << channel << at;
+        EXPECT_GT(outcome.num_states, 0) << channel << at;
         EXPECT_TRUE(contains(outcome.error, "its name is damaged at byte " + std::to_string(at)))
             << outcome.error;
       }
@@ -95,6 +174,7 @@ TEST(Damage, ASessionNumberIsDamagedAtItsByte) {
     for (std::size_t at = session; at < session + 8; ++at) {
       const ReplayOutcome outcome = real().replay_flipped(at, 0x21);
       EXPECT_EQ(outcome.result, ReplayResult::kIncomplete) << channel << at;
+      EXPECT_GT(outcome.num_states, 0) << channel << at;
       EXPECT_TRUE(contains(outcome.error, "that number is damaged at byte " + std::to_string(at)))
           << outcome.error;
     }

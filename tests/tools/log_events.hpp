@@ -15,7 +15,7 @@ inline std::vector<io::LogEvent> read_events(const std::string& path) {
   std::vector<io::LogEvent> events(1);
   while (reader.next(events.back())) events.emplace_back();
   events.pop_back();
-  EXPECT_EQ(reader.error(), "");
+  EXPECT_EQ(reader.error() + reader.damage(), "");
   return events;
 }
 

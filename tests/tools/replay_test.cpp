@@ -154,6 +154,10 @@ TEST(Replay, AMissingCommandIsIncomplete) {
     EXPECT_TRUE(
         contains(outcome.err, "log incomplete: applied sequence " + std::to_string(dropped) + " missing"))
         << outcome.err;
+    // no state in front of the first command depends on it
+    EXPECT_TRUE(contains(outcome.out, "up to tick ") && contains(outcome.out, " as recorded, to the bit ("))
+        << outcome.out;
+    EXPECT_FALSE(contains(outcome.out, "identical")) << outcome.out;
   }
 }
 
@@ -189,11 +193,25 @@ TEST(Replay, RepeatedAndReorderedMessagesChangeNothing) {
 TEST(Replay, ATruncatedOrDamagedFileIsIncompleteWithItsOffset) {
   const TemporaryFolder folder;
   const std::string whole = read_text(kGolden + "frame.log");
+  const std::string replay = kFreeflex + " replay --plan " + kGolden + "frame.plan ";
   for (const std::size_t length : {whole.size() - 1, whole.size() / 2, std::size_t{10}}) {
     write_text(folder / "cut.log", std::string_view(whole).substr(0, length));
-    const Outcome outcome = run(kFreeflex + " replay " + folder / "cut.log --plan " + kGolden + "frame.plan");
+    const Outcome outcome = run(replay + folder / "cut.log");
     EXPECT_EQ(outcome.exit_code, 3) << length << outcome.out;
-    EXPECT_TRUE(contains(outcome.err, "damaged at byte ")) << outcome.err;
+    const std::string words = "damaged at byte ";
+    const std::size_t place = outcome.err.find(words);
+    ASSERT_NE(place, std::string::npos) << outcome.err;
+    EXPECT_FALSE(contains(outcome.out, "identical")) << outcome.out;
+    if (length == 10) continue;
+    // cut at the byte that is named it is what was compared, and no more
+    const std::size_t at = std::stoul(outcome.err.substr(place + words.size()));
+    write_text(folder / "whole.log", std::string_view(whole).substr(0, at));
+    const Json part = Json::parse(run(replay + "--json " + folder / "cut.log").out);
+    const Json named = Json::parse(run(replay + "--json " + folder / "whole.log").out);
+    EXPECT_EQ(part["result"], "incomplete");
+    EXPECT_EQ(named["result"], "identical");
+    for (const char* field : {"ticks", "states", "commands"}) EXPECT_EQ(part[field], named[field]) << field;
+    EXPECT_GT(part["states"], 10);
   }
 }
 

@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "tools/bus/motion_rows.hpp"
+#include "tools/bus/recording.hpp"
 #include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
@@ -37,6 +38,12 @@ std::string names_text(const std::vector<std::string>& names) {
   return names.size() > kShown ? text + " and " + std::to_string(names.size() - kShown) + " more" : text;
 }
 
+/// Each damage once: every part and every pass meets it.
+void add_damage(const std::string& text, CompareOutcome& outcome) {
+  if (!text.empty() && outcome.error.find(text) == std::string::npos)
+    outcome.error = joined(outcome.error, text);
+}
+
 /// Two parts that have columns in common, in two passes: the first finds the scale of each quantity.
 class Pair {
  public:
@@ -53,14 +60,18 @@ class Pair {
     find_quaternions(in_a);
   }
   const std::vector<Common>& columns() const { return columns_; }
+  const std::string& name_of(const Common& column) const { return a_.parts()[part_a_].columns[column.a]; }
 
-  /// False when a file turned out to be damaged, or Ctrl-C came: the outcome says so.
+  /// False when Ctrl-C came: the outcome tells so, and also where a file is damaged, whose rows end there.
   bool find_scales() {
     return walk([this] {
       for (const Common& column : columns_) {
-        double& scale = outcome_.quantities[column.quantity].scale;
-        for (const double value : {row_a_.values[column.a], row_b_.values[column.b]})
-          if (std::isfinite(value) && std::abs(value) > scale) scale = std::abs(value);
+        QuantityDifference& quantity = outcome_.quantities[column.quantity];
+        for (const double value : {row_a_.values[column.a], row_b_.values[column.b]}) {
+          if (!std::isfinite(value) || std::abs(value) <= quantity.scale) continue;
+          quantity.scale = std::abs(value);
+          quantity.largest_column = name_of(column);
+        }
       }
     });
   }
@@ -69,6 +80,17 @@ class Pair {
     const bool is_done = walk([&] { take_row(tolerance); });
     outcome_.num_rows += num_rows_;
     return is_done;
+  }
+  bool trace(const std::vector<std::string>& columns, const TakeValues& take) {
+    std::vector<std::pair<std::size_t, const Common*>> traced;
+    for (std::size_t k = 0; k < columns.size(); ++k)
+      for (const Common& column : columns_)
+        if (name_of(column) == columns[k]) traced.emplace_back(k, &column);
+    return traced.empty() || walk([&] {
+             align_quaternions();
+             for (const auto& [k, column] : traced)
+               take(row_a_.tick, k, row_a_.values[column->a], row_b_.values[column->b]);
+           });
   }
   /// In words, what rows had no other.
   void say_what_is_left() {
@@ -139,11 +161,9 @@ class Pair {
     }
     odd_a_ = a->num_odd();
     odd_b_ = b->num_odd();
-    const std::string& error = a->error().empty() ? b->error() : a->error();
-    if (error.empty()) return true;
-    outcome_.result = Result::kNothing;
-    outcome_.error = error;
-    return false;
+    add_damage(a->error(), outcome_);
+    add_damage(b->error(), outcome_);
+    return true;
   }
 
   // the same attitude has two quaternions
@@ -164,7 +184,7 @@ class Pair {
       const double a = row_a_.values[column.a], b = row_b_.values[column.b], off = difference(a, b);
       ++quantity.num_values;
       if (off == 0.0) continue;
-      const auto here = [&] { return ValuePair{row_a_.tick, a_.parts()[part_a_].columns[column.a], a, b}; };
+      const auto here = [&] { return ValuePair{row_a_.tick, name_of(column), a, b}; };
       if (off > quantity.largest) {
         quantity.largest = off;
         quantity.at = here();
@@ -184,6 +204,16 @@ class Pair {
   std::int64_t num_rows_ = 0, num_only_a_ = 0, num_only_b_ = 0, odd_a_ = 0, odd_b_ = 0;
 };
 
+std::vector<Pair> pairs_of(MotionFile& a, MotionFile& b, CompareOutcome& outcome) {
+  std::vector<Pair> pairs;
+  for (std::size_t part_a = 0; part_a < a.parts().size(); ++part_a)
+    for (std::size_t part_b = 0; part_b < b.parts().size(); ++part_b) {
+      Pair pair(a, part_a, b, part_b, outcome);
+      if (!pair.columns().empty()) pairs.push_back(std::move(pair));
+    }
+  return pairs;
+}
+
 /// Columns of one that no part of the other has.
 void say_columns_left(const MotionFile& one, const MotionFile& other, const char* which,
                       CompareOutcome& outcome) {
@@ -198,7 +228,7 @@ void say_columns_left(const MotionFile& one, const MotionFile& other, const char
     outcome.not_compared.push_back(counted(static_cast<std::int64_t>(left.size()), "column") + " that only " +
                                    which + " holds: " + names_text(left));
   for (const std::string& what : one.ignored()) outcome.beside.push_back(what + " of " + which);
-  if (!one.damage().empty() && outcome.error.empty()) outcome.error = one.damage();
+  add_damage(one.damage(), outcome);
 }
 
 }  // namespace
@@ -219,12 +249,7 @@ CompareOutcome compare_motions(const CompareRequest& request) {
   if (!b) return fail(error);
   if (!a->is_recording() && !b->is_recording() && request.prefix != channels::kDefaultPrefix)
     return fail("--prefix goes with recordings: a table has no channels");
-  std::vector<Pair> pairs;
-  for (std::size_t part_a = 0; part_a < a->parts().size(); ++part_a)
-    for (std::size_t part_b = 0; part_b < b->parts().size(); ++part_b) {
-      Pair pair(*a, part_a, *b, part_b, outcome);
-      if (!pair.columns().empty()) pairs.push_back(std::move(pair));
-    }
+  std::vector<Pair> pairs = pairs_of(*a, *b, outcome);
   for (Pair& pair : pairs)
     if (!pair.find_scales()) return outcome;
   for (Pair& pair : pairs)
@@ -234,7 +259,7 @@ CompareOutcome compare_motions(const CompareRequest& request) {
   say_columns_left(*b, *a, "the second", outcome);
   if (outcome.num_rows == 0) {
     outcome.result = Result::kNothing;
-    outcome.error = "they have no tick in common, or no column: nothing was compared";
+    add_damage("they have no tick in common, or no column: nothing was compared", outcome);
   } else if (outcome.first) {
     outcome.result = Result::kDiffers;
   } else if (!outcome.error.empty()) {
@@ -245,6 +270,17 @@ CompareOutcome compare_motions(const CompareRequest& request) {
         "they are the same as far as both go, the rest is not compared: --common takes that for enough";
   }
   return outcome;
+}
+
+void trace_columns(const CompareRequest& request, const std::vector<std::string>& columns,
+                   const TakeValues& take) {
+  std::string error;
+  CompareOutcome outcome;
+  const auto a = open_motion(request.a, request.prefix, request.session_a, error);
+  const auto b = open_motion(request.b, request.prefix, request.session_b, error);
+  if (!a || !b) return;
+  for (Pair& pair : pairs_of(*a, *b, outcome))
+    if (!pair.trace(columns, take)) return;
 }
 
 }  // namespace freeflex::tools

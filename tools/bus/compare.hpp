@@ -2,6 +2,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <optional>
 #include <string>
 #include <vector>
@@ -29,16 +30,17 @@ struct ValuePair {
 struct QuantityDifference {
   std::string name;  // with its unit
   std::int64_t num_values = 0;
-  double scale = 0.0;      // largest |value| of either
-  double largest = 0.0;    // difference; infinite where one is no number
-  ValuePair at;            // where it is
-  bool is_beyond = false;  // the tolerance
+  double scale = 0.0;               // largest |value| of either
+  std::string largest_column = {};  // which has it
+  double largest = 0.0;             // difference; infinite where one is no number
+  ValuePair at;                     // where it is
+  bool is_beyond = false;           // the tolerance
 };
 
 struct CompareOutcome {
   enum class Result : std::uint8_t { kSame, kDiffers, kIncomplete, kNothing, kStopped, kError };
   Result result = Result::kSame;
-  std::string error;               // why not kSame; beside kDiffers: what is damaged
+  std::string error;               // why not kSame; beside kDiffers: what is damaged and was not compared
   std::int64_t num_rows = 0;       // compared, of all parts
   std::optional<ValuePair> first;  // beyond the tolerance, the earliest tick
   std::vector<QuantityDifference> quantities;
@@ -48,5 +50,11 @@ struct CompareOutcome {
 
 /// Rows of one tick are compared by the names of their columns; q and -q are one attitude.
 CompareOutcome compare_motions(const CompareRequest& request);
+
+/// Calls take with the tick, which of the columns it is, and the value in either, of every tick that both
+/// hold. \pre compare_motions compared rows
+using TakeValues = std::function<void(std::int64_t tick, std::size_t column, double a, double b)>;
+void trace_columns(const CompareRequest& request, const std::vector<std::string>& columns,
+                   const TakeValues& take);
 
 }  // namespace freeflex::tools

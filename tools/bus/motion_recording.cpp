@@ -159,7 +159,7 @@ class RecordedMotion : public MotionFile {
   /// \param damage  what was found that cannot be read
   RecordedMotion(std::string path, const std::string& prefix, std::int64_t session, const std::string& damage)
       : path_(std::move(path)), prefix_(prefix), session_(session) {
-    if (!damage.empty()) damage_ = path_ + ": " + damage;
+    if (!damage.empty()) damage_ = damage.starts_with(path_) ? damage : path_ + ": " + damage;
   }
   bool is_recording() const override { return true; }
 
@@ -344,7 +344,7 @@ class RecordedMotion : public MotionFile {
 bool begins_as_log(const std::string& path) {
   io::LogReader log(path);
   io::LogEvent event;
-  return log.next(event);
+  return log.next(event) || log.is_damaged();
 }
 
 }  // namespace
@@ -352,19 +352,20 @@ bool begins_as_log(const std::string& path) {
 std::unique_ptr<MotionFile> open_recording(const std::string& path, const std::string& prefix,
                                            std::optional<std::int64_t> session, std::string& error) {
   io::LogReader log(path);
-  const Recording recording = read_recording(log, prefix);
-  error = log.error().empty() ? recording.error : log.error();
+  Recording recording = read_recording(log, prefix);
+  error = recording.error;
   if (!error.empty()) return nullptr;
   const RecordedSession* const chosen = choose_session(recording, session, error);
   if (chosen == nullptr) {
-    error = path + ": " + error;
+    error = joined(recording.damage, path + ": " + error);
     return nullptr;
   }
-  auto motion = std::make_unique<RecordedMotion>(path, prefix, chosen->session, recording.warning);
+  auto motion = std::make_unique<RecordedMotion>(path, prefix, chosen->session,
+                                                 joined(recording.damage, recording.warning));
   error = motion->read();
   if (error.empty() && motion->parts().empty())
-    error = path + ": it holds no whole " + prefix + channels::kState + ", " + prefix + channels::kPoints +
-            " or " + prefix + channels::kLoads;
+    error = joined(recording.damage, path + ": it holds no whole " + prefix + channels::kState + ", " +
+                                         prefix + channels::kPoints + " or " + prefix + channels::kLoads);
   if (!error.empty()) return nullptr;
   return motion;
 }

@@ -21,7 +21,7 @@ struct MotionRow {
 class RowReader {
  public:
   virtual ~RowReader() = default;
-  /// The next row, ticks ascending; false at the end, or at damage (see error()).
+  /// The next row, ticks ascending; false at the end, or at damage, which ends the rows (see error()).
   virtual bool next(MotionRow& row) = 0;
   const std::string& error() const { return error_; }
   /// Ticks that hold other columns than the part has: they are passed over.

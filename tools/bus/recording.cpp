@@ -35,14 +35,20 @@ class Indexer {
         status_(prefix + channels::kStatus),
         strays_(prefix) {}
 
-  /// False when the message does not decode.
+  /// Passes over a message that does not decode. False, with the error, when it is of another version.
   bool take(const io::LogEvent& event);
-  /// Sessions of which there is nothing to replay are gone, and so is what could not be read.
-  void finish();
-  /// Empty, or which message has left its session.
-  std::string find_stray() const { return strays_.find(); }
+  /// Takes out sessions of which there is nothing to replay, and tells what could not be read.
+  void finish(const std::string& damage_of_file);
 
  private:
+  /// Messages that do not decode.
+  struct Unread {
+    std::int64_t count = 0;
+    std::string first;
+    void take(const io::LogEvent& event);
+    std::string text() const;
+  };
+  bool read(const io::LogEvent& event);
   RecordedSession& session_of(std::int64_t session);
   RecordedSession& own_session_of(const io::LogEvent& event, std::int64_t session);
   template <class Message>
@@ -51,8 +57,7 @@ class Indexer {
 
   Recording& recording_;
   std::string applied_, state_, scene_, points_, loads_, status_;  // channels
-  std::int64_t num_unread_ = 0;                                    // of the last three
-  std::string unread_;                                             // the first of them
+  Unread of_motion_, beside_;                                      // of the first three, of the others
   StrayFinder strays_;
   std::unordered_map<std::int64_t, std::size_t> places_;  // of sessions in the recording
 };
@@ -96,7 +101,25 @@ void take_scene(const io::LogEvent& event, const freeflex_msgs::scene_t& message
   take_fingerprint(event, message.plan_fingerprint, session);
 }
 
+void Indexer::Unread::take(const io::LogEvent& event) {
+  if (count++ == 0)
+    first = "the message on " + event.channel + " at byte " + std::to_string(event.offset) + " is " +
+            io::explain_unread(event.bytes);
+}
+
+std::string Indexer::Unread::text() const {
+  return count > 1 ? first + ", and so are " + counted(count - 1, "other") : first;
+}
+
 bool Indexer::take(const io::LogEvent& event) {
+  if (read(event)) return true;
+  of_motion_.take(event);
+  if (io::find_earlier(event.bytes) == nullptr) return true;
+  recording_.error = of_motion_.first + ": replay it with the release that recorded it";
+  return false;
+}
+
+bool Indexer::read(const io::LogEvent& event) {
   if (event.channel == applied_) {
     applied_t message;
     if (!io::decode_message(event.bytes, message)) return false;
@@ -144,18 +167,25 @@ bool Indexer::take_beside(const io::LogEvent& event) {
   } else {
     return false;
   }
-  if (!is_read && num_unread_++ == 0)
-    unread_ = "the message on " + event.channel + " at byte " + std::to_string(event.offset) + " is " +
-              io::explain_unread(event.bytes);
+  if (!is_read) beside_.take(event);
   return true;
 }
 
-void Indexer::finish() {
-  std::erase_if(recording_.sessions, [](const RecordedSession& session) {
-    return session.applied.empty() && session.states.empty() && !session.has_scene;
+void Indexer::finish(const std::string& damage_of_file) {
+  recording_.damage = joined(damage_of_file, of_motion_.text());
+  const std::vector<StrayFinder::Stray> strays = strays_.find();
+  if (!strays.empty()) {
+    recording_.damage = joined(recording_.damage, strays.front().text);
+    if (strays.size() > 1)
+      recording_.damage += ", and " + counted(static_cast<std::int64_t>(strays.size()) - 1, "message") +
+                           " more left a session in such a way";
+  }
+  std::erase_if(recording_.sessions, [&](const RecordedSession& session) {
+    const auto is_stray = [&](const StrayFinder::Stray& stray) { return stray.session == session.session; };
+    return (session.applied.empty() && session.states.empty() && !session.has_scene) ||
+           std::any_of(strays.begin(), strays.end(), is_stray);
   });
-  recording_.warning = unread_;
-  if (num_unread_ > 1) recording_.warning += ", and so are " + counted(num_unread_ - 1, "other");
+  recording_.warning = beside_.text();
 }
 
 }  // namespace
@@ -164,19 +194,10 @@ Recording read_recording(io::LogReader& log, const std::string& prefix) {
   Recording recording;
   Indexer indexer(recording, prefix);
   io::LogEvent event;
-  while (log.next(event)) {
-    if (!indexer.take(event)) {
-      recording.error = "the message on " + event.channel + " at byte " + std::to_string(event.offset) +
-                        " is " + io::explain_unread(event.bytes);
-      if (io::find_earlier(event.bytes) == nullptr) return recording;
-      recording.is_readable = false;
-      recording.error += ": replay it with the release that recorded it";
-      return recording;
-    }
-  }
-  indexer.finish();
-  recording.error = log.error().empty() ? indexer.find_stray() : log.error();
-  recording.is_readable = log.error().empty() || log.is_damaged();
+  while (log.next(event))
+    if (!indexer.take(event)) return recording;
+  recording.error = log.error();
+  indexer.finish(log.damage());
   for (RecordedSession& session : recording.sessions) {
     std::stable_sort(session.applied.begin(), session.applied.end(),
                      [](const AppliedRecord& a, const AppliedRecord& b) { return a.sequence < b.sequence; });
@@ -194,9 +215,13 @@ Recording read_recording(io::LogReader& log, const std::string& prefix) {
   return recording;
 }
 
-const RecordedSession* choose_session(const Recording& recording, std::optional<std::int64_t> session,
-                                      std::string& error) {
-  const auto& sessions = recording.sessions;
+std::string joined(const std::string& a, const std::string& b) {
+  return a.empty() || b.empty() ? a + b : a + "; " + b;
+}
+
+RecordedSession* choose_session(Recording& recording, std::optional<std::int64_t> session,
+                                std::string& error) {
+  auto& sessions = recording.sessions;
   if (sessions.empty()) {
     error = "the log holds no message of a session (other channel prefix? see --prefix)";
     return nullptr;

@@ -45,21 +45,32 @@ struct RecordedSession {
 };
 struct Recording {
   std::vector<RecordedSession> sessions;  // in the order in which they appear
-  std::string error;                      // damage: what and where
-  bool is_readable = true;                // false: the file could not be opened, or is of another version
-  std::string warning;                    // messages of POINTS, LOADS, STATUS that could not be read, if any
+  std::string error;    // why nothing can be taken: the file cannot be read, or is of another version
+  std::string damage;   // empty, or what is not whole and was passed over, and where
+  std::string warning;  // messages of POINTS, LOADS, STATUS that could not be read, if any
 };
 
-/// Reads the index of a whole log: linear in its records and sessions. \param prefix  of the channel names
+/// Reads the index of a log, of what is whole in it: linear in its records and sessions.
+/// \param prefix  of the channel names
 Recording read_recording(io::LogReader& log, const std::string& prefix);
 
 /// The session asked for, or the only one. nullptr and a reason when there is none or the choice is open.
-const RecordedSession* choose_session(const Recording& recording, std::optional<std::int64_t> session,
-                                      std::string& error);
+RecordedSession* choose_session(Recording& recording, std::optional<std::int64_t> session,
+                                std::string& error);
 
-/// Empty when all messages name one plan, applied sequences run from 0 without a gap as far as the states
-/// need them, and epochs, ticks and counts of applied records agree with one another; else what is missing or
-/// contradicts, with its byte.
+/// Leaves of a session what is known to be complete: the applied records up to the first sequence that is
+/// missing, and the states that contain none behind it. Empty, or what was taken out and why.
+std::string cut_at_gap(RecordedSession& session);
+
+/// The tick up to which the session tells all that took effect.
+std::int64_t last_known_tick(const RecordedSession& session);
+
+/// Two remarks as one.
+std::string joined(const std::string& a, const std::string& b);
+
+/// Empty when all messages name one plan, no applied sequence has two contents, and epochs, ticks and counts
+/// of applied records agree with one another; else what contradicts, with its byte. \pre cut_at_gap was
+/// called
 std::string find_flaw(const RecordedSession& session);
 
 /// [ticks] Most that may lie between two states, or before the first one: 115 days at 1 kHz. So a replay ends

@@ -1,4 +1,5 @@
 // What is wrong with a recording, found before a tick is stepped: its numbers say most things twice.
+#include <algorithm>
 #include <cmath>
 #include <cstddef>
 
@@ -41,7 +42,7 @@ class Epochs {
   std::vector<Begin> begins_;
 };
 
-/// Sequences without a gap, ticks that do not go back, kinds that there are.
+/// Sequences that occur once, ticks that do not go back, kinds that there are.
 std::string find_applied_flaw(const RecordedSession& session) {
   std::int64_t expected = 0;
   const AppliedRecord* before = nullptr;
@@ -50,7 +51,6 @@ std::string find_applied_flaw(const RecordedSession& session) {
     if (record.sequence < 0) return name_of(record) + " is damaged: sequences count from 0";
     if (record.sequence < expected)
       return "applied sequence " + std::to_string(record.sequence) + " occurs twice with different content";
-    if (record.sequence > expected) return "applied sequence " + std::to_string(expected) + " missing";
     if (record.kind < applied_t::FORCE || record.kind > applied_t::RESET)
       return name_of(record) + " is of unknown kind " + std::to_string(record.kind);
     if (before != nullptr && record.tick < before->tick)
@@ -90,19 +90,49 @@ std::string find_gap(const std::string& name, std::int64_t tick, std::int64_t se
 
 }  // namespace
 
+std::string cut_at_gap(RecordedSession& session) {
+  std::int64_t expected = 0;
+  for (const AppliedRecord& record : session.applied) {
+    if (record.sequence != expected) break;
+    ++expected;
+  }
+  const auto num_applied = static_cast<std::int64_t>(session.applied.size());
+  // one that comes again or is below 0 is no gap but a contradiction
+  const bool has_gap =
+      expected < num_applied && session.applied[static_cast<std::size_t>(expected)].sequence > expected;
+  if (expected < num_applied && !has_gap) return {};
+  session.applied.resize(static_cast<std::size_t>(expected));
+  std::int64_t num_states = 0, first_tick = 0;
+  std::erase_if(session.states, [&](const StateRecord& state) {
+    if (state.applied_count <= expected) return false;
+    if (num_states++ == 0) first_tick = state.tick;
+    return true;
+  });
+  if (!has_gap && num_states == 0) return {};
+  std::string text = "applied sequence " + std::to_string(expected) + " missing: ";
+  if (has_gap) text += counted(num_applied - expected, "applied record") + " behind it";
+  if (has_gap && num_states > 0) text += " and ";
+  if (num_states > 0)
+    text += counted(num_states, "state") + " that contain" + (num_states == 1 ? "s" : "") +
+            " it, the first at tick " + std::to_string(first_tick) + ",";
+  return text + " cannot be used";
+}
+
+std::int64_t last_known_tick(const RecordedSession& session) {
+  std::int64_t last = 0;
+  for (const StateRecord& state : session.states) last = std::max(last, state.tick);
+  for (const AppliedRecord& applied : session.applied) last = std::max(last, applied.tick);
+  return last;
+}
+
 std::string find_flaw(const RecordedSession& session) {
   if (!session.contradiction.empty()) return session.contradiction;
   if (std::string flaw = find_applied_flaw(session); !flaw.empty()) return flaw;
   const Epochs epochs(session);
-  const auto num_applied = static_cast<std::int64_t>(session.applied.size());
   for (const StateRecord& state : session.states) {
     if (state.tick < 0 || state.applied_count < 0)
       return name_of(state) + " and with " + std::to_string(state.applied_count) +
              " applied records, is damaged: both count from 0";
-    if (state.applied_count > num_applied)
-      return "applied sequence " + std::to_string(num_applied) + " missing: the state at tick " +
-             std::to_string(state.tick) + " contains " + std::to_string(state.applied_count) +
-             " applied commands";
     if (state.epoch != epochs.epoch(state))
       return name_of(state) + ", says epoch " + std::to_string(state.epoch) + " and contains " +
              counted(epochs.epoch(state), "reset") + ": epoch or applied_count is damaged";

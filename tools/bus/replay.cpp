@@ -250,26 +250,41 @@ std::optional<Plan> find_plan(const ReplayRequest& request, const RecordedSessio
 ReplayOutcome replay(const ReplayRequest& request) {
   io::LogReader log(request.log);
   if (!log.error().empty()) return refuse(log.error());
-  const Recording recording = [&] {
+  Recording recording = [&] {
     const Progress progress("reading");
     return read_recording(log, request.prefix);
   }();
-  if (!recording.is_readable) return refuse(recording.error);
-  if (!recording.error.empty()) return incomplete(recording.error);
+  if (!recording.error.empty()) return refuse(recording.error);
   std::string error;
-  const RecordedSession* session = choose_session(recording, request.session, error);
-  if (session == nullptr) return refuse(error);
-  const std::string flaw = find_flaw(*session);
-  if (!flaw.empty()) return incomplete(flaw);
-  if (session->states.empty()) return incomplete("it holds no " + request.prefix + channels::kState);
+  RecordedSession* const session = choose_session(recording, request.session, error);
+  if (session == nullptr && recording.sessions.empty() && !recording.damage.empty())
+    return incomplete(joined(recording.damage, error));
+  if (session == nullptr) return refuse(joined(recording.damage, error));
+  const std::string loss = joined(recording.damage, cut_at_gap(*session));
+  if (const std::string flaw = find_flaw(*session); !flaw.empty()) return incomplete(joined(loss, flaw));
+  if (session->states.empty())
+    return incomplete(joined(loss, "it holds no " + request.prefix + channels::kState +
+                                       (loss.empty() ? "" : " up to which all commands are known")));
   ReplayOutcome outcome;
   outcome.warning = recording.warning;
   const std::optional<Plan> plan = find_plan(request, *session, outcome);
-  if (!plan) return outcome;
+  if (!plan) {
+    if (!loss.empty()) outcome.warn(loss);
+    return outcome;
+  }
   const std::string time_flaw = find_time_flaw(*session, plan->period);
-  if (!time_flaw.empty()) return incomplete(time_flaw);
+  if (!time_flaw.empty()) return incomplete(joined(loss, time_flaw));
   // reading the index ended at the end of the file; from here on records are read by offset
-  return Replay(*plan, log, *session, std::move(outcome)).run();
+  outcome = Replay(*plan, log, *session, std::move(outcome)).run();
+  if (loss.empty()) return outcome;
+  if (outcome.result != Result::kIdentical) {
+    outcome.warn(loss);
+    return outcome;
+  }
+  outcome.result = Result::kIncomplete;
+  outcome.error =
+      "log incomplete: " + loss + "; the motion is known up to tick " + std::to_string(outcome.ticks);
+  return outcome;
 }
 
 }  // namespace freeflex::tools

@@ -29,7 +29,7 @@ struct ReplayOutcome {
   enum class Result : std::uint8_t {
     kIdentical,
     kDiffers,     // see difference
-    kIncomplete,  // the log is damaged or lacks something
+    kIncomplete,  // the log is damaged or lacks something; the states that were compared are as recorded
     kStopped,     // by Ctrl-C
     kError        // no log, no session or no plan to replay
   };
@@ -46,9 +46,9 @@ struct ReplayOutcome {
   void warn(const std::string& text) { warning += (warning.empty() ? "" : "; ") + text; }
 };
 
-/// Reads the log, looks for what contradicts itself, then steps from tick 0 to the last recorded state. It
-/// ends whatever the bytes of the log are: no tick is stepped to that is not checked before (see
-/// find_time_flaw).
+/// Reads the log, looks for what contradicts itself, then steps from tick 0 to the last recorded state. Of a
+/// log that is damaged or lacks commands it takes the states up to which all commands are known. It ends
+/// whatever the bytes of the log are: no tick is stepped to that is not checked before (see find_time_flaw).
 ReplayOutcome replay(const ReplayRequest& request);
 
 }  // namespace freeflex::tools

@@ -5,6 +5,7 @@
 #include <optional>
 #include <span>
 #include <string_view>
+#include <unordered_set>
 
 #include "freeflex_msgs/applied_t.hpp"
 #include "freeflex_msgs/scene_t.hpp"
@@ -76,12 +77,14 @@ void StrayFinder::take_foreign(const io::LogEvent& event) {
   take(event, session, foreign_[std::to_string(session) + ' ' + std::string(place)]);
 }
 
-std::string StrayFinder::find() const {
-  const std::string renamed = find_renamed();
-  return renamed.empty() ? find_renumbered() : renamed;
+std::vector<StrayFinder::Stray> StrayFinder::find() const {
+  std::vector<Stray> strays;
+  find_renamed(strays);
+  find_renumbered(strays);
+  return strays;
 }
 
-std::string StrayFinder::find_renamed() const {
+void StrayFinder::find_renamed(std::vector<Stray>& strays) const {
   for (const auto& [key, group] : foreign_) {
     if (group.num_messages > 1 || !own_.contains(group.session)) continue;
     for (const char* suffix : {channels::kState, channels::kApplied, channels::kScene}) {
@@ -89,19 +92,22 @@ std::string StrayFinder::find_renamed() const {
       const std::optional<std::size_t> at = find_one_byte(group.channel, meant);
       if (!at) continue;
       const std::int64_t byte = group.offset + io::kLogHeaderBytes + static_cast<std::int64_t>(*at);
-      return "the message at byte " + std::to_string(group.offset) + " is of session " +
-             std::to_string(group.session) + " and of the type of " + meant + ", but on the channel " +
-             printable(group.channel) + ": its name is damaged at byte " + std::to_string(byte) + ", where " +
-             format_text("%02x", static_cast<unsigned char>(meant[*at])) + " is meant";
+      strays.push_back({"the message at byte " + std::to_string(group.offset) + " is of session " +
+                            std::to_string(group.session) + " and of the type of " + meant +
+                            ", but on the channel " + printable(group.channel) +
+                            ": its name is damaged at byte " + std::to_string(byte) + ", where " +
+                            format_text("%02x", static_cast<unsigned char>(meant[*at])) + " is meant",
+                        std::nullopt});
+      break;
     }
   }
-  return {};
 }
 
-std::string StrayFinder::find_renumbered() const {
+void StrayFinder::find_renumbered(std::vector<Stray>& strays) const {
   bool has_lone = false;
   for (const auto& [session, group] : own_) has_lone = has_lone || group.num_messages == 1;
-  if (!has_lone) return {};
+  if (!has_lone) return;
+  std::unordered_set<std::int64_t> found;
   for (int byte = 0; byte < 8; ++byte) {
     // sessions that are equal but for this byte have one number without it
     const auto rest = [byte](std::int64_t session) {
@@ -112,15 +118,16 @@ std::string StrayFinder::find_renumbered() const {
       if (group.num_messages > 1) whole[rest(session)] = session;
     for (const auto& [session, group] : own_) {
       const auto meant = whole.find(rest(session));
-      if (group.num_messages > 1 || meant == whole.end()) continue;
+      if (group.num_messages > 1 || meant == whole.end() || !found.insert(session).second) continue;
       const std::int64_t at = group.offset + io::kLogHeaderBytes +
                               static_cast<std::int64_t>(group.channel.size()) + kSessionAt + 7 - byte;
-      return "the message on " + group.channel + " at byte " + std::to_string(group.offset) +
-             " is the only one of session " + std::to_string(session) + ": that number is damaged at byte " +
-             std::to_string(at) + ", session " + std::to_string(meant->second) + " is meant";
+      strays.push_back({"the message on " + group.channel + " at byte " + std::to_string(group.offset) +
+                            " is the only one of session " + std::to_string(session) +
+                            ": that number is damaged at byte " + std::to_string(at) + ", session " +
+                            std::to_string(meant->second) + " is meant",
+                        session});
     }
   }
-  return {};
 }
 
 }  // namespace freeflex::tools

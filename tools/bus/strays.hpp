@@ -3,9 +3,11 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <unordered_map>
 #include <utility>
+#include <vector>
 
 #include "service/io/wire/log.hpp"
 
@@ -24,8 +26,12 @@ class StrayFinder {
   void take_own(const io::LogEvent& event, std::int64_t session);
   /// A message on any other channel.
   void take_foreign(const io::LogEvent& event);
-  /// Empty, or which message is a stray and which byte makes it one. Linear in the number of sessions.
-  std::string find() const;
+  struct Stray {
+    std::string text;                     // which message it is, and which byte makes it one
+    std::optional<std::int64_t> session;  // that no other message has
+  };
+  /// Linear in the number of sessions.
+  std::vector<Stray> find() const;
 
  private:
   /// What one session has on the channels of one prefix.
@@ -36,8 +42,8 @@ class StrayFinder {
     std::string channel;      // of the first one
   };
   static void take(const io::LogEvent& event, std::int64_t session, Group& group);
-  std::string find_renamed() const;
-  std::string find_renumbered() const;
+  void find_renamed(std::vector<Stray>& strays) const;
+  void find_renumbered(std::vector<Stray>& strays) const;
 
   std::string prefix_;
   std::unordered_map<std::int64_t, Group> own_;     // by session

@@ -27,13 +27,16 @@ constexpr const char* kReplayFooter = R"(Example:
 JSON fields:
   log          the file;  result: identical, differs, incomplete, interrupted or error
   ticks, states, commands
-               over how many ticks, how many states compared, how many commands fed back
+               over how many ticks, how many states compared, how many commands fed back, also where
+               incomplete
   missing      of each of STATE, POINTS and LOADS that the log holds: ticks that the daemon publishes and the log
                does not hold, first, before (the log begins), unsent (as the daemon's status counts), on_the_way
   not_compared what the log holds beside the states, in words
   difference   where it differs: tick, what, recorded, replayed (with the bits, 16 hexadecimal digits)
   error, warning
                in words, where there is one
+Of a log that is damaged or lacks a command, what is whole is replayed up to the last state whose commands are all
+known; the error tells where it is damaged and which tick that is.
 Exit codes: 0 identical to the bit, 1 differs (first tick, coordinate and both values are printed), 2 wrong
 arguments, plan or no log at all, 3 log damaged or incomplete, 130 interrupted.)";
 
@@ -88,6 +91,11 @@ int report(const ReplayOptions& options, const ReplayOutcome& outcome) {
                 outcome.difference->replayed.c_str());
   } else {
     print_error(outcome.error);
+    // the states in front of what is missing
+    if (outcome.num_states > 0)
+      std::printf("up to tick %" PRId64 " as recorded, to the bit (%s compared, %s fed back)\n",
+                  outcome.ticks, counted(outcome.num_states, "state").c_str(),
+                  counted(outcome.num_commands, "command").c_str());
   }
   return word.exit_code;
 }

@@ -55,7 +55,7 @@ published link: 12 of a beam, 6 of a plate, three a point of a matrix or a rigid
 7).
 JSON fields:
   output       the file, null where none is asked for;  ticks, time [s]: how far it went;  complete: whether to the
-               end
+               end, with all commands of --log
   displacement_ratio, spin_ratio
                null when no points are published
   validity     0 good, 1 watch, 2 outside, at the end;  cause: why not good;  error, scale [m]: what the word
@@ -69,9 +69,10 @@ FILE.partial, which replay takes.)";
 struct Commands {
   std::unique_ptr<io::LogReader> log;
   Recording recording;
-  const RecordedSession* session = nullptr;
+  RecordedSession* session = nullptr;
   std::unique_ptr<CommandFeed> feed;
   bool is_foreign = false;  // recorded with another plan
+  std::string loss;         // empty, or what of the log cannot be used
 };
 
 /// The most a run showed of what the method takes as small: what freeflex run is judged by at its end.
@@ -143,14 +144,17 @@ int open_commands(const RunOptions& options, const Plan& plan, Commands& command
     const Progress progress("reading");
     commands.recording = read_recording(*commands.log, options.prefix);
   }
-  if (!commands.recording.is_readable) return print_error(commands.recording.error), kExitUsage;
-  if (!commands.recording.error.empty())
-    return print_error("log incomplete: " + commands.recording.error), kExitIncomplete;
+  if (!commands.recording.error.empty()) return print_error(commands.recording.error), kExitUsage;
   std::string error;
+  const std::string& damage = commands.recording.damage;
   commands.session = choose_session(commands.recording, options.session, error);
-  if (commands.session == nullptr) return print_error(error), kExitUsage;
+  if (commands.session == nullptr) {
+    const bool is_all_lost = commands.recording.sessions.empty() && !damage.empty();
+    return print_error(joined(damage, error)), is_all_lost ? kExitIncomplete : kExitUsage;
+  }
+  commands.loss = joined(damage, cut_at_gap(*commands.session));
   const std::string flaw = find_flaw(*commands.session);
-  if (!flaw.empty()) return print_error("log incomplete: " + flaw), kExitIncomplete;
+  if (!flaw.empty()) return print_error("log incomplete: " + joined(commands.loss, flaw)), kExitIncomplete;
   const std::uint64_t recorded = commands.session->plan_fingerprint.value_or(plan_fingerprint(plan));
   commands.is_foreign = recorded != plan_fingerprint(plan);
   if (commands.is_foreign) {
@@ -163,27 +167,27 @@ int open_commands(const RunOptions& options, const Plan& plan, Commands& command
   const double foreign_period = rate > 0.0 ? 1.0 / rate : 0.0;
   const std::string time_flaw =
       find_time_flaw(*commands.session, commands.is_foreign ? foreign_period : plan.period);
-  if (!time_flaw.empty()) return print_error("log incomplete: " + time_flaw), kExitIncomplete;
+  if (!time_flaw.empty())
+    return print_error("log incomplete: " + joined(commands.loss, time_flaw)), kExitIncomplete;
   commands.feed = std::make_unique<CommandFeed>(*commands.log, *commands.session, plan);
   return kExitOk;
 }
 
-/// Last tick to reach, or nullopt (explained).
+/// Last tick to reach, or nullopt (explained). No tick is reached whose commands the log does not tell for
+/// certain.
 std::optional<std::int64_t> last_tick(const RunOptions& options, const Plan& plan, const Commands& commands) {
+  std::optional<std::int64_t> last;
   if (options.until) {
     const double ticks = std::round(*options.until / plan.period);
-    if (ticks <= 9e15) return static_cast<std::int64_t>(ticks);
-    print_error("--until is too far ahead");
-    return std::nullopt;
+    if (ticks > 9e15) return print_error("--until is too far ahead"), std::nullopt;
+    last = static_cast<std::int64_t>(ticks);
   }
   if (commands.session == nullptr) {
-    print_error("--until T is needed (or --log, whose last state then is the end)");
-    return std::nullopt;
+    if (!last) print_error("--until T is needed (or --log, whose last state then is the end)");
+    return last;
   }
-  std::int64_t last = 0;
-  for (const StateRecord& state : commands.session->states) last = std::max(last, state.tick);
-  for (const AppliedRecord& applied : commands.session->applied) last = std::max(last, applied.tick);
-  return last;
+  const std::int64_t known = last_known_tick(*commands.session);
+  return last && (commands.loss.empty() || *last < known) ? last : known;
 }
 
 struct Result {
@@ -292,6 +296,7 @@ void print_budget(std::FILE* to, const BudgetReading& reading) {
 void report(const RunOptions& options, const std::string& name, const Result& result, std::int64_t last,
             const Plan& plan, const Extremes& extremes) {
   const bool is_complete = result.exit_code == kExitOk;
+  const bool is_to_end = is_complete || result.exit_code == kExitIncomplete;
   const double seconds = static_cast<double>(result.ticks) * plan.period;
   if (options.json) {
     Json errors;
@@ -318,7 +323,7 @@ void report(const RunOptions& options, const std::string& name, const Result& re
                   {"tick", result.worst.tick},
                   {"cause", text_of(plan, result.worst)}}},
                 {"errors", errors}});
-  } else if (is_complete) {
+  } else if (is_to_end) {
     std::FILE* const to = is_standard_output(options.out) ? stderr : stdout;
     std::fprintf(to, "%s: %s, %.10g s; %s\n", name.c_str(), counted(result.ticks, "tick").c_str(), seconds,
                  ratios_text(extremes).c_str());
@@ -339,7 +344,8 @@ std::string name_of(const RunOptions& options, const Plan& plan, const RunOutput
 }
 
 /// Closes the output, draws the picture, prints what was done and how far it can be trusted.
-int finish(const RunOptions& options, const Plan& plan, std::int64_t last, RunOutput& output, Result& result, const Extremes& extremes, const MotionPlot* plot) {
+int finish(const RunOptions& options, const Plan& plan, const Commands& commands, std::int64_t last,
+           RunOutput& output, Result& result, const Extremes& extremes, const MotionPlot* plot) {
   const bool is_piped = is_standard_output(options.out);
   const bool is_interrupt = result.exit_code == kExitInterrupted;
   if (!result.error.empty())
@@ -359,6 +365,11 @@ int finish(const RunOptions& options, const Plan& plan, std::int64_t last, RunOu
   const std::string plot_error = plot != nullptr ? plot->write(options.plot) : std::string();
   if (!plot_error.empty() && options.out.empty()) return print_error(plot_error), kExitDiffers;
   const std::string name = name_of(options, plan, output, result.exit_code != kExitOk);
+  if (result.exit_code == kExitOk && !commands.loss.empty()) {
+    print_error("log incomplete: " + commands.loss + "; the run ends at tick " +
+                std::to_string(result.ticks) + ", up to which its commands are known");
+    result.exit_code = kExitIncomplete;
+  }
   report(options, name, result, last, plan, extremes);
   if (!plot_error.empty()) return print_error(plot_error), kExitDiffers;
   return result.exit_code;
@@ -389,7 +400,7 @@ int run(const CLI::App& command, const RunOptions& options) {
   if (!options.plot.empty()) plot.emplace(*plan);
   if (!output->has_error())
     result = simulate(*plan, commands, *last, *output, extremes, plot ? &*plot : nullptr);
-  return finish(options, *plan, *last, *output, result, extremes, plot ? &*plot : nullptr);
+  return finish(options, *plan, commands, *last, *output, result, extremes, plot ? &*plot : nullptr);
 }
 
 }  // namespace

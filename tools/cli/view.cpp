@@ -10,6 +10,7 @@
 #include "service/io/wire/decode.hpp"
 #include "service/io/wire/log.hpp"
 #include "service/keys.hpp"
+#include "tools/bus/recording.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/usage.hpp"
@@ -36,6 +37,7 @@ constexpr const char* kViewFooter = R"(Examples:
 The page is at the address that is printed, on this machine alone; who has the address may look and push. From another
 machine: ssh -L PORT:127.0.0.1:PORT, with --port PORT.
 Drag: turn; shift and drag: move; wheel: nearer; drag a point that takes commands: push it.
+Of a recording that is damaged, what is whole is shown, and the error tells what is not.
 Exit codes: 0 ended by Ctrl-C, or the file is written, 1 no server, no bus, no daemon or not written, 2 wrong arguments,
 scene or plan, 3 LOG damaged or incomplete.)";
 
@@ -94,7 +96,7 @@ int serve(const ViewOptions& options, Body& body, std::vector<std::byte> motion,
 bool is_recording(const std::string& path) {
   io::LogReader log(path);
   io::LogEvent event;
-  return log.error().empty() && log.next(event);
+  return log.next(event) || log.is_damaged();
 }
 
 int view_recording(const ViewOptions& options) {
@@ -106,11 +108,14 @@ int view_recording(const ViewOptions& options) {
   if (would_overwrite(options.file, options.html)) return kExitUsage;
   std::optional<Body> body = make_body(plan, options.html);
   if (!body) return kExitUsage;
+  std::string damage;
   std::vector<std::byte> motion =
-      recorded_motion(*body, options.file, options.bus.prefix, options.session, error);
-  if (motion.empty()) return print_error(error), kExitIncomplete;
-  if (!options.html.empty()) return write_html(options, *body, motion);
-  return serve(options, *body, std::move(motion), nullptr, {});
+      recorded_motion(*body, options.file, options.bus.prefix, options.session, error, damage);
+  if (motion.empty()) return print_error(joined(damage, error)), kExitIncomplete;
+  if (!damage.empty()) print_error(damage + "; the rest is shown");
+  const int exit_code = options.html.empty() ? serve(options, *body, std::move(motion), nullptr, {})
+                                             : write_html(options, *body, motion);
+  return exit_code == kExitOk && !damage.empty() ? kExitIncomplete : exit_code;
 }
 
 int view(const CLI::App& command, const ViewOptions& options) {

@@ -79,8 +79,10 @@ class Live {
 
 /// The motion of a recording as the page takes it, a Blob: at most 60 frames a second of simulated time and
 /// 64 MB. Empty, explained in error, when the log holds none of this body.
+/// \param damage  empty, or what of the log is not whole and is not in the motion
 std::vector<std::byte> recorded_motion(Body& body, const std::string& log, const std::string& prefix,
-                                       std::optional<std::int64_t> session, std::string& error);
+                                       std::optional<std::int64_t> session, std::string& error,
+                                       std::string& damage);
 /// The plan or scene that a recording names; empty, explained in error.
 std::string recorded_plan(const std::string& log, const std::string& prefix,
                           std::optional<std::int64_t> session, std::string& error);

@@ -71,9 +71,11 @@ std::string base64(const std::vector<std::byte>& bytes) {
 const RecordedSession* session_of(io::LogReader& log, const std::string& prefix,
                                   std::optional<std::int64_t> session, Recording& recording,
                                   std::string& error) {
-  if (log.error().empty()) recording = read_recording(log, prefix);
-  error = log.error().empty() ? recording.error : log.error();
-  return error.empty() ? choose_session(recording, session, error) : nullptr;
+  recording = read_recording(log, prefix);
+  error = recording.error;
+  const RecordedSession* const chosen = error.empty() ? choose_session(recording, session, error) : nullptr;
+  if (chosen == nullptr) error = joined(recording.damage, error);
+  return chosen;
 }
 
 /// Ticks whose states are shown: no more a second than the screen, and no more than the page can hold.
@@ -143,11 +145,13 @@ std::string recorded_plan(const std::string& path, const std::string& prefix,
 }
 
 std::vector<std::byte> recorded_motion(Body& body, const std::string& path, const std::string& prefix,
-                                       std::optional<std::int64_t> session, std::string& error) {
+                                       std::optional<std::int64_t> session, std::string& error,
+                                       std::string& damage) {
   io::LogReader log(path);
   Recording recording;
   const RecordedSession* const chosen = session_of(log, prefix, session, recording, error);
   if (chosen == nullptr) return {};
+  damage = recording.damage;
   if (chosen->plan_fingerprint && !take_rate(body, *chosen->plan_fingerprint, chosen->rate)) {
     error = path + ": recorded with a plan of fingerprint " + fingerprint_text(*chosen->plan_fingerprint) +
             ", " + body.plan_file + " has " + fingerprint_text(body.fingerprint) +

@@ -17,6 +17,7 @@ namespace {
 
 // record: sync word, event number, time stamp, channel length, data length, channel, data; big-endian
 constexpr std::string_view kSync = "\xED\xA1\xDA\x01";
+constexpr const char* kNoRecord = "no record starts here";
 constexpr std::int64_t kMaxChannelBytes = 999;  // [bytes] liblcm refuses longer names
 
 std::string error_text(int error_number) {
@@ -35,20 +36,14 @@ std::uint64_t big_endian(std::string_view bytes) {
   return value;
 }
 
-/// What stands in front of a record.
-struct Header {
-  std::uint64_t number = 0;
-  std::int64_t utime = 0;          // [us]
-  std::int32_t channel_bytes = 0;  // [bytes]
-  std::int32_t data_bytes = 0;     // [bytes]
+}  // namespace
 
-  bool is_possible() const {
-    return channel_bytes > 0 && channel_bytes <= kMaxChannelBytes && data_bytes >= 0;
-  }
-  std::int64_t body_bytes() const { return std::int64_t{channel_bytes} + data_bytes; }
-};
+bool LogReader::Head::is_possible() const {
+  return channel_bytes > 0 && channel_bytes <= kMaxChannelBytes && data_bytes >= 0;
+}
+
 /// \pre kLogHeaderBytes of them
-Header read_header(std::string_view bytes) {
+LogReader::Head LogReader::parse_head(std::string_view bytes) {
   return {big_endian(bytes.substr(4, 8)), static_cast<std::int64_t>(big_endian(bytes.substr(12, 8))),
           static_cast<std::int32_t>(big_endian(bytes.substr(20, 4))),
           static_cast<std::int32_t>(big_endian(bytes.substr(24, 4)))};
@@ -56,17 +51,15 @@ Header read_header(std::string_view bytes) {
 
 /// Where the body of a record holds the record that comes next by its number: then a length of the outer one
 /// is wrong. A piece of another log in a message is nothing of the kind.
-std::optional<std::size_t> find_next_record(std::string_view body, std::uint64_t number) {
+std::optional<std::size_t> LogReader::find_next_record(std::string_view body, std::uint64_t number) {
   for (std::size_t at = body.find(kSync); at != body.npos; at = body.find(kSync, at + 1)) {
     const std::int64_t room = static_cast<std::int64_t>(body.size() - at) - kLogHeaderBytes;
     if (room < 0) break;
-    const Header inner = read_header(body.substr(at, kLogHeaderBytes));
+    const Head inner = parse_head(body.substr(at, kLogHeaderBytes));
     if (inner.is_possible() && inner.number == number + 1 && inner.body_bytes() <= room) return at;
   }
   return std::nullopt;
 }
-
-}  // namespace
 
 LogReader::LogReader(const std::string& path) : path_(path) {
   struct stat status {};
@@ -84,65 +77,131 @@ LogReader::LogReader(const std::string& path) : path_(path) {
   if (!file_) error_ = path + ": " + error_text(errno);
 }
 
-bool LogReader::damage(std::int64_t offset, const std::string& what) {
-  is_damaged_ = true;
-  error_ = path_ + ": damaged at byte " + std::to_string(offset) + ": " + what;
+bool LogReader::fail(std::int64_t at, const std::string& what) {
+  flaw_.at = at;
+  flaw_.what = what;
   return false;
 }
 
-/// Takes the body of a record, and looks that the file ends behind it or another record begins: the file
-/// stands there afterwards.
-bool LogReader::read_body(std::int64_t offset, std::size_t size) {
-  body_.resize(size);
-  if (std::fread(body_.data(), 1, size, file_.get()) != size) return damage(offset, "record cannot be read");
-  const std::int64_t end = offset + kLogHeaderBytes + static_cast<std::int64_t>(size);
-  if (end == size_) return true;
-  std::array<char, kSync.size()> following{};
-  const auto wanted = static_cast<std::size_t>(std::min<std::int64_t>(kSync.size(), size_ - end));
-  if (std::fread(following.data(), 1, wanted, file_.get()) != wanted) return damage(end, "cannot be read");
-  if (wanted < kSync.size()) return damage(end, "the file ends inside a record header");
-  if (std::string_view(following.data(), wanted) != kSync) return damage(end, "no record starts here");
-  return fseeko(file_.get(), end, SEEK_SET) == 0 || damage(end, "cannot be read");
+bool LogReader::seek(std::int64_t offset) {
+  return ftello(file_.get()) == offset || fseeko(file_.get(), offset, SEEK_SET) == 0;
 }
 
-bool LogReader::next(LogEvent& event) {
-  if (!error_.empty()) return false;
-  const std::int64_t offset = ftello(file_.get());
-  if (offset == size_) return false;
-
+bool LogReader::read_head(std::int64_t offset) {
   std::array<char, kLogHeaderBytes> bytes{};
+  if (!seek(offset)) return fail(offset, "cannot be read");
   const std::size_t found = std::fread(bytes.data(), 1, bytes.size(), file_.get());
   // a short file of something else is no log either, not the damaged start of one
   const std::string_view start(bytes.data(), std::min(found, kSync.size()));
-  if (start != kSync.substr(0, start.size())) {
-    if (offset > 0) return damage(offset, "no record starts here");
-    error_ = path_ + ": not an LCM event log";
-    return false;
-  }
-  if (found != bytes.size()) return damage(offset, "the file ends inside a record header");
-  const Header header = read_header({bytes.data(), bytes.size()});
-  if (!header.is_possible()) return damage(offset, "record with impossible lengths");
-  if (offset + kLogHeaderBytes + header.body_bytes() > size_)
-    return damage(offset, "the file ends inside a record");
-  if (!read_body(offset, static_cast<std::size_t>(header.body_bytes()))) return false;
-  if (const auto inner = find_next_record(body_, header.number)) {
-    const std::int64_t at = offset + kLogHeaderBytes + static_cast<std::int64_t>(*inner);
-    return damage(offset, "the lengths of this record take in the next one, at byte " + std::to_string(at));
-  }
+  if (found == 0) return fail(offset, "cannot be read");
+  if (start != kSync.substr(0, start.size())) return fail(offset, kNoRecord);
+  if (found != bytes.size())
+    return fail(offset, "the file ends inside a record, of whose header " + std::to_string(found) + " of " +
+                            std::to_string(kLogHeaderBytes) + " bytes are there");
+  head_ = parse_head({bytes.data(), bytes.size()});
+  return head_.is_possible() || fail(offset, "record with impossible lengths");
+}
 
-  const auto channel_bytes = static_cast<std::size_t>(header.channel_bytes);
-  event.offset = offset;
-  event.utime = header.utime;
-  event.channel.assign(body_, 0, channel_bytes);
-  const auto* data = reinterpret_cast<const std::byte*>(body_.data());
-  event.bytes.assign(data + channel_bytes, data + body_.size());
+/// True when the file ends behind a record or another record begins there, be it a cut one.
+bool LogReader::is_followed(std::int64_t end) {
+  if (end == size_) return true;
+  std::array<char, kSync.size()> bytes{};
+  const auto wanted = static_cast<std::size_t>(std::min<std::int64_t>(kSync.size(), size_ - end));
+  if (!seek(end) || std::fread(bytes.data(), 1, wanted, file_.get()) != wanted)
+    return fail(end, "cannot be read");
+  return std::string_view(bytes.data(), wanted) == kSync.substr(0, wanted) || fail(end, kNoRecord);
+}
+
+/// Takes a record into head_ and body_. False when it is not whole: flaw_ tells why.
+bool LogReader::read_record(std::int64_t offset) {
+  if (!read_head(offset)) return false;
+  const std::int64_t all = kLogHeaderBytes + head_.body_bytes(), there = size_ - offset;
+  if (all > there)
+    return fail(offset, "the file ends inside a record, of which " + std::to_string(there) + " of " +
+                            std::to_string(all) + " bytes are there");
+  body_.resize(static_cast<std::size_t>(head_.body_bytes()));
+  if (std::fread(body_.data(), 1, body_.size(), file_.get()) != body_.size())
+    return fail(offset, "record cannot be read");
+  if (!is_followed(offset + all)) return false;
+  if (const auto inner = find_next_record(body_, head_.number))
+    return fail(offset, "the lengths of this record take in the next one, at byte " +
+                            std::to_string(offset + kLogHeaderBytes + static_cast<std::int64_t>(*inner)));
   return true;
 }
 
+void LogReader::give(std::int64_t offset, LogEvent& event) const {
+  const auto channel_bytes = static_cast<std::size_t>(head_.channel_bytes);
+  event.offset = offset;
+  event.utime = head_.utime;
+  event.channel.assign(body_, 0, channel_bytes);
+  const auto* data = reinterpret_cast<const std::byte*>(body_.data());
+  event.bytes.assign(data + channel_bytes, data + body_.size());
+}
+
+/// True of a whole record that can come behind the last one: numbers rise, or begin anew where a second log
+/// was appended. A log within a message, whose numbers are its own, is none.
+bool LogReader::is_continuation(std::int64_t offset) {
+  if (!read_head(offset) || kLogHeaderBytes + head_.body_bytes() > size_ - offset) return false;
+  if (number_ && head_.number != 0 && head_.number <= *number_) return false;
+  return read_record(offset);
+}
+
+/// [bytes] Where the next whole record begins, from a place on; the end of the file when there is none.
+std::int64_t LogReader::find_record(std::int64_t from) {
+  constexpr std::int64_t kBlock = std::int64_t{1} << 16;
+  constexpr auto kOverlap = static_cast<std::int64_t>(kSync.size()) - 1;
+  std::string block;
+  while (from + kLogHeaderBytes < size_) {
+    block.resize(static_cast<std::size_t>(std::min(kBlock, size_ - from)));
+    if (!seek(from) || std::fread(block.data(), 1, block.size(), file_.get()) != block.size()) return size_;
+    for (std::size_t at = block.find(kSync); at != block.npos; at = block.find(kSync, at + 1)) {
+      const std::int64_t offset = from + static_cast<std::int64_t>(at);
+      if (is_continuation(offset)) return offset;
+    }
+    from += static_cast<std::int64_t>(block.size()) - kOverlap;
+  }
+  return size_;
+}
+
+bool LogReader::next(LogEvent& event) {
+  while (error_.empty() && at_ < size_) {
+    if (read_record(at_)) {
+      give(at_, event);
+      number_ = head_.number;
+      at_ += kLogHeaderBytes + head_.body_bytes();
+      return true;
+    }
+    if (at_ == 0 && flaw_.at == 0 && flaw_.what == kNoRecord) {
+      error_ = path_ + ": not an LCM event log";
+      return false;
+    }
+    LogDamage damage = flaw_;
+    damage.begin = at_;
+    damage.end = at_ = find_record(at_ + 1);
+    lost_bytes_ += damage.end - damage.begin;
+    if (num_damages_++ == 0) first_damage_ = std::move(damage);
+  }
+  return false;
+}
+
+std::string LogReader::damage() const {
+  if (num_damages_ == 0) return {};
+  const LogDamage& first = first_damage_;
+  std::string text = path_ + ": damaged at byte " + std::to_string(first.at) + ": " + first.what;
+  // of a record that is cut at the end of the file its place says all
+  if (first.begin != first.at || first.end != size_)
+    text += "; nothing is read from byte " + std::to_string(first.begin) +
+            (first.end == size_ ? " on" : " to byte " + std::to_string(first.end));
+  if (num_damages_ > 1)
+    text += ", and at " + std::to_string(num_damages_ - 1) + (num_damages_ == 2 ? " place" : " places") +
+            " more; " + std::to_string(lost_bytes_) + " of " + std::to_string(size_) + " bytes in all";
+  return text;
+}
+
 bool LogReader::read_at(std::int64_t offset, LogEvent& event) {
-  if (!error_.empty()) return false;
-  if (fseeko(file_.get(), offset, SEEK_SET) != 0) return damage(offset, "cannot be read");
-  return next(event);
+  if (!error_.empty() || !read_record(offset)) return false;
+  give(offset, event);
+  return true;
 }
 
 PartialFile::PartialFile(std::string path) : path_(std::move(path)), working_path_(path_) {

@@ -1,5 +1,5 @@
-// LCM event logs and CSV files: reading that admits no damage, writing that is complete or marked as
-// partial.
+// LCM event logs and CSV files: reading that passes over no damage in silence, writing that is complete, or
+// marked as partial.
 #pragma once
 
 #include <lcm/eventlog.h>
@@ -12,6 +12,7 @@
 #include <optional>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 namespace freeflex::io {
@@ -27,27 +28,56 @@ struct LogEvent {
   std::vector<std::byte> bytes;
 };
 
+/// A stretch of a log of which nothing is read.
+struct LogDamage {
+  std::int64_t at = 0;              // [bytes] where it shows
+  std::string what;                 // in words
+  std::int64_t begin = 0, end = 0;  // [bytes] of the stretch
+};
+
 /// Reads an LCM event log record by record. liblcm's own reader skips to the next thing that looks like a
 /// record and takes damage for the end of the file; this one requires every record to follow the one before
-/// it, none to hold the next one, and the file to end where the last record does.
+/// it, none to hold the next one, and the file to end where the last record does. A stretch without a whole
+/// record is passed over, and damage() tells it.
 class LogReader {
  public:
   /// error() is not empty when the file cannot be read.
   explicit LogReader(const std::string& path);
 
-  /// The next record; false at the end of the file or at damage (see error()).
+  /// The next whole record; false at the end of the file, or when there is an error().
   bool next(LogEvent& event);
-  /// The record at an offset that next() gave before.
+  /// The record at an offset that next() gave before; false when it is no longer there. next() goes on where
+  /// it was.
   bool read_at(std::int64_t offset, LogEvent& event);
 
-  /// Empty, or what went wrong, with the offset of the damage.
+  /// Empty, or why nothing can be read: there is no such file, or it does not begin as a log does.
   const std::string& error() const { return error_; }
-  /// True when the file could be opened and then did not hold what a log holds.
-  bool is_damaged() const { return is_damaged_; }
+  /// True when next() passed over a stretch so far.
+  bool is_damaged() const { return num_damages_ > 0; }
+  /// Empty, or in words where the file is damaged and what is not read for that, as far as next() came.
+  std::string damage() const;
 
  private:
-  bool damage(std::int64_t offset, const std::string& what);
-  bool read_body(std::int64_t offset, std::size_t size);
+  bool fail(std::int64_t at, const std::string& what);
+  bool seek(std::int64_t offset);
+  bool read_head(std::int64_t offset);
+  bool read_record(std::int64_t offset);
+  bool is_followed(std::int64_t end);
+  bool is_continuation(std::int64_t offset);
+  std::int64_t find_record(std::int64_t from);
+  void give(std::int64_t offset, LogEvent& event) const;
+
+  struct Head {
+    std::uint64_t number = 0;
+    std::int64_t utime = 0;          // [us]
+    std::int32_t channel_bytes = 0;  // [bytes]
+    std::int32_t data_bytes = 0;     // [bytes]
+
+    bool is_possible() const;
+    std::int64_t body_bytes() const { return std::int64_t{channel_bytes} + data_bytes; }
+  };
+  static Head parse_head(std::string_view bytes);
+  static std::optional<std::size_t> find_next_record(std::string_view body, std::uint64_t number);
 
   struct Close {
     void operator()(std::FILE* file) const { std::fclose(file); }
@@ -55,9 +85,14 @@ class LogReader {
   std::unique_ptr<std::FILE, Close> file_;
   std::string path_;
   std::string error_;
-  std::string body_;       // of the record at hand: channel, then data
-  std::int64_t size_ = 0;  // [bytes]
-  bool is_damaged_ = false;
+  Head head_;                            // of the record at hand
+  std::string body_;                     // its channel, then its data
+  LogDamage flaw_;                       // why the record at hand is not whole
+  std::int64_t size_ = 0;                // [bytes]
+  std::int64_t at_ = 0;                  // [bytes] where the next record begins
+  std::optional<std::uint64_t> number_;  // of the last whole record
+  LogDamage first_damage_;
+  std::int64_t num_damages_ = 0, lost_bytes_ = 0;
 };
 
 /// A file that stands under its name only when complete: written as NAME.partial, renamed by commit().
