@@ -2,14 +2,18 @@
 #include "tools/bus/compare.hpp"
 
 #include <CLI/App.hpp>
+#include <algorithm>
 #include <array>
 #include <cinttypes>
 #include <cmath>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "tools/cli/commands.hpp"
+#include "tools/plot/chart.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/json.hpp"
 #include "tools/terminal/usage.hpp"
@@ -21,14 +25,18 @@ using Result = CompareOutcome::Result;
 
 struct CompareOptions {
   CompareRequest request;
+  std::string plot;  // empty: none
   bool json = false;
 };
 
 constexpr const char* kCompareFooter = R"(Example:
   freeflex run boom.yaml --until 3 --out a.log
-  freeflex compare a.log b.csv --tolerance 1e-6
+  freeflex compare a.log b.csv --tolerance 1e-6 --plot difference.svg
 Rows of one tick are compared, columns by their names; q and -q are one attitude. What differs is judged by the
 largest value of its quantity in either file; a column that freeflex does not name is a quantity of its own.
+The picture has, of up to six quantities that differ most, the column with the largest difference in both files, and the
+difference below it, between broken lines where the tolerance is.
+Of a file that is damaged, what is whole is compared, and the error tells where it is damaged.
 JSON fields:
   a, b, tolerance, rows
   result       same, differs, incomplete, nothing, interrupted or error
@@ -94,6 +102,50 @@ void print_quantities(const CompareOutcome& outcome) {
   }
 }
 
+/// The curves of both files, and their difference, of the column of each quantity in which it is largest: of
+/// the quantities that differ most beside their largest value. Empty, or what went wrong.
+std::string plot(const CompareOptions& options, const CompareOutcome& outcome) {
+  constexpr std::size_t kMostQuantities = 6;
+  std::vector<const QuantityDifference*> shown;
+  for (const QuantityDifference& each : outcome.quantities)
+    if (each.num_values > 0 && !each.name.starts_with("time")) shown.push_back(&each);
+  const auto share = [](const QuantityDifference& each) {
+    return each.scale > 0.0 ? each.largest / each.scale : each.largest;
+  };
+  std::stable_sort(shown.begin(), shown.end(),
+                   [&](const auto* a, const auto* b) { return share(*a) > share(*b); });
+  if (shown.size() > kMostQuantities) shown.resize(kMostQuantities);
+  std::vector<std::string> columns;
+  for (const QuantityDifference* each : shown)
+    columns.push_back(each->largest > 0.0 ? each->at.column : each->largest_column);
+  std::vector<Samples> samples(shown.size(), Samples(3));
+  trace_columns(options.request, columns, [&](std::int64_t tick, std::size_t column, double a, double b) {
+    samples[column].take(static_cast<double>(tick), {a, b, b - a});
+  });
+  const auto file = [](const std::string& path) { return std::filesystem::path(path).filename().string(); };
+  const std::string &a = options.request.a, &b = options.request.b;
+  std::vector<Panel> panels;
+  for (std::size_t k = 0; k < shown.size(); ++k) {
+    const double tolerance = options.request.tolerance * shown[k]->scale;
+    const std::vector<double> ticks = samples[k].time();
+    panels.push_back({shown[k]->name + ", " + printable(columns[k]),
+                      ticks,
+                      {{"A: " + file(a), samples[k].column(0)}, {"B: " + file(b), samples[k].column(1)}}});
+    const std::size_t unit = shown[k]->name.find(" [");
+    panels.push_back(
+        {"difference of " + printable(columns[k]) +
+             (unit == std::string::npos ? "" : shown[k]->name.substr(unit)) +
+             (tolerance > 0.0 ? format_text(", tolerance \u00b1%.3g", tolerance) : ", no tolerance"),
+         ticks,
+         {{"B - A", samples[k].column(2)}}});
+    // a tolerance far beyond what differs would hide that
+    constexpr double kFar = 10.0;
+    if (tolerance > 0.0 && tolerance < kFar * shown[k]->largest)
+      panels.back().levels = {-tolerance, tolerance};
+  }
+  return plot_panels(options.plot, "A: " + a + "   B: " + b, "tick", panels);
+}
+
 int report(const CompareOptions& options, const CompareOutcome& outcome) {
   const int exit_code = kResults[static_cast<std::size_t>(outcome.result)].exit_code;
   if (options.json) return report_json(options, outcome), exit_code;
@@ -115,6 +167,18 @@ int report(const CompareOptions& options, const CompareOutcome& outcome) {
     std::printf("differs from tick %" PRId64 " on: %s: %.17g, %.17g\n", outcome.first->tick,
                 printable(outcome.first->column).c_str(), outcome.first->a, outcome.first->b);
   return exit_code;
+}
+
+int compare(const CompareOptions& options) {
+  for (const std::string& read : {options.request.a, options.request.b})
+    if (!options.plot.empty() && would_overwrite(read, options.plot)) return kExitUsage;
+  const CompareOutcome outcome = compare_motions(options.request);
+  const int exit_code = report(options, outcome);
+  if (options.plot.empty() || outcome.num_rows == 0) return exit_code;
+  const std::string error = plot(options, outcome);
+  if (error.empty()) return exit_code;
+  print_error(error);
+  return exit_code == kExitOk ? kExitDiffers : exit_code;
 }
 
 }  // namespace
@@ -142,11 +206,16 @@ void add_compare(CLI::App& app, int& exit_code) {
       ->check(channel_prefix())
       ->type_name("NAME")
       ->capture_default_str();
+  command
+      ->add_option("--plot", options->plot, std::string("both and their difference over time: ") + kPictures)
+      ->check([](const std::string& path) {
+        return is_picture(path) ? std::string() : "found '" + path + "', must be " + kPictures;
+      })
+      ->type_name("FILE");
   command->add_flag("--common", request.is_common_enough, "ticks and columns that both hold are enough");
   command->add_flag("--json", options->json, "one JSON object on standard output");
   command->footer(kCompareFooter);
-  command->callback(
-      [options, &exit_code] { exit_code = report(*options, compare_motions(options->request)); });
+  command->callback([options, &exit_code] { exit_code = compare(*options); });
 }
 
 }  // namespace freeflex::tools

@@ -16,7 +16,7 @@
 namespace freeflex::tools {
 namespace {
 
-constexpr double kWidth = 900.0, kLeft = 90.0, kRight = 150.0, kTop = 40.0, kPanel = 150.0, kGap = 22.0;
+constexpr double kWidth = 900.0, kLeft = 90.0, kRight = 170.0, kTop = 40.0, kPanel = 150.0, kGap = 22.0;
 constexpr std::size_t kMostSamples = 2000;  // three a unit of the width
 
 struct Colour {
@@ -65,6 +65,23 @@ class Page {
     cairo_text_extents(get(), words.c_str(), &extents);
     cairo_move_to(get(), x - align * extents.x_advance, y);
     cairo_show_text(get(), words.c_str());
+  }
+  /// The words as far as they fit into a width.
+  std::string fitted(std::string words, double size, double width) {
+    cairo_text_extents_t extents;
+    cairo_set_font_size(get(), size);
+    const auto is_wide = [&](const std::string& text) {
+      cairo_text_extents(get(), text.c_str(), &extents);
+      return extents.x_advance > width;
+    };
+    if (!is_wide(words)) return words;
+    do {
+      // no byte of a character is left without the others
+      while (words.size() > 1 && (static_cast<unsigned char>(words.back()) & 0xC0U) == 0x80U)
+        words.pop_back();
+      words.pop_back();
+    } while (!words.empty() && is_wide(words + "..."));
+    return words + "...";
   }
   void line(double x0, double y0, double x1, double y1, double width) {
     cairo_set_line_width(get(), width);
@@ -127,7 +144,12 @@ struct Axis {
   }
 };
 
-std::string number(double value) { return format_text("%.4g", value); }
+/// A mark's number with the digits that tell it from its neighbours.
+std::string number(double value, const Axis& axis) {
+  const double largest = std::max(std::abs(axis.low), std::abs(axis.high));
+  const int digits = static_cast<int>(std::floor(std::log10(largest / axis.step))) + 2;
+  return format_text("%.*g", std::clamp(digits, 4, 12), value);
+}
 
 void draw_curve(Page& page, const std::vector<double>& x, const std::vector<double>& y) {
   bool is_down = false;
@@ -143,15 +165,37 @@ void draw_curve(Page& page, const std::vector<double>& x, const std::vector<doub
   cairo_stroke(page.get());
 }
 
-void draw_panel(Page& page, const Panel& panel, const std::vector<double>& time, double top, bool is_last) {
-  constexpr Colour kInk{0.15, 0.15, 0.15}, kGrid{0.86, 0.86, 0.86};
-  constexpr double kText = 11.0, kSmall = 10.0;
+constexpr Colour kInk{0.15, 0.15, 0.15}, kGrid{0.86, 0.86, 0.86};
+constexpr double kText = 11.0, kSmall = 10.0;
+
+/// From the smallest to the largest of the values; 0 to 0 where there is none.
+std::array<double, 2> range_of(const std::vector<const std::vector<double>*>& all) {
   double low = HUGE_VAL, high = -HUGE_VAL;
-  for (const Series& series : panel.series)
-    for (const double value : series.y)
+  for (const std::vector<double>* values : all)
+    for (const double value : *values)
       if (std::isfinite(value)) low = std::min(low, value), high = std::max(high, value);
-  if (!(low <= high)) low = high = 0.0;
-  const Axis across = Axis::over(time.front(), time.back(), 8), up = Axis::over(low, high, 4);
+  return low <= high ? std::array{low, high} : std::array{0.0, 0.0};
+}
+
+void draw_legend(Page& page, const Panel& panel, double top) {
+  constexpr double kLine = 16.0, kRow = 15.0, kRoom = 6.0;
+  const double left = kWidth - kRight + 10.0;
+  for (std::size_t k = 0; k < panel.series.size(); ++k) {
+    const double at = top + 12.0 + kRow * static_cast<double>(k);
+    page.ink(kColours[k % kColours.size()]);
+    page.line(left, at - 4.0, left + kLine, at - 4.0, 2.0);
+    page.ink(kInk);
+    const double text = left + kLine + 5.0;
+    page.text(text, at, page.fitted(panel.series[k].name, kSmall, kWidth - kRoom - text), kSmall);
+  }
+}
+
+void draw_panel(Page& page, const Panel& panel, const Axis& across, double top, bool is_last) {
+  std::vector<const std::vector<double>*> all{&panel.levels};
+  for (const Series& series : panel.series) all.push_back(&series.y);
+  const auto [low, high] = range_of(all);
+  const double margin = 0.04 * (high - low);  // so that no curve lies on the edge
+  const Axis up = Axis::over(low - margin, high + margin, 6);
   const double width = kWidth - kLeft - kRight;
   const auto x_of = [&](double t) { return kLeft + (t - across.low) / (across.high - across.low) * width; };
   const auto y_of = [&](double v) { return top + kPanel * (1.0 - (v - up.low) / (up.high - up.low)); };
@@ -159,30 +203,31 @@ void draw_panel(Page& page, const Panel& panel, const std::vector<double>& time,
     page.ink(kGrid);
     page.line(kLeft, y_of(mark), kLeft + width, y_of(mark), 0.6);
     page.ink(kInk);
-    page.text(kLeft - 6.0, y_of(mark) + 3.5, number(mark), kSmall, 1.0);
+    page.text(kLeft - 6.0, y_of(mark) + 3.5, number(mark, up), kSmall, 1.0);
   }
   for (const double mark : across.marks()) {
     page.ink(kGrid);
     page.line(x_of(mark), top, x_of(mark), top + kPanel, 0.6);
     if (!is_last) continue;
     page.ink(kInk);
-    page.text(x_of(mark), top + kPanel + 14.0, number(mark), kSmall, 0.5);
+    page.text(x_of(mark), top + kPanel + 14.0, number(mark, across), kSmall, 0.5);
   }
   page.ink(kInk);
-  page.text(kLeft, top - 6.0, panel.label, kText);
-  if (is_last) page.text(kLeft + width, top + kPanel + 30.0, "time [s]", kText, 1.0);
+  page.text(kLeft, top - 6.0, page.fitted(panel.label, kText, width), kText);
+  page.ink(kInk, 0.7);
+  constexpr double kDash = 5.0;
+  cairo_set_dash(page.get(), &kDash, 1, 0.0);
+  for (const double level : panel.levels) page.line(kLeft, y_of(level), kLeft + width, y_of(level), 0.9);
+  cairo_set_dash(page.get(), nullptr, 0, 0.0);
   for (std::size_t k = 0; k < panel.series.size(); ++k) {
-    const Series& series = panel.series[k];
-    std::vector<double> x(time.size()), y(time.size());
-    std::transform(time.begin(), time.end(), x.begin(), x_of);
-    std::transform(series.y.begin(), series.y.end(), y.begin(), y_of);
+    const std::vector<double>& values = panel.series[k].y;
+    std::vector<double> x(panel.x.size()), y(values.size());
+    std::transform(panel.x.begin(), panel.x.end(), x.begin(), x_of);
+    std::transform(values.begin(), values.end(), y.begin(), y_of);
     page.ink(kColours[k % kColours.size()]);
     draw_curve(page, x, y);
-    const double at = top + 12.0 + 15.0 * static_cast<double>(k);
-    page.line(kLeft + width + 10.0, at - 4.0, kLeft + width + 26.0, at - 4.0, 2.0);
-    page.ink(kInk);
-    page.text(kLeft + width + 31.0, at, series.name, kSmall);
   }
+  draw_legend(page, panel, top);
 }
 
 /// Across and up, as seen along a corner of the axes; z is up.
@@ -199,16 +244,25 @@ bool is_picture(const std::string& path) {
   return ending == ".svg" || ending == ".png";
 }
 
-std::string plot_panels(const std::string& path, const std::string& title, const std::vector<double>& time,
+std::string plot_panels(const std::string& path, const std::string& title, const std::string& x_label,
                         const std::vector<Panel>& panels) {
-  if (time.empty() || panels.empty()) return "there is nothing to plot";
-  const double height = kTop + static_cast<double>(panels.size()) * (kPanel + kGap) + 30.0;
+  std::vector<const std::vector<double>*> all;
+  for (const Panel& panel : panels) all.push_back(&panel.x);
+  if (std::all_of(all.begin(), all.end(), [](const auto* x) { return x->empty(); }))
+    return "there is nothing to plot";
+  const auto [low, high] = range_of(all);
+  const Axis across = Axis::over(low, high, 8);
+  const double height = kTop + static_cast<double>(panels.size()) * (kPanel + kGap) + 40.0;
   Page page(path, kWidth, height);
-  page.ink({0.1, 0.1, 0.1});
-  page.text(kLeft, 20.0, title, 13.0);
-  for (std::size_t k = 0; k < panels.size(); ++k)
-    draw_panel(page, panels[k], time, kTop + 8.0 + static_cast<double>(k) * (kPanel + kGap),
-               k + 1 == panels.size());
+  page.ink(kInk);
+  page.text(kLeft, 20.0, page.fitted(title, 13.0, kWidth - kLeft - 10.0), 13.0);
+  double top = kTop + 8.0;
+  for (const Panel& panel : panels) {
+    draw_panel(page, panel, across, top, &panel == &panels.back());
+    top += kPanel + kGap;
+  }
+  page.ink(kInk);
+  page.text(kWidth - kRight, top - kGap + 30.0, x_label, kText, 1.0);
   return page.finish();
 }
 

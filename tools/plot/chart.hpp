@@ -19,11 +19,14 @@ struct Series {
 };
 /// Curves with one vertical axis.
 struct Panel {
-  std::string label;  // with its unit
+  std::string label;      // with its unit
+  std::vector<double> x;  // of the values of every series
   std::vector<Series> series;
+  std::vector<double> levels = {};  // drawn across as broken lines
 };
-/// Panels below each other over one time axis [s]. Empty, or what went wrong.
-std::string plot_panels(const std::string& path, const std::string& title, const std::vector<double>& time,
+/// Panels below each other over one horizontal axis, each with a legend. Empty, or what went wrong.
+/// \param x_label  of that axis, with its unit
+std::string plot_panels(const std::string& path, const std::string& title, const std::string& x_label,
                         const std::vector<Panel>& panels);
 
 /// A body as lines, at rest and deformed.
@@ -45,7 +48,7 @@ class Samples {
   explicit Samples(std::size_t num_columns) : least_(num_columns), largest_(num_columns) {}
   /// One value for each column.
   void take(double time, const std::vector<double>& values);
-  /// [s] Of the values of a curve.
+  /// Of the values of a curve.
   std::vector<double> time() const;
   /// One for each tick; of several ticks the least, then the largest.
   std::vector<double> column(std::size_t k) const;

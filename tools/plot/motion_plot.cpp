@@ -2,8 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
+#include <numeric>
 
 #include "core/step/readout.hpp"
+#include "core/step/vector.hpp"
+#include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
 namespace {
@@ -24,55 +28,115 @@ std::vector<std::int32_t> outer_points(const Plan& plan) {
   return points;
 }
 
+/// The plan whose modes are all that there are.
+const Plan& modal_plan(const Plan& plan) { return plan.wide.empty() ? plan : plan.wide.front(); }
+
+std::size_t num_wheels(const Plan& plan) { return std::min(kMostWheels, plan.wheels.all.size()); }
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+
+// columns in front of the points' displacements: rms, place, rotation, rates, pointing error
+constexpr std::size_t kRms = 0, kPlace = 1, kRotation = 4, kRates = 7, kPointing = 10, kPoints = 11;
+
 }  // namespace
+
+Vec3 rotation_between(const Quat& from, const Quat& to) {
+  const Quat turn = multiply({from[0], -from[1], -from[2], -from[3]}, to);
+  const Vec3 vector{turn[1], turn[2], turn[3]};
+  const double sine = length(vector);
+  if (sine == 0.0) return {};
+  // q and -q are one attitude
+  const double scale = std::copysign(2.0 * std::atan2(sine, std::abs(turn[0])) / sine, turn[0]);
+  return {scale * vector[0], scale * vector[1], scale * vector[2]};
+}
 
 MotionPlot::MotionPlot(const Plan& plan)
     : plan_(plan),
+      modal_plan_(modal_plan(plan)),
       points_(outer_points(plan)),
-      num_modes_(std::min(kMostModes, static_cast<std::size_t>(plan.num_elastic))),
-      samples_(1 + points_.size() + num_modes_ + 6 + std::min(kMostWheels, plan.wheels.all.size())) {
-  const auto panel = [this](const std::string& label) {
-    return panels_.push_back(label), panels_.size() - 1;
-  };
-  const std::size_t elastic = panel("elastic displacement [m]");
-  curves_.push_back({elastic, "rms over the mass"});
-  for (const std::int32_t point : points_)
-    curves_.push_back({elastic, "|V| " + plan.points[static_cast<std::size_t>(point)].name});
-  if (num_modes_ > 0) {
-    const std::size_t modes = panel("elastic coordinates [m]");
-    for (std::size_t l = 0; l < num_modes_; ++l) curves_.push_back({modes, "q" + std::to_string(l + 1)});
+      q_(static_cast<std::size_t>(modal_plan_.num_elastic)),
+      energy_(q_.size()),
+      most_energy_(q_.size()),
+      samples_(kPoints + points_.size() + num_wheels(plan) + 2 * q_.size()) {}
+
+/// Of the plan that the state is in; modes that it leaves out stand at zero.
+void MotionPlot::take_modes(const State& state) {
+  const Plan& active = active_plan(plan_, state);
+  const bool is_reduced = &active != &modal_plan_;
+  std::fill(q_.begin(), q_.end(), 0.0);
+  std::fill(energy_.begin(), energy_.end(), 0.0);
+  for (std::size_t l = 0; l < static_cast<std::size_t>(active.num_elastic); ++l) {
+    const std::size_t mode = is_reduced ? static_cast<std::size_t>(plan_.wide_modes[l]) : l;
+    const double rate = state.q_dot[l], spring = modal_plan_.omega[mode] * state.q[l];
+    q_[mode] = state.q[l];
+    energy_[mode] = 0.5 * modal_plan_.mass * (rate * rate + spring * spring);
+    most_energy_[mode] = std::max(most_energy_[mode], energy_[mode]);
   }
-  const std::size_t place = panel("centre of mass [m], world axes");
-  for (const char* axis : {"x", "y", "z"}) curves_.push_back({place, axis});
-  const std::size_t spin = panel("angular velocity [rad/s], body axes");
-  for (const char* axis : {"x", "y", "z"}) curves_.push_back({spin, axis});
-  if (plan.wheels.all.empty()) return;
-  const std::size_t wheels = panel("momenta of wheels [N m s]");
-  for (std::size_t k = 0; k < std::min(kMostWheels, plan.wheels.all.size()); ++k)
-    curves_.push_back({wheels, plan.wheels.all[k].name});
 }
 
 void MotionPlot::take(const State& state) {
-  values_.clear();
+  if (!has_first_) first_ = state.q_WB;
+  has_first_ = true;
+  take_modes(state);
   double square = 0.0;
-  for (int l = 0; l < active_plan(plan_, state).num_elastic; ++l)
-    square += state.q[static_cast<std::size_t>(l)] * state.q[static_cast<std::size_t>(l)];
-  values_.push_back(std::sqrt(square));
+  for (const double q : q_) square += q * q;
+  const Vec3 rotation = rotation_between(first_, state.q_WB), rates = angular_velocity(plan_, state);
+  values_.assign(1, std::sqrt(square));
+  values_.insert(values_.end(), state.p_WB.begin(), state.p_WB.end());
+  for (const double angle : rotation) values_.push_back(kDegrees * angle);
+  values_.insert(values_.end(), rates.begin(), rates.end());
+  values_.push_back(kDegrees * length(rotation));
   for (const std::int32_t point : points_) values_.push_back(length(read_point(plan_, state, point).V_B));
-  for (std::size_t l = 0; l < num_modes_; ++l) values_.push_back(state.q[l]);
-  for (const double x : state.p_WB) values_.push_back(x);
-  for (const double w : angular_velocity(plan_, state)) values_.push_back(w);
-  for (std::size_t k = 0; k < std::min(kMostWheels, plan_.wheels.all.size()); ++k)
-    values_.push_back(state.wheel_momentum[k]);
+  for (std::size_t k = 0; k < num_wheels(plan_); ++k) values_.push_back(state.wheel_momentum[k]);
+  values_.insert(values_.end(), q_.begin(), q_.end());
+  values_.insert(values_.end(), energy_.begin(), energy_.end());
   samples_.take(static_cast<double>(state.tick) * plan_.period, values_);
 }
 
-std::string MotionPlot::write(const std::string& path) const {
+std::vector<Panel> MotionPlot::panels() const {
+  const std::vector<double> time = samples_.time();
   std::vector<Panel> panels;
-  for (const std::string& label : panels_) panels.push_back({label, {}});
-  for (std::size_t k = 0; k < curves_.size(); ++k)
-    panels[curves_[k].panel].series.push_back({curves_[k].name, samples_.column(k)});
-  return plot_panels(path, plan_.name, samples_.time(), panels);
+  const auto begin = [&](const std::string& label) { panels.push_back({label, time, {}}); };
+  const auto add = [&](const std::string& name, std::size_t column) {
+    panels.back().series.push_back({name, samples_.column(column)});
+  };
+  const auto add_axes = [&](const std::string& label, std::size_t column) {
+    begin(label);
+    for (const char* axis : {"x", "y", "z"}) add(axis, column++);
+  };
+  const std::size_t wheels = kPoints + points_.size(), modes = wheels + num_wheels(plan_);
+  if (!q_.empty()) {
+    begin("elastic displacement [m]");
+    add("rms over the mass", kRms);
+    for (std::size_t k = 0; k < points_.size(); ++k)
+      add(plan_.points[static_cast<std::size_t>(points_[k])].name, kPoints + k);
+    std::vector<std::size_t> ranked(q_.size());
+    std::iota(ranked.begin(), ranked.end(), std::size_t{0});
+    std::stable_sort(ranked.begin(), ranked.end(),
+                     [this](std::size_t a, std::size_t b) { return most_energy_[a] > most_energy_[b]; });
+    if (ranked.size() > kMostModes) ranked.resize(kMostModes);
+    const auto add_modes = [&](const std::string& label, std::size_t column) {
+      begin(label);
+      for (const std::size_t mode : ranked)
+        add(format_text("mode %zu, %.4g Hz", mode + 1, modal_plan_.omega[mode] / (2.0 * std::numbers::pi)),
+            column + mode);
+    };
+    add_modes("elastic coordinates [m] of the modes with the largest peak energy", modes);
+    add_modes("energies of these modes [J]: M/2 (q_dot^2 + omega^2 q^2)", modes + q_.size());
+  }
+  add_axes("centre of mass [m], world axes", kPlace);
+  add_axes("attitude [deg]: rotation vector from the initial attitude, its body axes", kRotation);
+  begin("pointing error [deg]: angle from the initial attitude");
+  add("angle", kPointing);
+  add_axes("angular velocity [rad/s], body axes", kRates);
+  if (num_wheels(plan_) == 0) return panels;
+  begin("angular momenta of wheels [N m s]");
+  for (std::size_t k = 0; k < num_wheels(plan_); ++k) add(plan_.wheels.all[k].name, wheels + k);
+  return panels;
+}
+
+std::string MotionPlot::write(const std::string& path) const {
+  return plot_panels(path, plan_.name, "time [s]", panels());
 }
 
 }  // namespace freeflex::tools
