@@ -2,18 +2,9 @@
 
 #include <fmt/format.h>
 
-#include <cstdlib>
 #include <stdexcept>
 
-#include "service/io/wire/lcm_url.hpp"
-
 namespace freeflex::service {
-
-std::string choose_url(const std::string& given) {
-  if (!given.empty()) return given;
-  const char* const environment = std::getenv("LCM_DEFAULT_URL");
-  return environment != nullptr && *environment != '\0' ? environment : kDefaultUrl;
-}
 
 Bus::Bus(const std::string& url, std::string prefix)
     : lcm_(lcm_create(url.c_str())), prefix_(std::move(prefix)) {

@@ -11,9 +11,6 @@
 
 namespace freeflex::service {
 
-/// --lcm-url when given, else LCM_DEFAULT_URL, else kDefaultUrl.
-std::string choose_url(const std::string& given);
-
 /// One publishing connection; one thread.
 class Bus {
  public:

@@ -140,8 +140,8 @@ std::string BusSocket::open(const std::string& url, const std::string& prefix,
   if (setsockopt(fd_, IPPROTO_IP, IP_ADD_MEMBERSHIP, &membership, sizeof membership) != 0)
     return call_fault(kCannotReceive, "IP_ADD_MEMBERSHIP");
   if (std::string fault = test_reception(fd_, address, timeout); !fault.empty()) return fault;
-  // without it nothing is wrong but the load
-  ChannelFilter(prefix).attach(fd_);
+  // without the filter nothing is wrong but the load
+  if (!prefix.empty()) ChannelFilter(prefix).attach(fd_);
   return {};
 }
 
@@ -178,6 +178,7 @@ ReceivedPacket receive_packet(int fd, std::span<std::byte> buffer, int flags) no
   timespec now{};
   std::memcpy(&came, CMSG_DATA(stamp), sizeof came);
   clock_gettime(CLOCK_REALTIME, &now);
+  packet.utime = came.tv_sec * 1'000'000 + came.tv_nsec / 1000;
   const std::int64_t age_ns = (now.tv_sec - came.tv_sec) * 1'000'000'000 + (now.tv_nsec - came.tv_nsec);
   packet.received_ns -= std::clamp<std::int64_t>(age_ns, 0, packet.received_ns);
   return packet;

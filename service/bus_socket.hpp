@@ -1,4 +1,5 @@
-// The socket on which commands arrive. The daemon opens it and reads nothing from it: that is the ingress's.
+// The socket on which messages arrive. The daemon opens one and reads nothing from it: its ingress does.
+// Other programs have one in a BusConnection.
 #pragma once
 
 #include <sys/types.h>
@@ -20,9 +21,10 @@ class BusSocket {
   BusSocket& operator=(const BusSocket&) = delete;
 
   /// Binds the group's own address, so unicast packets do not arrive; joins the group and waits until a
-  /// packet of its own has come back. From then on the kernel lets through only the channels FORCE, CONTROL
-  /// and STATUS of the prefix: what else is on the bus takes no place in the queue. Empty, or why not (for a
-  /// person). \pre check_lcm_url(url) and find_network_fault(url) are empty
+  /// packet of its own has come back. With a prefix the kernel lets through from then on only its channels
+  /// FORCE, CONTROL and STATUS: what else is on the bus takes no place in the queue. With an empty prefix it
+  /// lets everything through. Empty, or why not (for a person).
+  /// \pre check_lcm_url(url) and find_network_fault(url) are empty
   std::string open(const std::string& url, const std::string& prefix, std::chrono::milliseconds timeout);
   void close();
 
@@ -41,6 +43,7 @@ class BusSocket {
 struct ReceivedPacket {
   ssize_t size = -1;             // [B]; -1: none
   std::int64_t received_ns = 0;  // CLOCK_BOOTTIME when the kernel took it in, not when it was read
+  std::int64_t utime = 0;        // [us] wall clock at the same moment; 0: the kernel did not stamp it
 };
 /// Takes one packet out; waits as long as the socket's SO_RCVTIMEO says. Where the kernel did not stamp it
 /// the time is now. One system call.  \param flags  of recvmsg

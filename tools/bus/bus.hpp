@@ -1,19 +1,17 @@
 // The message bus as a tool sees it.
 #pragma once
 
-#include <lcm/lcm.h>
-
 #include <chrono>
 #include <cstdint>
 #include <functional>
-#include <memory>
-#include <optional>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
-#include "freeflex_msgs/scene_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
+#include "service/bus_connection.hpp"
+#include "service/client/scene_catalogue.hpp"
 
 namespace CLI {
 class App;
@@ -27,16 +25,13 @@ struct BusOptions {
   std::string prefix = "FREEFLEX";  // of the channel names
 };
 
-struct BusMessage {
-  std::string_view channel;
-  std::span<const std::byte> bytes;
-  std::int64_t utime;  // [us] reception
-};
+using client::SceneCatalogue;
+using service::BusMessage;
 
 /// --lcm-url and --prefix.
 void add_bus_options(CLI::App& command, BusOptions& options);
 
-/// One LCM connection. Not copyable, one thread.
+/// One connection to the bus. Not copyable, one thread.
 class Bus {
  public:
   using Handler = std::function<void(const BusMessage&)>;
@@ -46,8 +41,8 @@ class Bus {
   const std::string& error() const { return error_; }
   /// The error is in what the user gave, not in the machine.
   bool is_usage_error() const { return is_usage_; }
-  /// Calls handler for every message on channels that match the regular expression, from within wait().
-  void subscribe(const std::string& pattern, Handler handler);
+  /// Calls handler for every message on the channel, of all channels when it is empty, from within wait().
+  void subscribe(const std::string& channel, Handler handler);
   bool publish(const std::string& channel, std::span<const std::byte> bytes);
   /// Handles messages until time runs out or done() holds. False when time ran out.
   bool wait(std::chrono::milliseconds time, const std::function<bool()>& done);
@@ -56,42 +51,11 @@ class Bus {
   std::string describe() const;
 
  private:
-  static void receive(const lcm_recv_buf_t* buffer, const char* channel, void* handler);
-  struct Close {
-    void operator()(lcm_t* lcm) const { lcm_destroy(lcm); }
-  };
   BusOptions options_;
   std::string error_;
   bool is_usage_ = false;
-  std::vector<std::unique_ptr<Handler>> handlers_;
-  std::unique_ptr<lcm_t, Close> lcm_;
-};
-
-/// What the indices of the messages mean, gathered from the pages of FREEFLEX_SCENE.
-class SceneCatalogue {
- public:
-  /// Takes a page; pages of another session start over.
-  void take(const freeflex_msgs::scene_t& page);
-  bool is_complete() const;
-  /// Points that no page says anything of: nobody reads, pushes or loads them. \pre is_complete()
-  std::size_t num_unlisted() const { return points_.size() - num_listed_; }
-  const freeflex_msgs::scene_t& head() const { return head_; }
-  const std::vector<freeflex_msgs::scene_point_t>& points() const { return points_; }
-  const std::vector<freeflex_msgs::scene_link_t>& links() const { return links_; }
-  const std::vector<freeflex_msgs::scene_group_t>& groups() const { return groups_; }
-  const std::vector<double>& frequencies() const { return frequencies_; }  // [Hz]
-  /// Index by name; nullopt when there is none.
-  std::optional<std::int32_t> find_point(const std::string& name) const;
-  std::optional<std::int32_t> find_group(const std::string& name) const;
-
- private:
-  freeflex_msgs::scene_t head_{};
-  std::vector<bool> has_page_;
-  std::size_t num_listed_ = 0;
-  std::vector<freeflex_msgs::scene_point_t> points_;  // without a name where they are not listed
-  std::vector<freeflex_msgs::scene_link_t> links_;
-  std::vector<freeflex_msgs::scene_group_t> groups_;
-  std::vector<double> frequencies_;
+  std::vector<std::pair<std::string, Handler>> handlers_;  // by channel
+  service::BusConnection connection_;
 };
 
 /// Names of status_t.mode and of status_t.validity.

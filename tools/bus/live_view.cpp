@@ -108,19 +108,22 @@ void LiveView::take(const std::string& suffix, const BusMessage& message) {
       unread_ = io::explain_unread(message.bytes);
   } else if (suffix == channels::kState) {
     freeflex_msgs::state_t state;
-    if (io::decode_message(message.bytes, state)) state_ = state;
+    if (io::decode_message(message.bytes, state) && is_of_daemon(state.session)) state_ = state;
   } else if (suffix == channels::kPoints) {
     freeflex_msgs::points_t points;
-    if (io::decode_message(message.bytes, points)) take_points(points);
+    if (io::decode_message(message.bytes, points) && is_of_daemon(points.session)) take_points(points);
   } else if (suffix == channels::kScene) {
     freeflex_msgs::scene_t scene;
-    if (io::decode_message(message.bytes, scene)) scene_.take(scene);
+    if (io::decode_message(message.bytes, scene) && is_of_daemon(scene.session))
+      scene_.take(scene, message.bytes.size());
   } else if (suffix == channels::kAck || suffix == channels::kApplied) {
     note((suffix == channels::kAck ? "ack      " : "applied  ") +
          decode_by_suffix(suffix, message.bytes).summary);
   }
   last_heard_us_ = wall_clock_us();
 }
+
+bool LiveView::is_of_daemon(std::int64_t session) const { return !status_ || status_->session == session; }
 
 void LiveView::take_status(const freeflex_msgs::status_t& status) {
   const std::int64_t now_us = wall_clock_us();
@@ -209,7 +212,7 @@ std::string LiveView::motion_text() const {
 std::string LiveView::elastic_text(std::size_t num_modes) const {
   std::string at;
   if (largest_point_ >= 0 && static_cast<std::size_t>(largest_point_) < scene_.points().size()) {
-    at = " at point " + scene_.points()[static_cast<std::size_t>(largest_point_)].name;
+    at = " at point " + printable(scene_.points()[static_cast<std::size_t>(largest_point_)].name);
   }
   const double largest = largest_point_ >= 0 ? largest_displacement_ : status_->max_displacement;
   std::string out = "elastic    largest displacement " + bold(format_text("%.4e m", largest)) + at + "\n";

@@ -42,6 +42,7 @@ class LiveView {
  private:
   void take_status(const freeflex_msgs::status_t& status);
   void take_points(const freeflex_msgs::points_t& points);
+  bool is_of_daemon(std::int64_t session) const;  // whose STATUS came last, or none came
   void note(const std::string& text);
   std::string rate_text() const;
   double silence_in_seconds() const;  // since anything was heard of the daemon

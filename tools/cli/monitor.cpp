@@ -3,7 +3,6 @@
 
 #include <CLI/App.hpp>
 #include <algorithm>
-#include <cctype>
 #include <cstdio>
 #include <map>
 #include <memory>
@@ -39,6 +38,7 @@ constexpr const char* kMonitorFooter = R"(Examples:
   freeflex monitor
   freeflex monitor --live
   freeflex monitor --channel STATE --json --count 10
+Messages of more than 65,499 bytes, which freeflex has none of, are not shown.
 Gaps count messages that are missing between two that came, where the messages are numbered.
 JSON fields of a table:
   utime        [us] since 1970, when it was made
@@ -87,7 +87,12 @@ class Overview {
   explicit Overview(std::string prefix) : prefix_(std::move(prefix)) {}
 
   void take(const BusMessage& message) {
-    Channel& channel = channels_[std::string(message.channel)];
+    const std::string name(message.channel);
+    if (channels_.size() >= kMostChannels && !channels_.contains(name)) {
+      ++num_unlisted_;
+      return;
+    }
+    Channel& channel = channels_[name];
     const std::size_t size = message.bytes.size();
     channel.smallest = channel.count == 0 ? size : std::min(channel.smallest, size);
     channel.largest = std::max(channel.largest, size);
@@ -120,6 +125,9 @@ class Overview {
                          channel.summary.c_str());
       channel.recent_count = channel.recent_bytes = 0;
     }
+    if (num_unlisted_ > 0)
+      out += counted(num_unlisted_, "message") + " on more channels than the " +
+             std::to_string(kMostChannels) + " that are shown\n";
     return out;
   }
 
@@ -145,8 +153,11 @@ class Overview {
   }
 
  private:
+  static constexpr std::size_t kMostChannels = 256;
+
   std::string prefix_;
   std::map<std::string, Channel> channels_;
+  std::int64_t num_unlisted_ = 0;  // messages on channels beyond the most
 };
 
 Clock::duration seconds(double value) {
@@ -193,22 +204,12 @@ class SilenceNote {
   bool is_told_ = false;
 };
 
-/// A regular expression that only this text matches.
-std::string quoted(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    if (std::isalnum(static_cast<unsigned char>(c)) == 0 && c != '_') out += '\\';
-    out += c;
-  }
-  return out;
-}
-
 std::int64_t monitor_channel(Bus& bus, const MonitorOptions& options) {
   // a short name means one of ours
   const bool is_short = options.channel.find(options.bus.prefix) != 0;
   const std::string name = is_short ? options.bus.prefix + "_" + options.channel : options.channel;
   std::int64_t num_messages = 0;
-  bus.subscribe(quoted(name), [&](const BusMessage& message) {
+  bus.subscribe(name, [&](const BusMessage& message) {
     if (options.count && num_messages >= *options.count) return;
     ++num_messages;
     const DecodedMessage decoded =
@@ -221,12 +222,11 @@ std::int64_t monitor_channel(Bus& bus, const MonitorOptions& options) {
                  -1);
       return;
     }
-    std::printf("%.*s %zu bytes: %s\n", static_cast<int>(message.channel.size()), message.channel.data(),
-                message.bytes.size(), decoded.summary.c_str());
+    std::printf("%s %zu bytes: %s\n", printable(message.channel).c_str(), message.bytes.size(),
+                decoded.summary.c_str());
     if (decoded.fields.is_object()) {
       for (const auto& [key, value] : decoded.fields.items()) {
-        std::printf("  %-18s %s\n", key.c_str(),
-                    value.dump(-1, ' ', false, Json::error_handler_t::replace).c_str());
+        std::printf("  %-18s %s\n", key.c_str(), json_text(value).c_str());
       }
     }
     std::fflush(stdout);
@@ -240,7 +240,7 @@ std::int64_t monitor_channel(Bus& bus, const MonitorOptions& options) {
 std::int64_t monitor_all(Bus& bus, const MonitorOptions& options) {
   Overview overview(options.bus.prefix);
   std::int64_t num_messages = 0;
-  bus.subscribe(".*", [&](const BusMessage& message) {
+  bus.subscribe({}, [&](const BusMessage& message) {
     ++num_messages;
     overview.take(message);
   });
@@ -261,7 +261,8 @@ std::int64_t monitor_all(Bus& bus, const MonitorOptions& options) {
 std::int64_t monitor_live(Bus& bus, const MonitorOptions& options) {
   LiveView view;
   std::int64_t num_messages = 0;
-  bus.subscribe(options.bus.prefix + "_.*", [&](const BusMessage& message) {
+  bus.subscribe({}, [&](const BusMessage& message) {
+    if (!message.channel.starts_with(options.bus.prefix + "_")) return;
     ++num_messages;
     view.take(suffix_of(options.bus.prefix, message.channel), message);
   });

@@ -186,7 +186,8 @@ int push_over_bus(PushOptions options) {
   });
   bus.subscribe(options.bus.prefix + channels::kScene, [&](const BusMessage& message) {
     freeflex_msgs::scene_t page;
-    if (io::decode_message(message.bytes, page)) known.scene.take(page);
+    if (io::decode_message(message.bytes, page) && page.session == known.session.value_or(page.session))
+      known.scene.take(page, message.bytes.size());
   });
   bus.subscribe(options.bus.prefix + channels::kAck,
                 [&](const BusMessage& message) { take_answer(message.bytes, options, known); });
@@ -209,7 +210,7 @@ int push_over_socket(const PushOptions& options) {
   const auto take = [&](std::span<const std::byte> bytes) {
     freeflex_msgs::scene_t page;
     if (!io::decode_message(bytes, page)) return take_answer(bytes, options, known);
-    known.scene.take(page);
+    known.scene.take(page, bytes.size());
     known.session = page.session;
   };
   const Line line{[&](auto time, const auto& done) { return link.wait(time, done, take); },

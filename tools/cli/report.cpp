@@ -92,7 +92,7 @@ constexpr std::array kFileNames{"report.json", "report.html", "report.csv", "wor
                                 "estimates.csv"};
 
 std::vector<NamedText> files_of(const Report& report) {
-  std::vector<NamedText> files{{"report.json", to_json(report).dump(2) + "\n"},
+  std::vector<NamedText> files{{"report.json", json_text(to_json(report), 2) + "\n"},
                                {"report.html", to_html(report)}};
   if (!report.studies.empty()) {
     files.push_back({"report.csv", to_csv(report)});

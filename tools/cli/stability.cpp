@@ -47,10 +47,11 @@ int stability(const StabilityArguments& options) {
     print_json(to_json(report));
   else
     print_text(report);
-  const bool is_written = options.folder.empty() ||
-                          write_folder(options.folder, {{"stability.csv", to_csv(report)},
-                                                        {"stability.json", to_json(report).dump(2) + "\n"},
-                                                        {"stability.html", to_html(report)}});
+  const bool is_written =
+      options.folder.empty() ||
+      write_folder(options.folder, {{"stability.csv", to_csv(report)},
+                                    {"stability.json", json_text(to_json(report), 2) + "\n"},
+                                    {"stability.html", to_html(report)}});
   if (report.is_interrupted) return kExitInterrupted;
   return is_written && report.holds() ? kExitOk : kExitDiffers;
 }

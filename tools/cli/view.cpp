@@ -42,10 +42,11 @@ Exit codes: 0 ended by Ctrl-C, or the file is written, 1 no server, no bus, no d
 scene or plan, 3 LOG damaged or incomplete.)";
 
 /// The file that the daemon says it was given. Empty, explained.
-std::string file_of_daemon(Bus& bus, const std::string& prefix) {
+std::string file_of_daemon(const BusOptions& options) {
   constexpr std::chrono::milliseconds kPatience{3000};
   std::string file;
-  bus.subscribe(prefix + channels::kScene, [&file](const BusMessage& message) {
+  Bus bus(options);
+  bus.subscribe(options.prefix + channels::kScene, [&file](const BusMessage& message) {
     freeflex_msgs::scene_t page;
     if (io::decode_message(message.bytes, page)) file = page.plan_file;
   });
@@ -137,7 +138,7 @@ int view(const CLI::App& command, const ViewOptions& options) {
   }
   Bus bus(options.bus);
   if (!bus.error().empty()) return print_error(bus.error()), bus.is_usage_error() ? kExitUsage : kExitDiffers;
-  const std::string file = options.file.empty() ? file_of_daemon(bus, options.bus.prefix) : options.file;
+  const std::string file = options.file.empty() ? file_of_daemon(options.bus) : options.file;
   if (file.empty()) return is_interrupted() ? kExitOk : kExitDiffers;
   std::optional<Body> body = make_body(file);
   if (!body) return kExitUsage;

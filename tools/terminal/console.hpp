@@ -19,7 +19,10 @@ namespace freeflex::tools {
 
 using Json = nlohmann::ordered_json;
 
-/// Key order as written; a number that is not finite becomes null, text that is not UTF-8 is replaced.
+/// JSON as text, keys in the order they were written. A number that is not finite becomes null, and bytes
+/// that are not UTF-8, which anybody on the bus may send, become U+FFFD. \param indent  -1: one line
+std::string json_text(const Json& value, int indent = -1);
+/// The same on stdout, with an end of line.
 void print_json(const Json& value, int indent = 2);
 
 /// "freeflex: error: TEXT" on stderr.

@@ -203,7 +203,7 @@ void Blob::append(const std::string& name, const char* type, std::span<const std
 }
 
 std::vector<std::byte> Blob::finish() const {
-  std::string head = head_.dump(-1, ' ', false, Json::error_handler_t::replace);
+  std::string head = json_text(head_);
   // the arrays begin at a multiple of their alignment
   head.resize((head.size() + 8 + kAlignment - 1) / kAlignment * kAlignment - 8, ' ');
   const auto size = static_cast<std::uint32_t>(head.size());

@@ -30,6 +30,14 @@ void append(const T* values, std::size_t size, std::vector<std::byte>& bytes) {
   bytes.insert(bytes.end(), first, first + size * sizeof(T));
 }
 
+/// At most so many bytes of a UTF-8 text, without a part of a character at the end.
+std::string cut_text(const std::string& text, std::size_t most) {
+  if (text.size() <= most) return text;
+  constexpr unsigned kContinues = 0x80, kMark = 0xC0;
+  while (most > 0 && (static_cast<unsigned char>(text[most]) & kMark) == kContinues) --most;
+  return text.substr(0, most);
+}
+
 Bytes shared(std::vector<std::byte> bytes) {
   return std::make_shared<const std::vector<std::byte>>(std::move(bytes));
 }
@@ -56,33 +64,41 @@ std::vector<std::byte> state_frame(const Body& body, const freeflex_msgs::state_
   return bytes;
 }
 
-std::vector<std::byte> loads_frame(const Body& body, std::int64_t tick,
-                                   const std::vector<freeflex_msgs::loads_t>& pages) {
-  std::vector<float> figures(body.published_links.size(), std::numeric_limits<float>::quiet_NaN());
-  for (const freeflex_msgs::loads_t& page : pages)
-    for (const auto& load : page.links) {
-      const auto found =
-          std::lower_bound(body.published_links.begin(), body.published_links.end(), load.link);
-      if (found == body.published_links.end() || *found != load.link) continue;
-      const std::string& kind = body.plan.links[static_cast<std::size_t>(load.link)].kind;
-      figures[static_cast<std::size_t>(found - body.published_links.begin())] =
-          static_cast<float>(link_figure(kind, load.values));
-    }
+LoadFigures::LoadFigures(const Body& body) : body_(&body) { forget(); }
+
+void LoadFigures::forget() {
+  figures_.assign(body_->published_links.size(), std::numeric_limits<float>::quiet_NaN());
+}
+
+std::optional<std::vector<std::byte>> LoadFigures::take(const freeflex_msgs::loads_t& page,
+                                                        std::size_t size) {
+  const io::PageSet::Taken taken = pages_.take({page.session, page.epoch, page.tick}, page.page,
+                                               page.num_pages, std::ssize(figures_), size);
+  if (taken.is_first) forget();
+  if (!taken.is_kept) return std::nullopt;
+  const std::vector<std::int32_t>& links = body_->published_links;
+  for (const auto& load : page.links) {
+    const auto found = std::lower_bound(links.begin(), links.end(), load.link);
+    if (found == links.end() || *found != load.link) continue;
+    const std::string& kind = body_->plan.links[static_cast<std::size_t>(load.link)].kind;
+    figures_[static_cast<std::size_t>(found - links.begin())] =
+        static_cast<float>(link_figure(kind, load.values));
+  }
+  if (!taken.is_whole) return std::nullopt;
   std::vector<std::byte> bytes;
-  const double head[] = {2.0, static_cast<double>(tick)};
+  const double head[] = {2.0, static_cast<double>(page.tick)};
   append(head, 2, bytes);
-  append(figures.data(), figures.size(), bytes);
+  append(figures_.data(), figures_.size(), bytes);
   return bytes;
 }
 
 std::string status_text(const freeflex_msgs::status_t& status) {
   const std::vector<std::byte> bytes = io::encode(status);
-  return Json{{"status", decode_by_suffix(channels::kStatus, bytes).fields}}.dump(
-      -1, ' ', false, Json::error_handler_t::replace);
+  return json_text(Json{{"status", decode_by_suffix(channels::kStatus, bytes).fields}});
 }
 
 Live::Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> key)
-    : body_(body), bus_(bus), prefix_(std::move(prefix)), key_(std::move(key)) {
+    : body_(body), bus_(bus), prefix_(std::move(prefix)), key_(std::move(key)), loads_(body) {
   sender_ = key_ ? key_->id : "view." + std::to_string(getpid());
   const auto subscribe = [this](const char* suffix, void (Live::*take)(const BusMessage&)) {
     bus_.subscribe(prefix_ + suffix, [this, take](const BusMessage& message) { (this->*take)(message); });
@@ -96,21 +112,20 @@ Live::Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> k
 void Live::take_status(const BusMessage& message) {
   freeflex_msgs::status_t status;
   if (!io::decode_message(message.bytes, status))
-    return server_->send_latest(
-        "notice",
-        Json{{"notice", "a daemon is heard, but its status is " + io::explain_unread(message.bytes)}}.dump());
+    return server_->send_latest("notice", json_text(Json{{"notice", "a daemon is heard, but its status is " +
+                                                                        io::explain_unread(message.bytes)}}));
   const auto fingerprint = static_cast<std::uint64_t>(status.plan_fingerprint);
   const bool is_known = fingerprint_ == fingerprint && rate_ == status.rate;
   const bool is_other = is_known ? is_other_ : !take_rate(body_, fingerprint, status.rate);
   fingerprint_ = fingerprint;
   if (is_other != is_other_ || status.session != session_)
-    server_->send_latest("notice",
-                         Json{{"notice", is_other ? "the daemon moves another plan (fingerprint " +
-                                                        fingerprint_text(fingerprint) + ", this page has " +
-                                                        fingerprint_text(body_.fingerprint) +
-                                                        "): freeflex view without a file shows what it moves"
-                                                  : ""}}
-                             .dump());
+    server_->send_latest(
+        "notice",
+        json_text(Json{{"notice", is_other ? "the daemon moves another plan (fingerprint " +
+                                                 fingerprint_text(fingerprint) + ", this page has " +
+                                                 fingerprint_text(body_.fingerprint) +
+                                                 "): freeflex view without a file shows what it moves"
+                                           : ""}}));
   is_other_ = is_other;
   session_ = status.session;
   rate_ = status.rate;
@@ -126,13 +141,8 @@ void Live::take_state(const BusMessage& message) {
 void Live::take_loads(const BusMessage& message) {
   freeflex_msgs::loads_t page;
   if (is_other_ || !io::decode_message(message.bytes, page) || page.session != session_) return;
-  if (!pages_.empty() && pages_.front().tick != page.tick) pages_.clear();
-  const std::int64_t tick = page.tick;
-  const std::int32_t num_pages = page.num_pages;
-  pages_.push_back(std::move(page));
-  if (static_cast<std::int32_t>(pages_.size()) < num_pages) return;
-  server_->send(PageServer::Kind::kLoads, shared(loads_frame(body_, tick, pages_)));
-  pages_.clear();
+  if (const auto frame = loads_.take(page, message.bytes.size()))
+    server_->send(PageServer::Kind::kLoads, shared(*frame));
 }
 
 void Live::take_ack(const BusMessage& message) {
@@ -144,7 +154,7 @@ void Live::take_ack(const BusMessage& message) {
   Json told = std::move(asked->told);
   asked_.erase(asked);
   told.update({{"reason", ack.reason}, {"tick", ack.tick}, {"text", ack.text}});
-  server_->send_once(Json{{"ack", std::move(told)}}.dump(-1, ' ', false, Json::error_handler_t::replace));
+  server_->send_once(json_text(Json{{"ack", std::move(told)}}));
 }
 
 void Live::take_text(std::string_view text) {
@@ -168,7 +178,7 @@ void Live::take_text(std::string_view text) {
     return;
   }
   const Json name = json.value("by", Json());
-  const std::string by = name.is_string() ? name.get<std::string>().substr(0, kMostName) : std::string();
+  const std::string by = name.is_string() ? cut_text(name.get<std::string>(), kMostName) : std::string();
   const std::lock_guard lock(mutex_);
   pending_ = {force, by};
 }
@@ -200,7 +210,7 @@ void Live::push() {
       key_ ? seal(*force, channel, *key_, force->utime + kValidity) : io::encode(*force);
   if (!bus_.publish(channel, bytes)) {
     told.update({{"reason", -1}, {"tick", 0}, {"text", "the network did not take it"}});
-    server_->send_once(Json{{"ack", std::move(told)}}.dump());
+    server_->send_once(json_text(Json{{"ack", std::move(told)}}));
   }
 }
 

@@ -15,6 +15,7 @@
 #include "freeflex_msgs/state_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "messages/seal.hpp"
+#include "service/io/wire/page_set.hpp"
 #include "tools/bus/bus.hpp"
 #include "tools/view/body.hpp"
 #include "tools/view/server.hpp"
@@ -26,10 +27,24 @@ namespace freeflex::tools {
 std::vector<std::byte> state_frame(const Body& body, const freeflex_msgs::state_t& state);
 /// [m] Elastic coordinate of a mode of the body, counted from 0.
 float shown_coordinate(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode);
-/// One tick of LOADS: doubles 2, tick; then a figure of each published link (link_figure), not a number where
-/// no page says it.
-std::vector<std::byte> loads_frame(const Body& body, std::int64_t tick,
-                                   const std::vector<freeflex_msgs::loads_t>& pages);
+/// Gathers one tick of LOADS for the page: a figure of each published link (link_figure), not a number where
+/// no page has it. Holds these figures alone, however many pages a message claims.
+class LoadFigures {
+ public:
+  /// \pre the body outlives it
+  explicit LoadFigures(const Body& body);
+  /// Takes a page of so many bytes. Returns the tick's frame once all its pages came: doubles 2, tick; then
+  /// the figures as floats.
+  std::optional<std::vector<std::byte>> take(const freeflex_msgs::loads_t& page, std::size_t size);
+
+ private:
+  void forget();
+
+  const Body* body_;
+  io::PageSet pages_;
+  std::vector<float> figures_;
+};
+
 /// STATUS as the page takes it: the message's fields.
 std::string status_text(const freeflex_msgs::status_t& status);
 
@@ -65,11 +80,11 @@ class Live {
   std::string sender_;       // of this process alone
   std::deque<Asked> asked_;  // the last, without an answer
   std::int64_t session_ = 0, sequence_ = 0;
-  double rate_ = 0.0;                          // [Hz]
-  bool is_other_ = true;                       // the daemon moves another plan, or none is heard
-  std::optional<std::uint64_t> fingerprint_;   // of what the daemon moves
-  std::vector<freeflex_msgs::loads_t> pages_;  // of one tick
-  std::mutex mutex_;                           // of what follows
+  double rate_ = 0.0;                         // [Hz]
+  bool is_other_ = true;                      // the daemon moves another plan, or none is heard
+  std::optional<std::uint64_t> fingerprint_;  // of what the daemon moves
+  LoadFigures loads_;
+  std::mutex mutex_;  // of what follows
   struct Pending {
     freeflex_msgs::force_t force;
     std::string by;  // the page that asks

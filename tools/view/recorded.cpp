@@ -101,23 +101,19 @@ void take_beside(const Body& body, const std::string& path, const std::string& p
                  Motion& motion) {
   io::LogReader log(path);
   io::LogEvent event;
-  std::vector<freeflex_msgs::loads_t> pages;
+  LoadFigures figures(body);
   double last_status = -1e300;
   while (log.next(event)) {
     if (event.channel == prefix + channels::kLoads) {
       freeflex_msgs::loads_t page;
       if (!io::decode_message(event.bytes, page) || page.session != session) continue;
-      if (!pages.empty() && pages.front().tick != page.tick) pages.clear();
-      pages.push_back(page);
-      if (static_cast<std::int32_t>(pages.size()) < page.num_pages) continue;
+      const std::optional<std::vector<std::byte>> frame = figures.take(page, event.bytes.size());
       const double clock = static_cast<double>(page.tick) * body.plan.period;
-      if (motion.load_clock.empty() || clock - motion.load_clock.back() >= 1.0 / kMostFrames) {
-        const std::vector<std::byte> frame = loads_frame(body, page.tick, pages);
-        const auto* figures = reinterpret_cast<const float*>(frame.data() + 2 * sizeof(double));
-        motion.load_clock.push_back(clock);
-        motion.loads.insert(motion.loads.end(), figures, figures + body.published_links.size());
-      }
-      pages.clear();
+      if (!frame || (!motion.load_clock.empty() && clock - motion.load_clock.back() < 1.0 / kMostFrames))
+        continue;
+      const auto* values = reinterpret_cast<const float*>(frame->data() + 2 * sizeof(double));
+      motion.load_clock.push_back(clock);
+      motion.loads.insert(motion.loads.end(), values, values + body.published_links.size());
     } else if (event.channel == prefix + channels::kStatus) {
       freeflex_msgs::status_t status;
       if (!io::decode_message(event.bytes, status) || status.session != session) continue;

@@ -1,10 +1,12 @@
-// A UDP packet of LCM 1.3, taken apart without liblcm.
+// A UDP packet of LCM 1.3, taken apart and put together without liblcm.
 #pragma once
 
 #include <cstddef>
+#include <cstdint>
 #include <optional>
 #include <span>
 #include <string_view>
+#include <vector>
 
 namespace freeflex::service {
 
@@ -21,6 +23,11 @@ struct LcmPacket {
 /// after the first: no command is so long, so none is put together again. Looks at these bytes alone, keeps
 /// nothing from one packet to the next, allocates nothing.
 std::optional<LcmPacket> read_lcm_packet(std::span<const std::byte> packet) noexcept;
+
+/// A short message as it goes out. Empty when it does not fit one datagram, or the channel is no name of 1 to
+/// 63 characters.
+std::vector<std::byte> make_lcm_packet(std::string_view channel, std::span<const std::byte> payload,
+                                       std::uint32_t sequence);
 
 /// Where the channel begins, of a short message and of a first fragment.
 inline constexpr std::size_t kShortHeader = 8, kFragmentHeader = 20;  // [B]

@@ -8,6 +8,7 @@
 #include <cerrno>
 #include <charconv>
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 #include <limits>
 #include <optional>
@@ -97,6 +98,12 @@ bool is_channel_prefix(std::string_view prefix) {
   return !prefix.empty() && prefix.size() <= 32 && std::all_of(prefix.begin(), prefix.end(), is_allowed);
 }
 
+std::string choose_url(const std::string& given) {
+  if (!given.empty()) return given;
+  const char* const environment = std::getenv("LCM_DEFAULT_URL");
+  return environment != nullptr && *environment != '\0' ? environment : kDefaultUrl;
+}
+
 std::string effective_url(const std::string& url) { return url.empty() ? kDefaultUrl : url; }
 
 std::string check_lcm_url(const std::string& url) {
@@ -124,13 +131,14 @@ LcmAddress read_lcm_url(const std::string& url) {
   const std::string checked = effective_url(url);
   const Parts parts = split(checked);
   const sockaddr_in group = *read_address(parts.address);
-  LcmAddress address{group.sin_addr.s_addr, ntohs(group.sin_port), 0};
-  constexpr std::string_view kSize = "recv_buf_size=";
+  LcmAddress address{group.sin_addr.s_addr, ntohs(group.sin_port), 0, 0};
+  constexpr std::string_view kSize = "recv_buf_size=", kTtl = "ttl=";
   for (std::size_t at = 0; at < parts.options.size();) {
     const std::string_view option = parts.options.substr(at, parts.options.find('&', at) - at);
     if (option.starts_with(kSize))
       address.receive_buffer =
           read_number(option.substr(kSize.size()), 1, std::numeric_limits<int>::max()).value_or(0);
+    if (option.starts_with(kTtl)) address.ttl = read_number(option.substr(kTtl.size()), 0, 255).value_or(0);
     at += option.size() + 1;
   }
   return address;

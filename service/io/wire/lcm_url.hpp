@@ -15,6 +15,9 @@ inline constexpr std::size_t kMaxUrlSize = 220;  // [B]
 bool is_channel_prefix(std::string_view prefix);
 inline constexpr const char* kPrefixAllowed = "1 to 32 of A-Z a-z 0-9 _ -";
 
+/// The given one, else that of LCM_DEFAULT_URL, else kDefaultUrl.
+std::string choose_url(const std::string& given);
+
 /// url, or kDefaultUrl for "".
 std::string effective_url(const std::string& url);
 
@@ -27,7 +30,8 @@ std::string check_lcm_url(const std::string& url);
 struct LcmAddress {
   std::uint32_t group = 0;  // network byte order
   std::uint16_t port = 0;
-  int receive_buffer = 0;  // [B] recv_buf_size; 0: not said
+  int receive_buffer = 0;  // [B] recv_buf_size; 0: not given
+  int ttl = 0;             // networks that what is sent may cross; 0: it stays on this machine
 };
 /// \pre check_lcm_url(url) is empty
 LcmAddress read_lcm_url(const std::string& url);
