@@ -266,6 +266,27 @@ class Daemon(unittest.TestCase):
                 daemon.status()
             self.assertGreaterEqual(daemon.num_undecodable, 1)
 
+    def test_pages_that_claim_many_others_are_let_by(self):
+        with Started(BOOM), freeflex.connect() as daemon, lcm.Bus() as stranger:
+            self.assertGreater(len(daemon.scene.points), 0)
+            for k in range(200):
+                for suffix, kind in (("LOADS", freeflex.loads_t), ("POINTS", freeflex.points_t),
+                                     ("SCENE", freeflex.scene_t), ("SHAPES", freeflex.shapes_t)):
+                    stranger.send(f"FREEFLEX_{suffix}", kind(session=daemon.session, page=k, num_pages=2**31 - 1).encode())
+            daemon.push(slot=9)  # its answer comes behind all of them
+            for pages in (daemon._load_pages, daemon._point_pages, daemon._scene_pages, daemon._shape_pages):
+                self.assertLess(len(pages._pages), 2)
+            self.assertIsNotNone(next(daemon.listen("POINTS", timeout=10), None))
+
+    def test_text_that_is_not_utf8_is_read_with_replacements(self):
+        with Started(BOOM), freeflex.connect() as daemon, lcm.Bus() as stranger:
+            statuses = daemon.listen("STATUS", timeout=10)
+            status = next(statuses)
+            status.fault = "tipXY"
+            stranger.send("FREEFLEX_STATUS", status.encode().replace(b"tipXY", b"tip\xc3("))
+            fault = next((status.fault for status in statuses if status.fault), None)
+            self.assertEqual(fault, "tip\ufffd(")
+
     def test_nobody_there_is_said(self):
         with self.assertRaisesRegex(TimeoutError, "no STATUS on NOBODY_STATUS: is freeflexd there"):
             freeflex.connect("NOBODY", timeout=0.2)

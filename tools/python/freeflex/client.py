@@ -9,7 +9,7 @@ from freeflex.bus import Bus
 from freeflex.codec import DecodeError
 from freeflex.keys import Key
 from freeflex.log import CHANNELS, decode
-from freeflex.scene import Listing, Loads, Pages, Points
+from freeflex.scene import MOST_PAGES, Listing, Loads, Pages, Points
 from freeflex.state import VECTORS, BodyState, GroupPose, PointState, Push, State, StepError, vector
 
 #: names of ack_t.reason (messages/README.md, section 6)
@@ -184,20 +184,23 @@ class Daemon:
         elif suffix == "STATE":
             self._state = message = DaemonState(self, message)
         elif suffix in ("POINTS", "LOADS", "SCENE", "SHAPES"):
-            self._take_page(suffix, message)
+            self._take_page(suffix, message, len(data))
         return suffix, message
 
-    def _take_page(self, suffix, page):
+    def _take_page(self, suffix, page, size):
+        scene = self._scene
         if suffix == "POINTS":
-            if pages := self._point_pages.add((page.tick, page.num_pages), page):
+            most = scene.most_point_pages if scene else MOST_PAGES
+            if pages := self._point_pages.add((page.epoch, page.tick, page.num_pages), page, size, most):
                 self.points = Points(pages)
         elif suffix == "LOADS":
-            if pages := self._load_pages.add((page.tick, page.num_pages), page):
+            most = scene.most_load_pages if scene else MOST_PAGES
+            if pages := self._load_pages.add((page.epoch, page.tick, page.num_pages), page, size, most):
                 self.loads = Loads(pages)
         elif suffix == "SCENE":
-            if pages := self._scene_pages.add((page.num_pages, page.total_elastic), page):
+            if pages := self._scene_pages.add((page.num_pages, page.total_elastic), page, size):
                 self._scene = Listing(pages)
-        elif pages := self._shape_pages.add((page.mode, page.num_pages), page):
+        elif pages := self._shape_pages.add((page.mode, page.num_pages), page, size):
             self._shape = page.mode, {k: b for one in pages for k, b in zip(one.point, one.shape)}
 
     # ---- commands

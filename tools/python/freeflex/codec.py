@@ -47,7 +47,7 @@ class Message:
             raise DecodeError(f"not a {cls.__name__} of this version of the messages")
         try:
             message, end = cls._read(data, 8)
-        except (struct.error, UnicodeDecodeError) as error:
+        except struct.error as error:
             raise DecodeError(f"{cls.__name__} of {len(data)} bytes: {error}") from None
         if end != len(data):
             raise DecodeError(f"{cls.__name__} of {len(data)} bytes ends after {end}")
@@ -162,7 +162,8 @@ class _Numbers:
 
 
 class _Text:
-    """A string: its length with the NUL at its end, the characters, the NUL."""
+    """A string: its length with the NUL at its end, the characters, the NUL. Bytes that are not UTF-8, which anybody
+    on the bus may send, are read as U+FFFD."""
 
     def __init__(self, owner, name):
         self.owner, self.name = owner, name
@@ -183,7 +184,7 @@ class _Text:
         text = data[at:at + size] if size > 0 else b""
         if len(text) != size or text.find(b"\0") != size - 1:
             raise DecodeError(f"{self.owner}.{self.name}: no text of {size} bytes with one NUL, at its end")
-        setattr(message, self.name, bytes(text[:-1]).decode())
+        setattr(message, self.name, bytes(text[:-1]).decode("utf-8", "replace"))
         return at + size
 
 

@@ -5,21 +5,39 @@ import difflib
 from freeflex.state import vector
 
 
+#: [bytes] of pages that one thing may have: a tick of 200,000 points has 22 MB
+MOST_BYTES = 64 << 20
+#: pages of a thing while the scene is not known that says how many items there are
+MOST_PAGES = 2048
+
+
 class Pages:
-    """Pages of one thing; `add` says when all of them are there. Those of another thing begin anew."""
+    """Pages of one thing; `add` returns all of them once they are there. Those of another thing begin anew.
+
+    Holds no more than `MOST_BYTES`, whatever pages anybody on the bus sends.
+    """
 
     def __init__(self):
-        self._of, self._pages = None, {}
+        self._of, self._pages, self._size = None, {}, 0
 
-    def add(self, of, message):
-        """All pages in their order once the last one came, else None."""
+    def add(self, of, message, size, most=MOST_PAGES):
+        """All pages in their order once the last one came, else None.
+
+        `of`: what tells the thing from others; `size` [bytes] of the message; `most`: the pages that the thing has at
+        most, one for each item that the scene publishes. A page that claims more is left.
+        """
+        if not (1 <= message.num_pages <= most and 0 <= message.page < message.num_pages):
+            return None
         if of != self._of:
-            self._of, self._pages = of, {}
+            self._of, self._pages, self._size = of, {}, 0
+        if message.page in self._pages or self._size + size > MOST_BYTES:
+            return None
         self._pages[message.page] = message
+        self._size += size
         if len(self._pages) < message.num_pages:
             return None
         pages = [self._pages[k] for k in sorted(self._pages)]
-        self._of, self._pages = None, {}
+        self._of, self._pages, self._size = None, {}, 0
         return pages
 
 
@@ -47,6 +65,10 @@ class Listing:
         self._indices = {kind: indices_of((k, one.name) for k, one in listed.items())
                          for kind, listed in self.listed.items()}
         self.points, self.links, self.groups, self.wheels = self._indices.values()
+        published = {kind: sum(1 for one in self.listed[kind].values() if one.is_published) for kind in ("point", "link")}
+        #: pages that one tick of POINTS or LOADS has at most; a point has a pose too where it turns
+        self.most_point_pages = 2 * published["point"] + len(self.listed["group"])
+        self.most_load_pages = published["link"]
 
     def index(self, kind, name):
         """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
