@@ -59,7 +59,7 @@ extern "C" {
 typedef struct freeflex_plan freeflex_plan;
 typedef struct freeflex_motion freeflex_motion;
 
-/* Version of the library: "0.3.0". */
+/* Version of the library, as "0.5.0". */
 FREEFLEX_API const char *freeflex_version(void) FREEFLEX_NOEXCEPT;
 /* Why the last call of this thread that failed did so; empty before any did. Valid until the next that fails.
  */

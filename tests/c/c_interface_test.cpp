@@ -52,6 +52,8 @@ std::vector<double> elastic_of(const freeflex_motion* motion) {
   return q;
 }
 
+TEST(CInterface, HasTheVersionOfTheProject) { EXPECT_STREQ(freeflex_version(), FREEFLEX_PROJECT_VERSION); }
+
 TEST(CInterface, StepsAsTheCoreDoesToTheBit) {
   for (const std::string name : {"boom.yaml", "satellite.yaml", "rotor.yaml"}) {
     Handles c(kScenes + name, FREEFLEX_WITH_WORD);

@@ -5,7 +5,11 @@
 #include <cstring>
 #include <string>
 
+#include "freeflex_msgs/ack_t.hpp"
 #include "freeflex_msgs/envelope_t.hpp"
+#include "freeflex_msgs/force_t.hpp"
+#include "freeflex_msgs/scene_t.hpp"
+#include "freeflex_msgs/state_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "service/io/wire/versions.hpp"
 #include "tests/messages/commands.hpp"
@@ -122,13 +126,34 @@ TEST(Versions, ACommandOf03IsRefusedByNameWithAnAnswerToItsSender) {
   const io::Admission admission = io::decode_force(bytes, kSession, make_names(), command);
   EXPECT_EQ(admission.reason, Reason::kWrongType);
   EXPECT_STREQ(admission.text.data(),
-               "sent by version 0.3 of the messages, must be of 0.4: generate from the daemon's .lcm files");
+               "sent by version 0.3 of the messages, must be of 0.5: generate from the daemon's .lcm files");
   EXPECT_STREQ(admission.sender.data(), "push");
   EXPECT_EQ(admission.sequence, 0x000660d06f52a970);
   EXPECT_TRUE(io::is_sane(admission));
-  EXPECT_EQ(io::explain_unread(bytes), "sent by version 0.3 of the messages, this is 0.4");
+  EXPECT_EQ(io::explain_unread(bytes), "sent by version 0.3 of the messages, this is 0.5");
   bytes[0] ^= std::byte{1};
   EXPECT_EQ(io::explain_unread(bytes), "damaged, or of a version that is not known here");
+}
+
+TEST(Versions, AnEarlierTypeIsNamedUnlessItIsStillInUse) {
+  const auto bytes_of = [](std::uint64_t fingerprint) {
+    std::vector<std::byte> bytes(100);
+    for (std::size_t k = 0; k < 8; ++k) bytes[k] = static_cast<std::byte>(fingerprint >> (56 - 8 * k) & 0xFFu);
+    return bytes;
+  };
+  // of 0.4: state_t, status_t, force_t, scene_t, ack_t
+  for (const std::uint64_t fingerprint : {0x63044e976c7680aaU, 0x4510492c6aeb2ba5U, 0xae2270de78c8ccb4U,
+                                          0xa557f686a425475aU, 0xe3a93249e57edfb6U}) {
+    const auto current = {freeflex_msgs::state_t::getHash(), freeflex_msgs::status_t::getHash(),
+                          freeflex_msgs::force_t::getHash(), freeflex_msgs::scene_t::getHash(),
+                          freeflex_msgs::ack_t::getHash()};
+    const bool is_current =
+        std::find(current.begin(), current.end(), static_cast<std::int64_t>(fingerprint)) != current.end();
+    EXPECT_EQ(io::explain_unread(bytes_of(fingerprint)),
+              is_current ? "damaged, or of a version that is not known here"
+                         : "sent by version 0.4 of the messages, this is 0.5")
+        << std::hex << fingerprint;
+  }
 }
 
 TEST(Versions, TheStatusOfADaemonOf03IsHeard) {

@@ -71,6 +71,10 @@ class Messages(unittest.TestCase):
             setattr(other, field, their)
         return kind(**fields), other
 
+    def test_the_package_has_the_version_of_the_project(self):
+        with open(os.path.join(os.environ["FREEFLEX_SOURCE"], "CMakeLists.txt"), encoding="utf-8") as file:
+            self.assertIn(f"project(freeflex VERSION {freeflex.__version__} ", file.read())
+
     def test_every_type_is_there(self):
         self.assertEqual(set(messages.TYPES), self.names)
         for name, kind in messages.TYPES.items():

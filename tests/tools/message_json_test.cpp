@@ -66,7 +66,7 @@ TEST(MessageJson, AMessageOf03IsNamed) {
     return state;
   }();
   EXPECT_EQ(tools::decode_by_suffix(channels::kState, bytes).summary,
-            "sent by version 0.3 of the messages, this is 0.4");
+            "sent by version 0.3 of the messages, this is 0.5");
 }
 
 }  // namespace

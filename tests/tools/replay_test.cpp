@@ -301,7 +301,7 @@ TEST(Replay, ARecordingOf03IsRefusedByName) {
   EXPECT_TRUE(contains(outcome.err, "the message on FREEFLEX_STATE at byte ")) << outcome.err;
   EXPECT_TRUE(
       contains(outcome.err,
-               " is sent by version 0.3 of the messages, this is 0.4: replay it with the release that "
+               " is sent by version 0.3 of the messages, this is 0.5: replay it with the release that "
                "recorded it"))
       << outcome.err;
 }

@@ -9,7 +9,8 @@
 
 namespace freeflex::io {
 
-inline constexpr const char* kMessagesVersion = "0.4";  // of the .lcm files of this tree
+/// Version of the .lcm files of this tree: major and minor number of the project's.
+extern const char* const kMessagesVersion;
 
 /// A type whose fields were others in an earlier version. Up to and with `sequence`, or `session` where there
 /// is none, the front of the messages has been the same in all versions.
@@ -18,11 +19,12 @@ struct EarlierType {
   std::int64_t fingerprint = 0;
   const char* version = "";  // "0.3"
 };
-/// By the fingerprint in front of the bytes; null when it is none of an earlier version's. Allocates nothing.
+/// By the fingerprint in front of the bytes; null when it is none of an earlier version's, or this version's
+/// too: a type that did not change is read. Allocates nothing.
 const EarlierType* find_earlier(std::span<const std::byte> bytes) noexcept;
 
 /// Why bytes from a file or the bus are no message of this version: "sent by version 0.3 of the messages,
-/// this is 0.4", or that they are damaged.
+/// this is 0.5", or that they are damaged.
 std::string explain_unread(std::span<const std::byte> bytes);
 
 }  // namespace freeflex::io

@@ -28,8 +28,9 @@ from freeflex.log import LogError, events
 from freeflex.messages import TYPES
 from freeflex.plan import Busy, Motion, Plan
 from freeflex.state import State, StepError
+from freeflex.version import __version__
 
 globals().update(TYPES)
 
 __all__ = ["Bus", "Busy", "Daemon", "DecodeError", "Gone", "Key", "LogError", "Message", "Motion", "Plan", "Rejected",
-           "Scene", "State", "StepError", "connect", "control", "events", "log", "messages", *TYPES]
+           "Scene", "State", "StepError", "__version__", "connect", "control", "events", "log", "messages", *TYPES]

@@ -76,8 +76,9 @@ class Bus:
             self._out.connect(self._to)
         except OSError as error:
             self.close()
-            raise OSError(error.errno, f"{self.url}: {error.strerror}; multicast needs a route: "
-                          "ip route add 224.0.0.0/4 dev lo, or a network of your own, tools/private-network") from None
+            raise OSError(error.errno, f"{self.url}: {error.strerror}; multicast needs a route. To use LCM "
+                          "on this machine alone, run\n  sudo ip link set lo up multicast on\n"
+                          "  sudo ip route add 239.0.0.0/8 dev lo") from None
 
     def send(self, channel, data):
         """Sends one message, bytes. OSError when the network does not take it."""
