@@ -76,7 +76,7 @@ TEST(Install, AControllerBuiltAgainstTheInstalledTreeDampsItsVibrationAndLeavesI
         "share/doc/freeflex/html/index.html", "share/bash-completion/completions/freeflex",
         "share/freeflex/examples/controller/controller.cpp", "include/freeflex/core/step/step.hpp",
         "include/freeflex/core/plan/compile.hpp", "include/freeflex/service/io/scene/input.hpp",
-        "include/freeflex/freeflex_msgs/state_t.hpp"}) {
+        "include/freeflex/freeflex_msgs/state_t.hpp", "include/freeflex/service/client/client.hpp"}) {
     EXPECT_TRUE(std::filesystem::exists(folder + "/prefix/" + file)) << file;
   }
 
@@ -120,18 +120,18 @@ TEST(Install, TheControllerSealsItsCommandsWhenItIsGivenAKey) {
   EXPECT_EQ(sealed.exit_code, 0) << sealed.out << sealed.err;
   const Outcome plain = example().fly("$D --keys " + file + " & daemon=$!; $C a b 4");
   EXPECT_EQ(plain.exit_code, 1) << plain.out;
-  EXPECT_TRUE(contains(plain.err, "rejected: this daemon takes commands under a key only")) << plain.err;
+  EXPECT_TRUE(contains(plain.err, "rejected: key_required: this daemon takes commands under a key only"))
+      << plain.err;
 }
 
 TEST(Install, TheControllerNamesAPointThatIsNotThere) {
   if (!refusal.empty()) GTEST_SKIP() << refusal;
   const Outcome unknown = example().fly("$D & daemon=$!; $C a nose 4");
   EXPECT_EQ(unknown.exit_code, 2) << unknown.out;
-  EXPECT_TRUE(contains(unknown.err, "controller: no point 'nose' is published; there are: a, b"))
-      << unknown.err;
+  EXPECT_TRUE(contains(unknown.err, "controller: no point 'nose'; there are: a, b")) << unknown.err;
 }
 
-TEST(Install, MessagesNeedLcmAloneAndTheCoreItsOwn) {
+TEST(Install, TheClientNeedsLcmAndLibsodiumAloneAndTheCoreItsOwn) {
   const std::string asked = read_text(example().folder + "/asked");
   EXPECT_TRUE(contains(asked, "lcm")) << asked;
   for (const char* library : {"libfyaml", "libxxhash"}) EXPECT_FALSE(contains(asked, library)) << asked;
@@ -195,7 +195,8 @@ TEST(Install, AProgramBuiltAgainstTheInstalledTreeSteps) {
   write_text(folder / "CMakeLists.txt",
              "cmake_minimum_required(VERSION 3.25)\nproject(steps CXX)\nfind_package(freeflex "
              "REQUIRED)\nadd_executable(steps steps.cpp)\n"
-             "target_link_libraries(steps PRIVATE freeflex::messages freeflex::io freeflex::core)\n");
+             "target_link_libraries(steps PRIVATE freeflex::messages freeflex::client freeflex::io "
+             "freeflex::core)\n");
   write_text(
       folder / "steps.cpp",
       "#include <cstdio>\n" + every_header() +

@@ -1,19 +1,25 @@
 # what cmake --install gives: programs, libraries, headers, message types and their document, licence, scenes and
-# their schema, an example and the CMake package with its components messages and core
+# their schema, an example and the CMake package with its components messages, client and core
 include(CMakePackageConfigHelpers)
 set(package_dir ${CMAKE_INSTALL_LIBDIR}/cmake/freeflex)
 set(header_dir ${CMAKE_INSTALL_INCLUDEDIR}/freeflex)
 
 # freeflex::messages needs LCM alone, so it is a component of its own
 install(TARGETS freeflex_messages EXPORT freeflexMessages COMPONENT development)
-set(core_targets freeflex_options freeflex_step freeflex_scene freeflex_structure freeflex_plan freeflex_validity
-  freeflex_core freeflex_io_scene freeflex_io_wire freeflex_io)
-foreach(target IN LISTS core_targets)
-  string(REPLACE "freeflex_" "" name ${target})
-  set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+# so are freeflex::client, which needs libsodium too, and what it has in common with the core
+set(Wire_targets freeflex_options freeflex_step freeflex_io_wire)
+set(Client_targets freeflex_bus_socket freeflex_client)
+set(Core_targets freeflex_scene freeflex_structure freeflex_plan freeflex_validity freeflex_core freeflex_io_scene
+  freeflex_io)
+foreach(set Wire Client Core)
+  foreach(target IN LISTS ${set}_targets)
+    string(REPLACE "freeflex_" "" name ${target})
+    set_target_properties(${target} PROPERTIES EXPORT_NAME ${name})
+  endforeach()
+  install(TARGETS ${${set}_targets} EXPORT freeflex${set} ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR}
+    COMPONENT development)
 endforeach()
-install(TARGETS ${core_targets} EXPORT freeflexCore ARCHIVE DESTINATION ${CMAKE_INSTALL_LIBDIR} COMPONENT development)
-foreach(set Messages Core)
+foreach(set Messages Wire Client Core)
   install(EXPORT freeflex${set} NAMESPACE freeflex:: DESTINATION ${package_dir} FILE freeflex${set}Targets.cmake
     COMPONENT development)
 endforeach()
@@ -32,6 +38,8 @@ install(FILES core/command_limits.hpp core/limits.hpp core/rounding.hpp core/wor
 foreach(folder core/step core/scene core/structure core/plan core/validity service/io messages)
   install(DIRECTORY ${folder}/ DESTINATION ${header_dir}/${folder} COMPONENT development FILES_MATCHING PATTERN "*.hpp")
 endforeach()
+install(FILES service/client/client.hpp service/client/scene_catalogue.hpp DESTINATION ${header_dir}/service/client
+  COMPONENT development)
 install(DIRECTORY ${CMAKE_BINARY_DIR}/generated/freeflex_msgs DESTINATION ${header_dir} COMPONENT development
   FILES_MATCHING PATTERN "*.hpp")
 install(DIRECTORY messages/ DESTINATION ${CMAKE_INSTALL_DATADIR}/freeflex/lcm COMPONENT programs

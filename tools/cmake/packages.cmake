@@ -32,7 +32,7 @@ and compiles scenes, runs, records, replays, compares and shows them.")
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_NAME libfreeflex-dev)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_SECTION libdevel)
 set(CPACK_DEBIAN_DEVELOPMENT_PACKAGE_DEPENDS
-  "freeflex (= ${PROJECT_VERSION}), libeigen3-dev, liblcm-dev, libfyaml-dev, libxxhash-dev, libboost-dev, nlohmann-json3-dev")
+  "freeflex (= ${PROJECT_VERSION}), libeigen3-dev, liblcm-dev, libsodium-dev, libfyaml-dev, libxxhash-dev, libboost-dev, nlohmann-json3-dev")
 set(CPACK_DEBIAN_DEVELOPMENT_DESCRIPTION "Real-time simulation of free flexible structures (development)
 The C interface freeflex.h with its pkg-config file, the message types, and
 the C++ libraries of the method with their CMake package.")
