@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <fstream>
+#include <limits>
 #include <optional>
 
 #include "freeflex_msgs/control_t.hpp"
@@ -14,7 +15,48 @@
 namespace freeflex::testing {
 namespace {
 
-using client::Push;
+/// A page of a scene of three points, of which it lists one.
+freeflex_msgs::scene_t page_of_three(std::int32_t page) {
+  freeflex_msgs::scene_t scene{};
+  scene.session = 1;
+  scene.total_points = scene.num_pages = 3;
+  scene.page = scene.first_point = page;
+  scene.num_points = 1;
+  scene.points.resize(1);
+  scene.points[0].name = "p" + std::to_string(page);
+  scene.points[0].is_published = 1;
+  return scene;
+}
+
+TEST(SceneCatalogue, IsWholeWithItsLastPage) {
+  client::SceneCatalogue scene;
+  for (const std::int32_t page : {2, 0, 0}) scene.take(page_of_three(page), 100);
+  EXPECT_FALSE(scene.is_complete());
+  scene.take(page_of_three(1), 100);
+  ASSERT_TRUE(scene.is_complete());
+  EXPECT_EQ(scene.find_point("p2"), 2);
+  EXPECT_EQ(scene.find_point("nose"), std::nullopt);
+  EXPECT_EQ(scene.max_point_pages(), 6);
+  EXPECT_EQ(scene.max_load_pages(), 0);
+}
+
+TEST(SceneCatalogue, RefusesCountsThatNoDaemonHas) {
+  client::SceneCatalogue scene;
+  constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
+  for (const std::int32_t page : {0, 1}) scene.take(page_of_three(page), 100);
+  using Scene = freeflex_msgs::scene_t;
+  for (std::int32_t Scene::*count : {&Scene::total_points, &Scene::total_links, &Scene::total_groups,
+                                     &Scene::total_elastic, &Scene::num_pages, &Scene::first_point}) {
+    for (const std::int32_t value : {kMost, -1}) {
+      Scene page = page_of_three(2);
+      page.session = 2;  // of another daemon, so that what is taken would begin anew
+      page.*count = value;
+      scene.take(page, 100);
+    }
+  }
+  scene.take(page_of_three(2), 100);
+  EXPECT_TRUE(scene.is_complete()) << "what came before is kept";
+}
 
 /// A scene of two masses on a spring, 4 kg together, in a file of its own.
 class ClientOfADaemon : public Daemon {

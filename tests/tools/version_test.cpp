@@ -15,7 +15,8 @@ std::string files_with(const std::string& text) {
   std::string found;
   auto entry = std::filesystem::recursive_directory_iterator(kSource);
   for (; entry != std::filesystem::recursive_directory_iterator(); ++entry) {
-    const std::string name = entry->path().filename().string(), extension = entry->path().extension().string();
+    const std::string name = entry->path().filename().string(),
+                      extension = entry->path().extension().string();
     if (entry->is_directory()) {
       if (name == "build" || name == ".git") entry.disable_recursion_pending();
     } else if (extension != ".png" && extension != ".svg" && extension != ".log" &&
