@@ -31,7 +31,8 @@ int write_scene(const std::string& name, const std::string& folder) {
         tools::state_frame(*body, io::make_state_message(plan, state, io::Stamp{})));
   tools::LoadFigures figures(*body);
   for (const freeflex_msgs::loads_t& page : io::make_loads_messages(plan, state, io::Stamp{}))
-    if (const auto frame = figures.take(page, 0)) write(folder + "/" + name + ".loads", *frame);
+    figures.take(page, 0);
+  write(folder + "/" + name + ".loads", tools::loads_frame(state.tick, figures.figures()));
   tools::Json points = tools::Json::array();
   for (std::size_t i = 0; i < plan.points.size(); ++i) {
     if (plan.points[i].row < 0) continue;

@@ -70,12 +70,11 @@ void LoadFigures::forget() {
   figures_.assign(body_->published_links.size(), std::numeric_limits<float>::quiet_NaN());
 }
 
-std::optional<std::vector<std::byte>> LoadFigures::take(const freeflex_msgs::loads_t& page,
-                                                        std::size_t size) {
+bool LoadFigures::take(const freeflex_msgs::loads_t& page, std::size_t size) {
   const io::PageSet::Taken taken = pages_.take({page.session, page.epoch, page.tick}, page.page,
                                                page.num_pages, std::ssize(figures_), size);
   if (taken.is_first) forget();
-  if (!taken.is_kept) return std::nullopt;
+  if (!taken.is_kept) return false;
   const std::vector<std::int32_t>& links = body_->published_links;
   for (const auto& load : page.links) {
     const auto found = std::lower_bound(links.begin(), links.end(), load.link);
@@ -84,11 +83,14 @@ std::optional<std::vector<std::byte>> LoadFigures::take(const freeflex_msgs::loa
     figures_[static_cast<std::size_t>(found - links.begin())] =
         static_cast<float>(link_figure(kind, load.values));
   }
-  if (!taken.is_whole) return std::nullopt;
+  return taken.is_whole;
+}
+
+std::vector<std::byte> loads_frame(std::int64_t tick, std::span<const float> figures) {
   std::vector<std::byte> bytes;
-  const double head[] = {2.0, static_cast<double>(page.tick)};
+  const double head[] = {2.0, static_cast<double>(tick)};
   append(head, 2, bytes);
-  append(figures_.data(), figures_.size(), bytes);
+  append(figures.data(), figures.size(), bytes);
   return bytes;
 }
 
@@ -141,8 +143,8 @@ void Live::take_state(const BusMessage& message) {
 void Live::take_loads(const BusMessage& message) {
   freeflex_msgs::loads_t page;
   if (is_other_ || !io::decode_message(message.bytes, page) || page.session != session_) return;
-  if (const auto frame = loads_.take(page, message.bytes.size()))
-    server_->send(PageServer::Kind::kLoads, shared(*frame));
+  if (loads_.take(page, message.bytes.size()))
+    server_->send(PageServer::Kind::kLoads, shared(loads_frame(page.tick, loads_.figures())));
 }
 
 void Live::take_ack(const BusMessage& message) {

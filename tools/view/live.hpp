@@ -5,6 +5,7 @@
 #include <deque>
 #include <mutex>
 #include <optional>
+#include <span>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -33,9 +34,10 @@ class LoadFigures {
  public:
   /// \pre the body outlives it
   explicit LoadFigures(const Body& body);
-  /// Takes a page of so many bytes. Returns the tick's frame once all its pages came: doubles 2, tick; then
-  /// the figures as floats.
-  std::optional<std::vector<std::byte>> take(const freeflex_msgs::loads_t& page, std::size_t size);
+  /// Takes a page of so many bytes. True when all pages of its tick came.
+  bool take(const freeflex_msgs::loads_t& page, std::size_t size);
+  /// In the order of Body::published_links.
+  std::span<const float> figures() const { return figures_; }
 
  private:
   void forget();
@@ -45,6 +47,8 @@ class LoadFigures {
   std::vector<float> figures_;
 };
 
+/// One tick of LOADS as the page takes it: doubles 2, tick; then the figures as floats.
+std::vector<std::byte> loads_frame(std::int64_t tick, std::span<const float> figures);
 /// STATUS as the page takes it: the message's fields.
 std::string status_text(const freeflex_msgs::status_t& status);
 

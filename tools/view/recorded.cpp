@@ -107,13 +107,12 @@ void take_beside(const Body& body, const std::string& path, const std::string& p
     if (event.channel == prefix + channels::kLoads) {
       freeflex_msgs::loads_t page;
       if (!io::decode_message(event.bytes, page) || page.session != session) continue;
-      const std::optional<std::vector<std::byte>> frame = figures.take(page, event.bytes.size());
+      const bool is_whole = figures.take(page, event.bytes.size());
       const double clock = static_cast<double>(page.tick) * body.plan.period;
-      if (!frame || (!motion.load_clock.empty() && clock - motion.load_clock.back() < 1.0 / kMostFrames))
+      if (!is_whole || (!motion.load_clock.empty() && clock - motion.load_clock.back() < 1.0 / kMostFrames))
         continue;
-      const auto* values = reinterpret_cast<const float*>(frame->data() + 2 * sizeof(double));
       motion.load_clock.push_back(clock);
-      motion.loads.insert(motion.loads.end(), values, values + body.published_links.size());
+      motion.loads.insert(motion.loads.end(), figures.figures().begin(), figures.figures().end());
     } else if (event.channel == prefix + channels::kStatus) {
       freeflex_msgs::status_t status;
       if (!io::decode_message(event.bytes, status) || status.session != session) continue;
