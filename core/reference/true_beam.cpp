@@ -89,9 +89,11 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
     M[1][p] = symmetric[p] * bent + antisymmetric[p] * skew + N * bow[1][p];
   }
 
-  // an end's spin beside the chord's is made of the rates of its turn, along y and z, and of its roll
+  // The spin of an end against the chord consists of the rates of its turn along y and z, and of its roll at
+  // that turn. y and z roll with the mean of both ends: this mean roll carries the moments of the turns past
+  // them.
   const std::array<Vector3d, 2> M_across{M[0][0] * y + M[0][1] * z, M[1][0] * y + M[1][1] * z};
-  const double shift = 0.5 * u.dot(swung[0].turn.cross(M_across[0]) - swung[1].turn.cross(M_across[1]));
+  const double shift = 0.5 * u.dot(swung[0].turn.cross(M_across[0]) + swung[1].turn.cross(M_across[1]));
   std::array<Matrix3d, 2> rates;  // of turn about y, about z and of roll, per spin
   Vector3d on_chord = Vector3d::Zero();
   for (std::size_t k = 0; k < 2; ++k) {
@@ -99,9 +101,9 @@ void TrueBeam::evaluate(const Vector3d& d, const std::array<Matrix3d, 2>& ends, 
     Matrix3d spins;
     spins << T * y, T * z, ends[k].col(0);
     rates[k] = spins.inverse();
-    const double roll = (k == 0 ? -1.0 : 1.0) * (torsion * twist - shift);
+    const double roll = (k == 0 ? -1.0 : 1.0) * torsion * twist - shift;
     result.moment[k] = rates[k].transpose() * Vector3d(M[k][0], M[k][1], roll);
-    on_chord += swung[k].swing * result.moment[k];
+    on_chord += result.moment[k];
   }
   result.place[1] = N * u - on_chord.cross(u) / l;
   result.place[0] = -result.place[1];
