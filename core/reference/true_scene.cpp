@@ -168,12 +168,15 @@ void TrueGeometry::find_surroundings(const Scene& scene) {
 namespace {
 
 /// The scene without what makes no force of strain, its stiffnesses times what they are damped by: Rayleigh's
-/// beta and their own relaxation time. Springs, bars and dashpots are damped at their true length already.
+/// beta and their own relaxation time. Rigid links stay, because they turn the ends of beams and plates at
+/// their points. Springs, bars and dashpots are damped at their true length already.
 Scene damped_links(const Scene& scene) {
   Scene damped = scene;
   damped.loads.clear();
   std::erase_if(damped.links, [&](const Link& link) {
-    return traits_of(link).is_axial || traits_of(link).effect != LinkEffect::kStrains ||
+    const LinkTraits traits = traits_of(link);
+    if (traits.effect == LinkEffect::kForbids) return false;
+    return traits.is_axial || traits.effect != LinkEffect::kStrains ||
            scene.damping.beta + link.viscous == 0.0;
   });
   for (Link& link : damped.links) {
