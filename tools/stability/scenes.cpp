@@ -23,7 +23,11 @@ void join_every_pair(Scene& scene, double stiffness) {
 
 void add_point(Scene& scene, double mass, const Eigen::Vector3d& position) {
   const int index = static_cast<int>(scene.points.size());
-  scene.points.push_back({"p" + std::to_string(index), mass, position, {}});
+  PointMass point;
+  point.name = "p" + std::to_string(index);
+  point.mass = mass;
+  point.position = position;
+  scene.points.push_back(std::move(point));
   scene.publication.points.push_back(index);
   scene.pushable.push_back(index);
 }
