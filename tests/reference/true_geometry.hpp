@@ -4,6 +4,7 @@
 #include <gtest/gtest.h>
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <stdexcept>
 #include <string>
@@ -42,6 +43,8 @@ inline std::vector<double> frequencies_along(const SteadyMotion& motion, int axi
   return found;
 }
 
+constexpr double kAxial = 1e6;  // [-] EA over EI / L^2: a beam that hardly stretches
+
 /// lumped_beam of that many elements, its axial stiffness in units of EI / L^2.
 inline Scene beam_of(int elements, double EA) {
   Scene scene = lumped_beam(elements + 1);
@@ -58,6 +61,28 @@ inline void push(Scene& scene, int point, Axes axes, const Eigen::Vector3d& forc
   load.axes = axes;
   load.forces.push_back({point, force});
   scene.loads.push_back(load);
+}
+
+/// Adds a plate between three points.
+inline void add_plate(Scene& scene, const std::array<int, 3>& corners, const Plate& plate) {
+  Link link;
+  link.name = std::to_string(scene.links.size());
+  link.points = {corners.begin(), corners.end()};
+  link.kind = plate;
+  scene.links.push_back(link);
+}
+
+/// Lumps a third of each plate's mass at each of its corners.  \param density_thickness [kg/m^2]
+inline void set_masses(Scene& scene, double density_thickness) {
+  for (PointMass& point : scene.points) point.mass = 0.0;
+  for (const Link& link : scene.links) {
+    const auto at = [&](std::size_t k) {
+      return scene.points[static_cast<std::size_t>(link.points[k])].position;
+    };
+    const double area = 0.5 * (at(1) - at(0)).cross(at(2) - at(0)).norm();
+    for (const int point : link.points)
+      scene.points[static_cast<std::size_t>(point)].mass += density_thickness * area / 3.0;
+  }
 }
 
 }  // namespace freeflex::testing

@@ -1,0 +1,102 @@
+// Small transverse motions of a straight free beam under tension by Hermite elements: matrices of the
+// textbook (Przemieniecki 1968, Theory of Matrix Structural Analysis, chapters 5, 11 and 15). It shares no
+// code with the reference, so the reference is held against it.
+#pragma once
+
+#include <Eigen/Eigenvalues>
+#include <Eigen/LU>
+#include <algorithm>
+#include <complex>
+#include <vector>
+
+namespace freeflex::testing {
+
+struct HermiteBeam {
+  double EI = 1.0;       // [N m^2]
+  double length = 1.0;   // [m] of each element
+  Eigen::VectorXd mass;  // [kg] (elements + 1) on the nodes
+  bool is_consistent =
+      false;  // the mass of each element is that of one inner node and acts by its shapes instead
+  Eigen::VectorXd tension;  // [N] (elements + 1) at the nodes where mass is consistent, else (elements)
+  double thrust = 0.0;      // [N] at the first node, follows its rotation
+
+  Eigen::Index num_elements() const { return mass.size() - 1; }
+};
+
+/// K_G of an element under a tension that is linear along it: integral of N w' w'.
+inline Eigen::Matrix4d geometric_stiffness(double first, double last, double L) {
+  // Gauss points of degree 5: N has degree 1, the slopes squared have 4
+  constexpr double points[] = {0.1127016653792583, 0.5, 0.8872983346207417};
+  constexpr double weights[] = {5.0 / 18.0, 8.0 / 18.0, 5.0 / 18.0};
+  Eigen::Matrix4d G = Eigen::Matrix4d::Zero();
+  for (std::size_t k = 0; k < 3; ++k) {
+    const double x = points[k];
+    const Eigen::Vector4d slope((6.0 * x * x - 6.0 * x) / L, 1.0 - 4.0 * x + 3.0 * x * x,
+                                (6.0 * x - 6.0 * x * x) / L, 3.0 * x * x - 2.0 * x);
+    G += weights[k] * L * (first + x * (last - first)) * slope * slope.transpose();
+  }
+  return G;
+}
+
+/// Squares of frequencies [rad^2/s^2] by size, those of two rigid motions first. Complex in flutter.
+inline std::vector<std::complex<double>> squared_frequencies(const HermiteBeam& beam) {
+  const Eigen::Index nodes = beam.mass.size(), size = 2 * nodes;
+  const double L = beam.length;
+  Eigen::Matrix4d bending, mass;
+  bending << 12.0, 6.0 * L, -12.0, 6.0 * L, 6.0 * L, 4.0 * L * L, -6.0 * L, 2.0 * L * L,  //
+      -12.0, -6.0 * L, 12.0, -6.0 * L, 6.0 * L, 2.0 * L * L, -6.0 * L, 4.0 * L * L;
+  bending *= beam.EI / (L * L * L);
+  mass << 156.0, 22.0 * L, 54.0, -13.0 * L, 22.0 * L, 4.0 * L * L, 13.0 * L, -3.0 * L * L,  //
+      54.0, 13.0 * L, 156.0, -22.0 * L, -13.0 * L, -3.0 * L * L, -22.0 * L, 4.0 * L * L;
+  mass *= beam.mass[1] / 420.0;
+  Eigen::MatrixXd K = Eigen::MatrixXd::Zero(size, size), M = K;
+  for (Eigen::Index k = 0; k < beam.num_elements(); ++k) {
+    const double first = beam.tension[k], last = beam.is_consistent ? beam.tension[k + 1] : first;
+    K.block<4, 4>(2 * k, 2 * k) += bending + geometric_stiffness(first, last, L);
+    if (beam.is_consistent) M.block<4, 4>(2 * k, 2 * k) += mass;
+  }
+  K(0, 1) -= beam.thrust;  // transverse force of the thrust: thrust times the rotation of its node
+  Eigen::MatrixXd A;
+  if (beam.is_consistent) {
+    A = M.partialPivLu().solve(K);
+  } else {
+    // rotations carry no mass: condensed
+    const auto even = Eigen::seqN(0, nodes, 2), odd = Eigen::seqN(1, nodes, 2);
+    const Eigen::MatrixXd Kww = K(even, even), Kwt = K(even, odd), Ktw = K(odd, even), Ktt = K(odd, odd);
+    A = beam.mass.cwiseInverse().asDiagonal() * (Kww - Kwt * Ktt.partialPivLu().solve(Ktw));
+  }
+  const Eigen::VectorXcd values = Eigen::EigenSolver<Eigen::MatrixXd>(A).eigenvalues();
+  std::vector<std::complex<double>> squares(values.begin(), values.end());
+  std::sort(squares.begin(), squares.end(), [](auto a, auto b) { return std::abs(a) < std::abs(b); });
+  return squares;
+}
+
+/// Beam that a thrust at its first node accelerates along itself.
+inline HermiteBeam hermite_rocket(double EI, double length, const Eigen::VectorXd& mass, double thrust,
+                                  bool is_consistent) {
+  HermiteBeam beam{EI, length, mass, is_consistent, {}, thrust};
+  beam.tension.resize(beam.num_elements() + (is_consistent ? 1 : 0));
+  double force = -thrust;
+  for (Eigen::Index k = 0; k < beam.tension.size(); ++k) {
+    // the tension jumps by the inertia of a mass on a node, or falls evenly over the elements
+    const double share = is_consistent ? (k == 0 ? 0.0 : 1.0 / static_cast<double>(beam.num_elements()))
+                                       : mass[k] / mass.sum();
+    force += thrust * share;
+    beam.tension[k] = force;
+  }
+  return beam;
+}
+
+/// Beam with masses on its nodes that spins about an axis across it, for motions out of the plane of spin.
+inline HermiteBeam hermite_spinner(double EI, double length, const Eigen::VectorXd& mass, double spin) {
+  HermiteBeam beam{EI, length, mass, false, Eigen::VectorXd::Zero(mass.size() - 1), 0.0};
+  const Eigen::VectorXd at =
+      Eigen::VectorXd::LinSpaced(mass.size(), 0.0, length * static_cast<double>(mass.size() - 1));
+  const double centre = at.dot(mass) / mass.sum();
+  for (Eigen::Index k = 0; k < beam.num_elements(); ++k)
+    for (Eigen::Index i = k + 1; i < mass.size(); ++i)
+      beam.tension[k] += mass[i] * spin * spin * (at[i] - centre);
+  return beam;
+}
+
+}  // namespace freeflex::testing
