@@ -2,7 +2,7 @@
 set(CPACK_GENERATOR DEB)
 set(CPACK_PACKAGE_NAME freeflex)
 set(CPACK_PACKAGE_VENDOR freeflex)
-set(CPACK_PACKAGE_CONTACT "${FREEFLEX_MAINTAINER}")
+set(CPACK_PACKAGE_CONTACT "${FREEFLEX_CONTACT}")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
 # each package has its own, in its description; one of the whole would be put before it
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "")
