@@ -91,7 +91,8 @@ void add_settings(CLI::App& command, io::Settings& settings) {
   };
   command
       .add_option_function<std::vector<std::string>>(
-          "--set", take, "value set in the scene before it is read: points.hub.mass=41; may be repeated")
+          "--set", take,
+          "sets a value of the scene before it is read, as points.hub.mass=41; may be repeated")
       ->type_name("PATH=VALUE")
       ->allow_extra_args(false)
       ->check(CLI::Validator(problem, ""));

@@ -1,11 +1,14 @@
 // Values set in a scene by their paths, before it is read.
 #include <gtest/gtest.h>
 
+#include <algorithm>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
 #include "core/plan/plan_bytes.hpp"
 #include "service/io/scene/input.hpp"
+#include "service/io/scene/schema.hpp"
 #include "tests/scene/bad_scene.hpp"
 #include "tests/scene/temporary_folder.hpp"
 
@@ -220,6 +223,20 @@ TEST(SceneText, HasItsFaultsAtItsOwnLines) {
   EXPECT_EQ(
       texts_of(io::read_scene_text({.text = "", .name = "Plan(text)"})),
       std::vector<std::string>{"Plan(text):1:1: error: the file is empty; a scene has at least points"});
+}
+
+// what is no item of the scene, or of another kind, is refused for that alone
+TEST(Settings, TakeEveryPathThatTheSchemaLists) {
+  const auto schema = nlohmann::json::parse(io::scene_schema());
+  const auto paths = schema["x-paths"]["paths"].get<std::vector<std::string>>();
+  for (const std::string& path : paths)
+    for (const std::string& text : texts_of(read_with({path + "=1"})))
+      for (const char* fault : {"unknown key", "a key is due", "is an item", "as a whole", "names are what"})
+        EXPECT_EQ(text.find(fault), std::string::npos) << text;
+  for (const char* path : {"rate", "points.*.mass", "links.*.E", "loads.*.forces.*", "loads.*.pulse.start",
+                           "initial.modes.*.q", "groups.*", "points.*.csv"})
+    EXPECT_EQ(std::count(paths.begin(), paths.end(), path), std::string(path) == "points.*.csv" ? 0 : 1)
+        << path;
 }
 
 struct BadSettings {

@@ -231,6 +231,22 @@ TEST(Modes, JsonAndTextAgreeOnTwoMassesAndASpring) {
   EXPECT_TRUE(contains(text.out, "1.125395395")) << text.out;
 }
 
+// two masses m on a spring k: omega^2 = 2 k / m
+TEST(Modes, FollowTheValuesThatAreSet) {
+  const TemporaryFolder folder;
+  write_text(folder / "pair.yaml",
+             "points: [{name: a, mass: 1, at: [0, 0, 0]}, {name: b, mass: 1, at: [1, 0, 0]}]\n"
+             "links: {spring: [a, b], stiffness: 100}\n");
+  const auto frequency = [&](const std::string& settings) {
+    const Outcome outcome = run(kFreeflex + " modes --json " + settings + folder / "pair.yaml");
+    EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
+    return nlohmann::json::parse(outcome.out)["modes"][0]["frequency"].get<double>();
+  };
+  const double pi = std::acos(-1.0);
+  EXPECT_NEAR(frequency(""), std::sqrt(200.0) / (2.0 * pi), 1e-12);
+  EXPECT_NEAR(frequency("--set 'points.*.mass=4' --set links.1.stiffness=50 "), 5.0 / (2.0 * pi), 1e-12);
+}
+
 TEST(Modes, MarksTheRotorsRepeatedFrequency) {
   const Outcome outcome = run(kFreeflex + " modes --json " + kScenes + "rotor.yaml");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;

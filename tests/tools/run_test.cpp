@@ -346,5 +346,38 @@ TEST_F(Run, ALogOfAnotherPlanThatDoesNotFitIsSaidToBe) {
   EXPECT_FALSE(contains(outcome.err, "incomplete")) << outcome.err;
 }
 
+TEST_F(Run, WithAValueSetIsReplayedByThePlanCompiledWithIt) {
+  const std::string set = "--set points.b.mass=3 --set 'links.*.stiffness=400' ";
+  const Outcome outcome = run_scene(stretched_and_spun(1e-3, 0.0), set + "--until 0.1 --out set.log");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const std::string in_folder = "cd " + folder_.path() + " && " + kFreeflex;
+  ASSERT_EQ(run(in_folder + " compile " + set + "scene.yaml -o set.plan").exit_code, 0);
+  EXPECT_EQ(run(in_folder + " replay set.log --plan set.plan").exit_code, 0);
+  const Outcome other = run(in_folder + " replay set.log --plan scene.yaml");
+  EXPECT_EQ(other.exit_code, 2) << "the scene as it is written is another plan";
+  EXPECT_TRUE(contains(other.err, "fingerprint")) << other.err;
+}
+
+TEST_F(Run, AWrongSettingIsRefusedByEveryProgramInTheSameWords) {
+  write_text(folder_ / "scene.yaml", pair(""));
+  const std::string in_folder = "cd " + folder_.path() + " && ";
+  const std::string message = "--set points.b.mass=-3: error: point 'b': mass -3 kg, must be >= 0\n";
+  for (const std::string& command :
+       {kFreeflex + " check scene.yaml", kFreeflex + " modes scene.yaml",
+        kFreeflex + " run scene.yaml --until 1 "
+                    "--out a.log",
+        kFreeflex + " compile scene.yaml -o a.plan", kFreeflexd + " scene.yaml --until 1"}) {
+    const Outcome outcome = run(in_folder + command + " --set points.b.mass=-3");
+    EXPECT_EQ(outcome.exit_code, 2) << command;
+    EXPECT_TRUE(contains(outcome.err, message)) << command << ": " << outcome.err;
+    const Outcome bare = run(in_folder + command + " --set points.b.mass");
+    EXPECT_EQ(bare.exit_code, 2) << command;
+    EXPECT_TRUE(contains(bare.err,
+                         "found 'points.b.mass', must be PATH=VALUE, as in points.hub.mass=41 or "
+                         "'links.*.E=6.9e10'"))
+        << command << ": " << bare.err;
+  }
+}
+
 }  // namespace
 }  // namespace freeflex::testing

@@ -26,6 +26,7 @@ struct CompileOptions {
 
 constexpr const char* kCompileFooter = R"(Example:
   freeflex compile service/scenes/rotor.yaml -o rotor.plan --rate 2000
+  freeflex compile boom.yaml -o heavy.plan --set points.hub.mass=41
 JSON fields:
   plan         the file;  bytes: its size;  fingerprint: 16 hexadecimal digits
   rate         [Hz];  elastic_freedoms: number of them

@@ -29,6 +29,7 @@ struct ModesOptions {
 
 constexpr const char* kModesFooter = R"(Example:
   freeflex modes service/scenes/rotor.yaml --count 8
+  freeflex modes boom.yaml --set points.tip.mass=3
 JSON fields:
   name, points, links, rigid_freedoms, elastic_freedoms
                the last four are numbers of them

@@ -43,6 +43,7 @@ constexpr const char* kRunFooter = R"(Example:
   freeflex run service/scenes/rotor.yaml --until 10        (the last lines alone: how far to trust it)
   freeflex run service/scenes/rotor.yaml --until 10 --out rotor.log
   freeflex run rotor.plan --log flight.log --out flight.csv
+  freeflex run boom.yaml --set points.hub.mass=41 --set 'links.*.GJ=6e4' --until 1 --out heavy.log
   freeflex run boom.yaml --until 1 --out - | cut -d, -f 2-5
 A log holds STATE, POINTS, LOADS, APPLIED and SCENE at the scene's rates, time stamps in simulated time.
 Columns of a table, one row a STATE: tick; time [s]; x y z [m] and vx vy vz [m/s] of the centre of mass, world axes;

@@ -21,7 +21,8 @@ constexpr const char* kSchemaFooter = R"(Example:
   freeflex schema --out scene.schema.json
 An editor with a YAML language server completes and checks a scene that begins with the line
   # yaml-language-server: $schema=scene.schema.json
-The schema knows keys, types, units and ranges; freeflex check knows the rest too.
+The schema knows keys, types, units and ranges; freeflex check knows the rest too. Its field x-paths lists the paths of
+values that --set takes.
 Exit codes: 0 written, 1 not written, 2 wrong arguments.)";
 
 int write_schema(const std::string& path) {

@@ -5,6 +5,7 @@
   from_help.py bash OUTPUT PROGRAM...
 """
 
+import json
 import os
 import re
 import subprocess
@@ -81,10 +82,17 @@ def options(text):
 
 
 def takes_file(argument):
-    return any(word in argument for word in ("FILE", "FOLDER", "LOG", "PATH", "DIR"))
+    return "=" not in argument and any(word in argument for word in ("FILE", "FOLDER", "LOG", "PATH", "DIR"))
+
+
+def paths_of_values(program):
+    """What --set takes before the equals sign."""
+    schema = json.loads(subprocess.run([program, "schema"], check=True, capture_output=True, text=True).stdout)
+    return [f"{path}=" for path in schema["x-paths"]["paths"]]
 
 
 def bash(output, programs):
+    paths = " ".join(paths_of_values(next(each for each in programs if os.path.basename(each) == "freeflex")))
     text = "# Completion of freeflex for bash, made from --help.\n"
     for program in programs:
         name = os.path.basename(program)
@@ -93,13 +101,14 @@ def bash(output, programs):
         commands = {command: options(said(program, command)) for command, _ in subcommands(whole)}
         cases = "".join(f'    {command}) words="{" ".join(found)}" ;;\n' for command, found in commands.items())
         everything = {**options(whole), **{o: a for found in commands.values() for o, a in found.items()}}
-        with_value = [o for o, a in everything.items() if a and not takes_file(a)]
+        with_value = [o for o, a in everything.items() if a and not takes_file(a) and o != "--set"]
         text += f"""
 {function}() {{
   local current="${{COMP_WORDS[COMP_CWORD]}}" before="${{COMP_WORDS[COMP_CWORD-1]}}" words command= file k
   for ((k = 1; k < COMP_CWORD; ++k)); do
     case "${{COMP_WORDS[k]}}" in -*) ;; *) command="${{COMP_WORDS[k]}}"; break ;; esac
   done
+  case "$before" in --set) compopt -o nospace; COMPREPLY=($(compgen -W "{paths}" -- "$current")); return ;; esac
   case "$before" in {"|".join(with_value) or "--"}) COMPREPLY=(); return ;; esac
   case "$command" in
 {cases}    *) words="{" ".join([*commands, *options(whole)])}" ;;

@@ -1,5 +1,6 @@
 #include "service/io/scene/schema.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <cstdio>
@@ -180,6 +181,28 @@ void add_definitions(const Section& section, Json& definitions) {
     }
 }
 
+// every path by which a value can be set, with * for each name and item
+void add_paths(const Section& section, const std::string& before, bool is_item, Json& paths) {
+  for (const Key& key : section.keys) {
+    if (is_item && key.form == Form::kName) continue;
+    std::string path = before + std::string(key.name);
+    const auto add = [&] {
+      if (std::find(paths.begin(), paths.end(), path) == paths.end()) paths.push_back(path);
+    };
+    add();
+    if (key.per != Per::kNothing || key.form == Form::kItems) path += ".*";
+    if (key.per != Per::kNothing) add();
+    for (const Section* of : key.sections)
+      if (key.form != Form::kItems || of->find("csv") == nullptr)
+        add_paths(*of, path + ".", key.form == Form::kItems, paths);
+  }
+}
+
+constexpr const char* kPathsAbout =
+    "Paths of values, which 'freeflex run SCENE --set PATH=VALUE' sets before the scene is read. Keys stand "
+    "behind dots. For * write the name of an item (in quotes where it has dots or is a number), its place in "
+    "the list from 1, or * for all that take the key. VALUE is YAML.";
+
 }  // namespace
 
 std::string scene_schema() {
@@ -190,6 +213,9 @@ std::string scene_schema() {
   Json definitions = common_definitions();
   add_definitions(sections::kScene, definitions);
   schema["definitions"] = std::move(definitions);
+  Json paths = Json::array();
+  add_paths(sections::kScene, "", false, paths);
+  schema["x-paths"] = {{"description", kPathsAbout}, {"paths", std::move(paths)}};
   return schema.dump(2) + "\n";
 }
 
