@@ -2,12 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "core/plan/fast_loads.hpp"
 #include "core/plan/histories.hpp"
 #include "core/plan/mixing.hpp"
 #include "core/plan/propagator.hpp"
 #include "core/plan/rungs.hpp"
+#include "core/scene/faults.hpp"
 
 namespace freeflex {
 namespace {
@@ -78,6 +80,16 @@ void set_rate(Plan& plan, double rate) {
     set_own_rate(shadow.plan, shadow.substeps / plan.period);
   }
   budget.horizon_ticks = horizon_in_ticks(budget.horizon, plan.period);
+}
+
+std::string find_fast_modes(const Plan& plan) {
+  constexpr double kMostOfRate = 1000.0;  // [-] the stiffest of the shipped trusses has 107
+  const auto fastest = std::max_element(plan.omega.begin(), plan.omega.end());
+  const double highest = fastest == plan.omega.end() ? 0.0 : *fastest / (2.0 * std::numbers::pi);
+  if (highest * plan.period <= kMostOfRate) return {};
+  return join_text("the highest frequency, ", highest, " Hz, is ", highest * plan.period,
+                   " times the rate of ", 1.0 / plan.period,
+                   " Hz; masses are in kg, lengths in m, stiffnesses in N/m, N or N m^2");
 }
 
 }  // namespace freeflex

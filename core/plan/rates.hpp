@@ -3,6 +3,7 @@
 
 #include <cstdint>
 #include <span>
+#include <string>
 
 #include "core/step/plan.hpp"
 
@@ -24,5 +25,9 @@ std::int32_t shadow_steps(PlanShadow::Kind kind, Fidelity rung, std::int32_t par
 
 /// A horizon [s] in ticks, at least 1.
 std::int64_t horizon_in_ticks(double horizon, double period);
+
+/// What to say of a plan whose fastest mode is more than a thousand times as fast as its ticks: masses or
+/// stiffnesses are likely to be in another unit. Empty: nothing.
+std::string find_fast_modes(const Plan& plan);
 
 }  // namespace freeflex

@@ -1,8 +1,10 @@
 // Physics of single links.
 #include <Eigen/Geometry>
 #include <algorithm>
+#include <limits>
 #include <set>
 
+#include "core/rounding.hpp"
 #include "core/scene/bodies.hpp"
 #include "core/scene/checker.hpp"
 #include "core/scene/link_kinds.hpp"
@@ -12,6 +14,9 @@ namespace {
 
 // [-] sine of the angle between a beam and its y_axis below which the local axes are not determined
 constexpr double kParallel = 1e-6;
+
+// [-] steps of a double that a link spans at least where its points are: its direction is then known to 1e-3
+constexpr double kLeastSteps = 1000.0;
 
 // sine of the angle of three points below which a dihedral angle or a plate is not determined [-]
 constexpr double kDegenerate = 1e-9;
@@ -160,6 +165,44 @@ void Checker::check_link(const Link& link, int index) {
                  [](const Dashpot&) {},
              },
              link.kind);
+}
+
+// Links whose points are so far from the origin that doubles do not resolve them: the first of them, and how
+// many there are.
+void Checker::check_resolution() {
+  const Link* first = nullptr;
+  std::string message;
+  int num_others = -1;
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    const Link& link = scene.links[k];
+    if (!std::all_of(link.points.begin(), link.points.end(),
+                     [&](int each) { return is_point(each) && point(each).position.allFinite(); }))
+      continue;
+    // of a matrix or a rigid body, which take any places, the whole size
+    const bool is_chain = traits_of(link).follows_points && !is_body(link);
+    double length = is_chain ? std::numeric_limits<double>::infinity() : 0.0, farthest = 0.0;
+    for (std::size_t i = 0; i < link.points.size(); ++i) {
+      farthest = std::max(farthest, point(link.points[i]).position.cwiseAbs().maxCoeff());
+      if (i == 0) continue;
+      const Eigen::Vector3d& from = point(link.points[is_chain ? i - 1 : 0]).position;
+      const double span = (point(link.points[i]).position - from).stableNorm();
+      length = is_chain ? std::min(length, span) : std::max(length, span);
+    }
+    const double step = kEpsilon * farthest;
+    if (link.points.size() < 2 || length == 0.0 || length >= kLeastSteps * step) continue;  // 0: reported
+    ++num_others;
+    if (first) continue;
+    first = &link;
+    message =
+        join_text("link ", called(link, static_cast<int>(k)), " of ", length, " m has points ", farthest,
+                  " m from the origin, where numbers of 64 bits are ", step,
+                  " m apart and do not resolve it; give coordinates from an origin in the structure, and "
+                  "where that is by initial: position");
+  }
+  if (!first) return;
+  if (num_others > 0)
+    message += join_text("; so for ", num_others, num_others == 1 ? " other link" : " other links");
+  error(first->origin, message);
 }
 
 }  // namespace freeflex

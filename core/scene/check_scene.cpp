@@ -233,6 +233,7 @@ void check_scene(const Scene& scene, Faults& faults) {
   checker.check_points();
   for (std::size_t i = 0; i < scene.links.size(); ++i)
     checker.check_link(scene.links[i], static_cast<int>(i));
+  checker.check_resolution();
   for (std::size_t i = 0; i < scene.groups.size(); ++i)
     checker.check_group(scene.groups[i], static_cast<int>(i));
   checker.check_wheels();

@@ -45,6 +45,7 @@ struct Checker {
 
   void check_points();
   void check_link(const Link& link, int index);
+  void check_resolution();
   void check_link_points(const Link& link, const std::string& who);
   void check_beam(const Link& link, const Beam& beam, const std::string& who);
   void check_plate(const Link& link, const Plate& plate, const std::string& who);

@@ -28,7 +28,7 @@ std::string written(const Beam&) { return "{beam: [a, b], EA: 1, GJ: 1, EIy: 1, 
 std::string written(const MatrixLink&) { return "{matrix: K.mtx, points: [a, b]}"; }
 std::string written(const BendingSpring&) { return "{bending: [a, b, c], stiffness: 1}"; }
 std::string written(const TorsionSpring&) { return "{torsion: [a, b, c, d], stiffness: 1}"; }
-std::string written(const Plate&) { return "{plate: [a, b, c], E: 1, nu: 0.3, thickness: 1}"; }
+std::string written(const Plate&) { return "{plate: [a, b, c], E: 7e9, nu: 0.3, thickness: 0.01}"; }
 std::string written(const Rigid&) { return "{rigid: [a, b]}"; }
 std::string written(const Dashpot&) { return "{dashpot: [a, b], damping: 1}"; }
 

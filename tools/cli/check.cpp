@@ -9,6 +9,7 @@
 
 #include "core/limits.hpp"
 #include "core/plan/make_plan.hpp"
+#include "core/plan/rates.hpp"
 #include "core/structure/structure.hpp"
 #include "service/io/wire/outbound.hpp"
 #include "tools/cli/commands.hpp"
@@ -27,6 +28,7 @@ struct CheckOptions {
 
 constexpr const char* kCheckFooter = R"(Example:
   freeflex check service/scenes/rotor.yaml
+  freeflex check boom.yaml --set 'points.tip.at=[3, 1, 0.5]'
 JSON fields:
   scene        the file;  ok: whether it is good
   faults       of each: file, line, column, severity (error or warning), message
@@ -56,6 +58,9 @@ Checked check_file(const std::string& path, const io::Settings& settings) {
   if (read.scene) structure = build_structure(*read.scene, checked.faults, progress.of_setup());
   if (structure) checked.kept = structure->kept;
   if (structure) checked.plan = make_plan(*read.scene, *structure, checked.faults);
+  if (!checked.plan) return checked;
+  if (const std::string fast = find_fast_modes(*checked.plan); !fast.empty())
+    checked.faults.push_back({Fault::Severity::kWarning, {0, 0, 0}, fast});
   return checked;
 }
 

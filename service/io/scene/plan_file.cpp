@@ -64,6 +64,9 @@ PlanResult compile_scene(SceneResult scene, double rate, const SetupProgress& pr
   const std::optional<Structure> structure = build_structure(*scene.scene, result.faults, progress);
   if (structure) result.plan = make_plan(*scene.scene, *structure, result.faults);
   if (result.plan && rate > 0.0) change_rate(rate, result);
+  if (!result.plan) return result;
+  if (const std::string fast = find_fast_modes(*result.plan); !fast.empty())
+    result.faults.push_back({Fault::Severity::kWarning, {0, 0, 0}, fast});
   return result;
 }
 

@@ -6,6 +6,7 @@
 #include <numeric>
 
 #include "core/scene/link_kinds.hpp"
+#include "core/scene/plausibility.hpp"
 #include "service/io/scene/input.hpp"
 
 namespace freeflex::io {
@@ -18,6 +19,12 @@ std::string name_from_path(const std::string& path) {
   for (char& c : name)
     if (!reader::name_problem(std::string_view(&c, 1)).empty()) c = '_';
   return reader::name_problem(name).empty() ? name : "scene";
+}
+
+void report_implausible(const Scene& scene, reader::Report& report) {
+  Faults found;
+  warn_of_implausible(scene, found);
+  for (const Fault& fault : found) report.warning(fault.origin, fault.message);
 }
 
 /// \param source  of the report; nullopt after it reported that there is none
@@ -34,6 +41,7 @@ SceneResult read_source(reader::Report& report, std::optional<int> source, const
   // beside faults of reading, those of physics in what was read well
   if (!is_read && scene_reader.is_judged())
     reader::report_physics(scene, scene_reader.other_places(), report);
+  if (is_read) report_implausible(scene, report);
   if (is_read) result.scene = std::move(scene);
   result.faults = report.take_faults();
   return result;

@@ -1,0 +1,195 @@
+#include "core/scene/plausibility.hpp"
+
+#include <Eigen/Eigenvalues>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <map>
+#include <numeric>
+#include <optional>
+#include <span>
+#include <string>
+#include <vector>
+
+#include "core/scene/faults.hpp"
+#include "core/scene/link_kinds.hpp"
+
+namespace freeflex {
+namespace {
+
+constexpr double kLeastModulus = 1e6;   // [Pa] rubber has about as much
+constexpr double kMostModulus = 1e13;   // [Pa] diamond has 1.2e12
+constexpr double kLeastDensity = 0.1;   // [kg/m^3] the lightest aerogel has 0.16
+constexpr double kMostDensity = 30000;  // [kg/m^3] osmium has 22,590
+constexpr double kMostLengthRatio = 1e12;
+
+/// A unit that people write in place of the SI one, and the exponent of ten that makes SI of it.
+struct OtherUnit {
+  const char* name;
+  int exponent;
+};
+constexpr OtherUnit kOfModulus[] = {{"GPa", 9}, {"MPa", 6}};
+constexpr OtherUnit kOfDensity[] = {{"g/cm^3", 3}, {"g/mm^3", 6}, {"kg/mm^3", 9}, {"t/mm^3", 12}};
+
+// "; in GPa write 70e9" for the first unit in which the value is one of a usual material
+std::string advise_unit(double value, std::span<const OtherUnit> units, double least, double most) {
+  for (const OtherUnit& unit : units) {
+    const double in_si = value * std::pow(10.0, unit.exponent);
+    if (in_si < least || in_si > most) continue;
+    const std::string text = join_text(value);
+    const bool has_exponent = text.find('e') != std::string::npos;
+    return join_text("; in ", unit.name, " write ", has_exponent ? join_text(in_si) : text + "e",
+                     has_exponent ? "" : std::to_string(unit.exponent));
+  }
+  return {};
+}
+
+// one cause: the first link that has it, and how many others have it too
+struct Cause {
+  Origin origin;
+  std::string message;
+  std::size_t num_others = 0;
+};
+
+class Causes {
+ public:
+  explicit Causes(Faults& faults) : faults_(faults) {}
+  ~Causes() {
+    for (const auto& [name, cause] : causes_) {
+      const std::string others = cause.num_others == 0 ? ""
+                                 : cause.num_others == 1
+                                     ? "; so is 1 other link"
+                                     : join_text("; so are ", cause.num_others, " others");
+      add_warning(faults_, cause.origin, cause.message + others);
+    }
+  }
+  Causes(const Causes&) = delete;
+  Causes& operator=(const Causes&) = delete;
+
+  template <typename Words>
+  void add(int cause, const Link& link, const Words& words) {
+    if (const auto found = causes_.find(cause); found != causes_.end())
+      ++found->second.num_others;
+    else
+      causes_[cause] = {link.origin, words()};
+  }
+
+ private:
+  Faults& faults_;
+  std::map<int, Cause> causes_;
+};
+
+enum : int { kSoft, kStiff, kLight, kHeavy, kThick };
+
+std::string link_at(const Scene& scene, std::size_t index) {
+  return "link " + called(scene.links[index], static_cast<int>(index));
+}
+
+void look_at_material(const Scene& scene, std::size_t index, const Plate& plate, Causes& causes) {
+  const Link& link = scene.links[index];
+  const auto modulus = [&](const char* what) {
+    return join_text(link_at(scene, index), ": E of ", plate.E, " Pa is ", what,
+                     advise_unit(plate.E, kOfModulus, 1e9, 2e12));
+  };
+  const auto density = [&](const char* what) {
+    return join_text(link_at(scene, index), ": density of ", plate.density, " kg/m^3 is ", what,
+                     advise_unit(plate.density, kOfDensity, 100.0, kMostDensity));
+  };
+  if (plate.E < kLeastModulus) causes.add(kSoft, link, [&] { return modulus("less than rubber has"); });
+  if (plate.E > kMostModulus) causes.add(kStiff, link, [&] { return modulus("more than diamond has"); });
+  if (plate.density > 0.0 && plate.density < kLeastDensity)
+    causes.add(kLight, link, [&] { return density("less than any solid has"); });
+  if (plate.density > kMostDensity)
+    causes.add(kHeavy, link, [&] { return density("more than any metal has"); });
+}
+
+// plates that hang together by their points: the group of each link; -1 for one that is no plate
+class PlateGroups {
+ public:
+  explicit PlateGroups(const Scene& scene) : parents_(scene.points.size()) {
+    std::iota(parents_.begin(), parents_.end(), 0);
+    for (const Link& link : scene.links)
+      if (std::holds_alternative<Plate>(link.kind))
+        for (const int point : link.points) parents_[root(point)] = static_cast<int>(root(link.points[0]));
+  }
+  std::size_t root(int point) {
+    auto at = static_cast<std::size_t>(point);
+    while (static_cast<std::size_t>(parents_[at]) != at) {
+      parents_[at] = parents_[static_cast<std::size_t>(parents_[at])];
+      at = static_cast<std::size_t>(parents_[at]);
+    }
+    return at;
+  }
+
+ private:
+  std::vector<int> parents_;
+};
+
+// [m] extent of places along the second of their principal directions: the width of what they span
+double width_of(const std::vector<Eigen::Vector3d>& places) {
+  Eigen::Matrix3Xd r(3, static_cast<Eigen::Index>(places.size()));
+  for (std::size_t k = 0; k < places.size(); ++k) r.col(static_cast<Eigen::Index>(k)) = places[k] - places[0];
+  r.colwise() -= Eigen::Vector3d(r.rowwise().mean());
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> eigen(r * r.transpose());
+  const Eigen::RowVectorXd across = eigen.eigenvectors().col(1).transpose() * r;
+  return across.maxCoeff() - across.minCoeff();
+}
+
+void look_at_thickness(const Scene& scene, Causes& causes) {
+  PlateGroups groups(scene);
+  std::map<std::size_t, std::vector<Eigen::Vector3d>> places;
+  for (const Link& link : scene.links)
+    if (std::holds_alternative<Plate>(link.kind))
+      for (const int point : link.points)
+        places[groups.root(point)].push_back(scene.points[static_cast<std::size_t>(point)].position);
+  std::map<std::size_t, double> widths;
+  for (const auto& [root, of_group] : places) widths[root] = width_of(of_group);
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    const auto* plate = std::get_if<Plate>(&scene.links[k].kind);
+    if (!plate) continue;
+    const double width = widths[groups.root(scene.links[k].points[0])];
+    if (plate->thickness <= width || width == 0.0) continue;  // on a line: an error of the set-up
+    causes.add(kThick, scene.links[k], [&] {
+      return join_text(link_at(scene, k), ": thickness of ", plate->thickness,
+                       " m is more than the width of the plate, ", width, " m; in mm write ",
+                       1e-3 * plate->thickness);
+    });
+  }
+}
+
+void look_at_lengths(const Scene& scene, Faults& faults) {
+  double shortest = std::numeric_limits<double>::infinity(), longest = 0.0;
+  std::size_t short_link = 0, long_link = 0;
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    const Link& link = scene.links[k];
+    if (!traits_of(link).follows_points) continue;
+    for (std::size_t i = 1; i < link.points.size(); ++i) {
+      const double length = (scene.points[static_cast<std::size_t>(link.points[i])].position -
+                             scene.points[static_cast<std::size_t>(link.points[i - 1])].position)
+                                .stableNorm();
+      if (length == 0.0) continue;  // of a rigid body
+      if (length < shortest) shortest = length, short_link = k;
+      if (length > longest) longest = length, long_link = k;
+    }
+  }
+  // a thousandth below, for the rounding of the coordinates
+  if (longest < 0.999 * kMostLengthRatio * shortest) return;
+  add_warning(faults, scene.links[short_link].origin,
+              join_text("lengths from ", shortest, " m (", link_at(scene, short_link), ") to ", longest,
+                        " m (", link_at(scene, long_link), ") in one scene: coordinates are in m"));
+}
+
+}  // namespace
+
+void warn_of_implausible(const Scene& scene, Faults& faults) {
+  {
+    Causes causes(faults);
+    for (std::size_t k = 0; k < scene.links.size(); ++k)
+      if (const auto* plate = std::get_if<Plate>(&scene.links[k].kind))
+        look_at_material(scene, k, *plate, causes);
+    look_at_thickness(scene, causes);
+  }
+  look_at_lengths(scene, faults);
+}
+
+}  // namespace freeflex
