@@ -138,7 +138,8 @@ TEST(Versions, ACommandOf03IsRefusedByNameWithAnAnswerToItsSender) {
 TEST(Versions, AnEarlierTypeIsNamedUnlessItIsStillInUse) {
   const auto bytes_of = [](std::uint64_t fingerprint) {
     std::vector<std::byte> bytes(100);
-    for (std::size_t k = 0; k < 8; ++k) bytes[k] = static_cast<std::byte>(fingerprint >> (56 - 8 * k) & 0xFFu);
+    for (std::size_t k = 0; k < 8; ++k)
+      bytes[k] = static_cast<std::byte>(fingerprint >> (56 - 8 * k) & 0xFFu);
     return bytes;
   };
   // of 0.4: state_t, status_t, force_t, scene_t, ack_t
