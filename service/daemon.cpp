@@ -196,6 +196,7 @@ int Daemon::run() {
 void Daemon::start_ingress() {
   auto names = std::make_unique<io::NameTable>();
   io::fill_name_table(plan_, *names);
+  io::limit_holds(plan_, *names);
   const IngressProcess::Options ingress{.session = identity_.session,
                                         .lcm_url = url_,
                                         .channel_prefix = options_.prefix,
@@ -281,6 +282,7 @@ void Daemon::start_simulation() {
   const LoopSettings settings{.timing = options_.timing,
                               .starts_holding = options_.starts_holding,
                               .until_tick = until_tick_,
+                              .may_bus_clear = verifier_ != nullptr,
                               .limits = plan_.command_limits};
   simulation_ = std::make_unique<Simulation>(plan_, settings, clock_, inbound().inbound, output_);
   if (!has_default_arithmetic()) {

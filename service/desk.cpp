@@ -7,14 +7,19 @@ namespace freeflex::service {
 
 using io::Reason;
 
-CommandDesk::CommandDesk(double sender_share)
-    : sender_share_(sender_share), pool_(kMaxPending), free_places_(kMaxPending), due_(kMaxPending) {
+CommandDesk::CommandDesk(double sender_share, std::int64_t max_bus_ahead)
+    : sender_share_(sender_share),
+      max_bus_ahead_(std::min(max_bus_ahead, io::kMaxAheadTicks)),
+      pool_(kMaxPending),
+      free_places_(kMaxPending),
+      due_(kMaxSlots + kMaxPending) {
   clear();
 }
 
 void CommandDesk::clear() {
   std::iota(free_places_.begin(), free_places_.end(), std::size_t{0});
   num_pending_ = num_due_ = num_due_received_ = num_claims_ = num_in_force_ = 0;
+  num_clearances_ = num_due_clearances_ = 0;
 }
 
 CommandDesk::Share CommandDesk::slot_share(const std::array<char, kSenderSize>& sender) const {
@@ -49,7 +54,9 @@ CommandDesk::Decision CommandDesk::submit(const ForceCommand& command, std::int6
   const bool is_at_once = command.start_tick < 0;
   const bool is_late = !is_at_once && command.start_tick < tick;
   if (is_late && command.late_policy == 0) return {Reason::kLate, tick, command.start_tick};
-  if (command.start_tick > tick + io::kMaxAheadTicks) return {Reason::kTooFarAhead, tick, command.start_tick};
+  const std::int64_t most_ahead = is_operator(command.sender) ? io::kMaxAheadTicks : max_bus_ahead_;
+  if (command.start_tick > tick + most_ahead)
+    return {Reason::kTooFarAhead, tick, command.start_tick, most_ahead};
   // the command, its end, and one entry kept for a reset
   if (applied_free < num_owed() + 3) return {Reason::kQueueFull, tick, 0};
   if (const auto most =
@@ -63,7 +70,7 @@ CommandDesk::Decision CommandDesk::submit(const ForceCommand& command, std::int6
               find_exceeded(claims_.data(), num_claims_, command.sender, slot_share(command.sender)))
         return {Reason::kNoSlotFree, tick, *most};
       claim = &claims_[static_cast<std::size_t>(num_claims_++)];
-      *claim = {command.sender, command.slot, 0, false};
+      *claim = {command.sender, command.slot, 0, false, 0};
     }
     ++claim->num_pending;
   }
@@ -87,13 +94,24 @@ void CommandDesk::insert(const ForceCommand& command, const Pending& entry) {
 
 std::span<const ForceCommand> CommandDesk::take_due(std::int64_t tick) {
   num_due_ = num_due_received_ = 0;
+  num_due_clearances_ = num_clearances_;
+  for (int i = 0; i < num_clearances_; ++i) {
+    const Clearance& clearance = clearances_[static_cast<std::size_t>(i)];
+    ForceCommand& command = due_[static_cast<std::size_t>(i)];
+    command = {};
+    command.sender = clearance.sender;
+    command.slot = clearance.slot;
+    command.sequence = clearance.sequence;
+    command.start_tick = tick;
+  }
+  ForceCommand* const due = due_.data() + num_clearances_;
   while (num_due_ < num_pending_ && order_[static_cast<std::size_t>(num_due_)].tick <= tick) {
     const Pending& entry = order_[static_cast<std::size_t>(num_due_)];
     if (entry.received_ns != 0)
       due_received_ns_[static_cast<std::size_t>(num_due_received_++)] = entry.received_ns;
-    due_[static_cast<std::size_t>(num_due_++)] = pool_[entry.place];
+    due[num_due_++] = pool_[entry.place];
   }
-  return {due_.data(), static_cast<std::size_t>(num_due_)};
+  return {due_.data(), static_cast<std::size_t>(num_due_clearances_ + num_due_)};
 }
 
 void CommandDesk::settle(const StepReport& report) {
@@ -107,13 +125,14 @@ void CommandDesk::settle(const StepReport& report) {
     }
   }
   for (int i = 0; i < num_due_; ++i) {
-    const ForceCommand& command = due_[static_cast<std::size_t>(i)];
+    const ForceCommand& command = due_[static_cast<std::size_t>(num_due_clearances_ + i)];
     Claim* claim = find_claim(command.sender, command.slot);
     if (claim == nullptr) continue;  // cleared a slot that was empty
     const bool fills = !is_clearing(command);
     if (fills) --claim->num_pending;
     num_in_force_ += static_cast<int>(fills) - static_cast<int>(claim->is_in_force);
     claim->is_in_force = fills;
+    claim->sequence = command.sequence;
     drop_if_idle(*claim);
   }
   // the places of the due ones go back on the stack of free places
@@ -122,7 +141,32 @@ void CommandDesk::settle(const StepReport& report) {
     free_places_[num_free + i] = order_[i].place;
   std::move(order_.begin() + num_due_, order_.begin() + num_pending_, order_.begin());
   num_pending_ -= num_due_;
-  num_due_ = num_due_received_ = 0;
+  num_clearances_ -= num_due_clearances_;
+  num_due_ = num_due_received_ = num_due_clearances_ = 0;
+}
+
+void CommandDesk::clear_senders(const std::array<char, kSenderSize>& target) {
+  const int num_before = num_pending_;
+  num_pending_ = 0;
+  int num_free = kMaxPending - num_before;  // of the stack of free places
+  for (int i = 0; i < num_before; ++i) {
+    const Pending& entry = order_[static_cast<std::size_t>(i)];
+    if (is_target(target, entry.sender))
+      free_places_[static_cast<std::size_t>(num_free++)] = entry.place;
+    else
+      order_[static_cast<std::size_t>(num_pending_++)] = entry;
+  }
+  const int num_claims_before = num_claims_;
+  num_claims_ = 0;
+  for (int i = 0; i < num_claims_before; ++i) {
+    const Claim& claim = claims_[static_cast<std::size_t>(i)];
+    if (!is_target(target, claim.sender)) {
+      claims_[static_cast<std::size_t>(num_claims_++)] = claim;
+    } else if (claim.is_in_force) {
+      clearances_[static_cast<std::size_t>(num_clearances_++)] = {claim.sender, claim.slot, claim.sequence};
+      --num_in_force_;
+    }
+  }
 }
 
 CommandDesk::Claim* CommandDesk::find_claim(const std::array<char, kSenderSize>& sender, std::int32_t slot) {

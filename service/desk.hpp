@@ -24,14 +24,17 @@ class CommandDesk {
   static constexpr int kOperatorSlots = kMaxSlots / 4, kOperatorPending = kMaxPending / 4;
   static constexpr int kBusSlots = kMaxSlots - kOperatorSlots, kBusPending = kMaxPending - kOperatorPending;
 
-  /// \param sender_share  [-] of all slots and of all waiting commands, for one sender on the bus, at least
+  /// \param sender_share   [-] of all slots and of all waiting commands, for one sender on the bus, at least
   /// one
-  explicit CommandDesk(double sender_share = CommandLimits{}.sender_share);
+  /// \param max_bus_ahead  [ticks] longest time that a command from the bus may wait for its start
+  explicit CommandDesk(double sender_share = CommandLimits{}.sender_share,
+                       std::int64_t max_bus_ahead = io::kMaxAheadTicks);
 
   struct Decision {
     io::Reason reason = io::Reason::kAccepted;
     std::int64_t tick = 0;   // accepted: takes effect at this tick
     std::int64_t found = 0;  // rejected: start_tick, or how many the sender may have
+    std::int64_t most = 0;   // kTooFarAhead: [ticks] that this sender may be ahead
   };
   /// Accepts a command or says why not: kLate, kTooFarAhead, kNoSlotFree, kQueueFull.
   /// An accepted command is sure of its slot and of its entries on APPLIED.
@@ -40,9 +43,10 @@ class CommandDesk {
   /// \param applied_free entries that the APPLIED ring would take now
   Decision submit(const ForceCommand& command, std::int64_t received_ns, std::int64_t tick, int applied_free);
 
-  /// Accepted commands that take effect at this tick, in the order of (start tick, arrival). They stay
-  /// pending until settle().
+  /// What takes effect at this tick: num_due_clearances() commands that empty the slots of cleared senders,
+  /// then the accepted commands in the order of (start tick, arrival). All stay until settle().
   std::span<const ForceCommand> take_due(std::int64_t tick);
+  int num_due_clearances() const { return num_due_clearances_; }
   /// The step with the commands of the last take_due was made.
   void settle(const StepReport& report);
   /// [ns] reception of the commands of the last take_due that did not wait for a tick of their own choice.
@@ -51,12 +55,18 @@ class CommandDesk {
   }
 
   int num_pending() const { return num_pending_; }
-  /// Most entries that the accepted commands can still put on APPLIED: each itself and its end.
-  int num_owed() const { return 2 * num_pending_ + num_in_force_; }
+  /// Most entries that the accepted commands can still put on APPLIED: each itself and its end; of a slot
+  /// that is cleared the clearance and, where both are due at one tick, the end.
+  int num_owed() const { return 2 * num_pending_ + num_in_force_ + 2 * num_clearances_; }
+  /// True when APPLIED has room for clear_senders().
+  bool can_clear(int applied_free) const { return applied_free >= num_owed() + num_in_force_ + 1; }
   /// A pending command, in order; for the answers when a reset ends the epoch.
   const ForceCommand& pending(int index) const {
     return pool_[order_[static_cast<std::size_t>(index)].place];
   }
+  /// Forgets the waiting commands of the senders that target names, and ends their slots with the next step.
+  /// What they had is free at once. \pre can_clear()  \param target  as of CLEAR
+  void clear_senders(const std::array<char, kSenderSize>& target);
   /// Forgets every command and slot (reset).
   void clear();
 
@@ -67,6 +77,13 @@ class CommandDesk {
     std::int32_t slot;
     std::int32_t num_pending;
     bool is_in_force;
+    std::int64_t sequence;  // in force: of the command
+  };
+  /// A slot in force whose sender was cleared, until the next step.
+  struct Clearance {
+    std::array<char, kSenderSize> sender;
+    std::int32_t slot;
+    std::int64_t sequence;
   };
   struct Pending {
     std::array<char, kSenderSize> sender;
@@ -90,12 +107,16 @@ class CommandDesk {
   void insert(const ForceCommand& command, const Pending& entry);
 
   const double sender_share_;
+  const std::int64_t max_bus_ahead_;
   std::vector<ForceCommand> pool_;          // (kMaxPending)
   std::vector<std::size_t> free_places_;    // stack, num_free = kMaxPending - num_pending_
   std::array<Pending, kMaxPending> order_;  // first num_pending_, by (tick, arrival)
   int num_pending_ = 0;
-  std::vector<ForceCommand> due_;  // (kMaxPending) commands of the tick, side by side
-  int num_due_ = 0;
+  std::array<Clearance, kMaxSlots> clearances_;  // of slots that the state still has
+  int num_clearances_ = 0;
+  std::vector<ForceCommand> due_;  // (kMaxSlots + kMaxPending) commands of the tick, side by side
+  int num_due_clearances_ = 0;     // the first of due_
+  int num_due_ = 0;                // those behind them
   std::array<std::int64_t, kMaxPending> due_received_ns_{};
   int num_due_received_ = 0;
   std::array<Claim, kMaxSlots> claims_;

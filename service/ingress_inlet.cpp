@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cstdio>
+#include <limits>
 
 #include "messages/channels.hpp"
 #include "service/io/wire/lcm_packet.hpp"
@@ -19,6 +20,13 @@ bool uses_a_sequence(Reason reason) {
 }
 
 }  // namespace
+
+void release_places(SenderTable& senders, const std::array<char, kSenderSize>& target) noexcept {
+  constexpr std::int64_t kLongAgo = std::numeric_limits<std::int64_t>::min() / 2;  // [ns]
+  for (SenderTable::Record& record : senders.records)
+    // the ingress may be writing the name: at worst a place is free a minute early
+    if (record.sender[0] != '\0' && is_target(target, record.sender)) record.heard_ns.store(kLongAgo);
+}
 
 Inlet::Inlet(SharedBlock& block, const IngressSettings& settings) : block_(block), settings_(settings) {
   const std::string prefix = settings.channel_prefix.data();

@@ -102,7 +102,7 @@ const reader::Section kKeySection = [] {
        {.name = "controls",
         .form = Form::kWords,
         .about = "Controls that it may send, from the first at bit 1.",
-        .words = {"run", "hold", "step", "reset", "stop", "shapes", "scene"}},
+        .words = {"run", "hold", "step", "reset", "stop", "shapes", "scene", "clear"}},
        {"points", Form::kSelection, "Points that it may push."},
        {"groups", Form::kSelection, "Groups that it may push."},
        limit("largest_force", "N", "Of each entry of a command."),
@@ -191,7 +191,7 @@ class KeyReader {
       grants.has_control = (*channels & 2U) != 0;
     }
     // the first stands at bit 0, RUN is 1
-    static_assert(control_t::RUN == 1 && control_t::SCENE == 7);
+    static_assert(control_t::RUN == 1 && control_t::CLEAR == 8);
     if (const auto words = read_words(fields, "controls")) grants.controls = *words << 1U;
     read_items(fields, "points", "point", plan_->points, grants.points);
     refuse_unpushable(fields, grants.points);
@@ -357,7 +357,7 @@ id: {}
 secret: {}
 # What it may do; a line that is not there leaves what the scene lets commands do.
 # channels: [FORCE, CONTROL]
-# controls: [run, hold, step, reset, stop, shapes, scene]
+# controls: [run, hold, step, reset, stop, shapes, scene]   # clear, which ends what others push, must be named
 # points: [tip, hub]          # names and ranges a..b of the scene; [] for none
 # groups: []
 # largest_force: 10           # [N] of each entry of a command

@@ -8,22 +8,26 @@
 
 #include "core/step/command.hpp"
 #include "core/step/plan.hpp"
+#include "freeflex_msgs/control_t.hpp"
 #include "messages/seal.hpp"
 
 namespace freeflex::service {
 
+/// All but CLEAR, which acts on what others have: a key must name it.
+inline constexpr std::uint32_t kMostControls = ~(1U << freeflex_msgs::control_t::CLEAR);
+
 /// What a key may do, beside what the scene lets commands do.
 struct Grants {
-  bool has_force = true;               // may send on FORCE
-  bool has_control = true;             // may send on CONTROL
-  std::uint32_t controls = ~0U;        // bit c: control_t command c
-  std::vector<bool> points;            // by index; empty: all
-  std::vector<bool> groups;            // by index; empty: all
-  std::vector<bool> wheels;            // by index, those in its points; empty: all
-  double largest_force = 0.0;          // [N] of each entry; 0: the scene's limit alone
-  double largest_torque = 0.0;         // [N m]
-  int num_slots = kMaxSlotNumber + 1;  // slots 0 to num_slots - 1
-  double commands_per_second = 0.0;    // [1/s] 0: any number
+  bool has_force = true;                   // may send on FORCE
+  bool has_control = true;                 // may send on CONTROL
+  std::uint32_t controls = kMostControls;  // bit c: control_t command c
+  std::vector<bool> points;                // by index; empty: all
+  std::vector<bool> groups;                // by index; empty: all
+  std::vector<bool> wheels;                // by index, those in its points; empty: all
+  double largest_force = 0.0;              // [N] of each entry; 0: the scene's limit alone
+  double largest_torque = 0.0;             // [N m]
+  int num_slots = kMaxSlotNumber + 1;      // slots 0 to num_slots - 1
+  double commands_per_second = 0.0;        // [1/s] 0: any number
 };
 
 /// Names of senders on the bus: those of the operator's socket are no names of keys.

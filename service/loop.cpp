@@ -61,11 +61,12 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
       workspace_(make_workspace(plan)),
       budget_(make_budget(plan)),
       judgement_(plan),
-      desk_(settings.limits.sender_share),
+      desk_(settings.limits.sender_share, io::max_hold_ticks(plan)),
       pacer_(plan.period / settings.timing.scale * 1e9),
       inbound_entry_(std::make_unique<InboundEntry>()),
       applied_entry_(std::make_unique<AppliedEntry>()) {
   io::fill_name_table(plan, *names_);
+  io::limit_holds(plan, *names_);
   judgement_.take(state_, budget_);
   for (std::size_t i = 0; i < every_.size(); ++i)
     every_[i] = io::ticks_between(plan.*io::kMotionChannels[i].rate, plan.period);
@@ -129,7 +130,8 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
   const std::span<const ForceCommand> due = desk_.take_due(state_.tick);
   const std::int64_t tick = state_.tick;
   step(plan_, state_, Inputs{due}, workspace_, budget_, report_);
-  if (report_.status != StepStatus::kOk) return enter_fault(due);
+  const auto num_clearances = static_cast<std::size_t>(desk_.num_due_clearances());
+  if (report_.status != StepStatus::kOk) return enter_fault(due.subspan(num_clearances));
   judgement_.take(state_, budget_);
   // ends come before commands, as the step takes them
   for (int i = 0; i < report_.num_expiries; ++i) {
@@ -139,7 +141,12 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
     applied_entry_->tick = tick;
     push_applied(kind, nullptr, &expiry);
   }
-  for (const ForceCommand& command : due) {
+  for (const ForceCommand& command : due.first(num_clearances)) {
+    const Expiry end{.sender = command.sender, .slot = command.slot, .sequence = command.sequence};
+    applied_entry_->tick = tick;
+    push_applied(freeflex_msgs::applied_t::CLEARED, nullptr, &end);
+  }
+  for (const ForceCommand& command : due.subspan(num_clearances)) {
     applied_entry_->tick = tick;
     push_applied(freeflex_msgs::applied_t::FORCE, &command, nullptr);
   }

@@ -32,6 +32,7 @@ struct LoopSettings {
   Timing timing{};
   bool starts_holding = false;
   std::int64_t until_tick = 0;  // the loop ends at this tick; 0: never
+  bool may_bus_clear = false;   // take CLEAR from the bus: its keys were checked
   CommandLimits limits{};
 };
 
@@ -84,6 +85,7 @@ class Simulation {
   bool refuse_old(const Command& command, std::int64_t received_ns) noexcept;
   io::Reason obey(const io::ControlCommand& control) noexcept;
   io::Reason reset() noexcept;
+  io::Reason clear_senders(const std::array<char, kSenderSize>& target) noexcept;
   std::int64_t most_count(std::int32_t command) const noexcept;
   void answer(AckEntry entry) noexcept;
 

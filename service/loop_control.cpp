@@ -66,12 +66,14 @@ void Simulation::handle_force(const ForceCommand& command, std::int64_t received
           .sequence = command.sequence,
           .reason = decision.reason,
           .tick = decision.tick,
-          .found = decision.found});
+          .found = decision.found,
+          .most = decision.most});
 }
 
 void Simulation::handle_control(const io::ControlCommand& control, std::int64_t received_ns) noexcept {
   if (refuse_old(control, received_ns)) return;
-  const Reason reason = obey(control);
+  const bool is_of_others = control.command == control_t::CLEAR && !is_operator(control.sender);
+  const Reason reason = is_of_others && !settings_.may_bus_clear ? Reason::kNotGranted : obey(control);
   answer({.sender = control.sender,
           .sequence = control.sequence,
           .reason = reason,
@@ -115,6 +117,8 @@ Reason Simulation::obey(const io::ControlCommand& control) noexcept {
       if (is_free_running) return Reason::kWrongMode;
       set_steps(steps_left_ + control.count);
       return Reason::kAccepted;
+    case control_t::CLEAR:
+      return clear_senders(control.target);
     case control_t::SHAPES:
     case control_t::SCENE:
       if (control.count > most_count(control.command)) return Reason::kBadControl;
@@ -125,6 +129,22 @@ Reason Simulation::obey(const io::ControlCommand& control) noexcept {
     default:
       return Reason::kBadControl;
   }
+}
+
+/// Ends what these senders have in force with the next step; what waits is forgotten and answered.
+Reason Simulation::clear_senders(const std::array<char, kSenderSize>& target) noexcept {
+  if (!desk_.can_clear(output_.applied.num_free())) return Reason::kQueueFull;
+  for (int i = 0; i < desk_.num_pending(); ++i) {
+    const ForceCommand& command = desk_.pending(i);
+    if (!is_target(target, command.sender)) continue;
+    answer({.sender = command.sender,
+            .sequence = command.sequence,
+            .reason = Reason::kCleared,
+            .tick = state_.tick,
+            .found = command.start_tick});
+  }
+  desk_.clear_senders(target);
+  return Reason::kAccepted;
 }
 
 /// Back to the initial state at the same tick, in a new epoch; a fault is over.

@@ -12,6 +12,7 @@
 #include <filesystem>
 #include <thread>
 
+#include "freeflex_msgs/control_t.hpp"
 #include "messages/channels.hpp"
 #include "service/bus_socket.hpp"
 #include "service/descriptors.hpp"
@@ -71,10 +72,12 @@ bool is_owner(int fd) {
 
 }  // namespace
 
-OperatorSocket::OperatorSocket(const Plan& plan, const Identity& identity, Output& output)
+OperatorSocket::OperatorSocket(const Plan& plan, const Identity& identity, Output& output,
+                               SenderTable& senders)
     : plan_(plan),
       identity_(identity),
       output_(output),
+      senders_(senders),
       names_(std::make_unique<io::NameTable>()),
       entry_(std::make_unique<InboundEntry>()),
       buffer_(channels::kMaxMessageBytes) {
@@ -202,7 +205,12 @@ void OperatorSocket::take(Connection& connection, std::span<const std::byte> byt
     connection.last_sequence = admission.sequence;
     connection.asked.push_back({admission.sender, admission.sequence});
     if (connection.asked.size() > kMostAsked) connection.asked.pop_front();
-    if (output_.operator_commands.try_push(*entry_)) return;
+    if (output_.operator_commands.try_push(*entry_)) {
+      const bool is_clear =
+          entry_->kind == InboundKind::kControl && entry_->control.command == freeflex_msgs::control_t::CLEAR;
+      if (is_clear) release_places(senders_, entry_->control.target);
+      return;
+    }
     connection.asked.pop_back();
     refuse(Reason::kQueueFull, "the loop has not yet looked at those before: send again later");
   }

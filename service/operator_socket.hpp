@@ -22,7 +22,8 @@ class OperatorSocket {
  public:
   static constexpr int kMostConnections = 8;
 
-  OperatorSocket(const Plan& plan, const Identity& identity, Output& output);
+  /// \param senders  of the bus: those that are cleared lose their places there
+  OperatorSocket(const Plan& plan, const Identity& identity, Output& output, SenderTable& senders);
   ~OperatorSocket();
   OperatorSocket(const OperatorSocket&) = delete;
   OperatorSocket& operator=(const OperatorSocket&) = delete;
@@ -58,6 +59,7 @@ class OperatorSocket {
   const Plan& plan_;
   const Identity& identity_;
   Output& output_;
+  SenderTable& senders_;
   std::unique_ptr<io::NameTable> names_;
   std::unique_ptr<InboundEntry> entry_;
   std::vector<std::byte> buffer_;

@@ -32,7 +32,7 @@ struct AckEntry {
   // start_tick of a force, count of a control command, or what the reason is about: [ms] that a command
   // waited, how many slots or waiting commands its sender may have
   std::int64_t found = 0;
-  std::int64_t most = 0;  // that count may be, of SHAPES and SCENE
+  std::int64_t most = 0;  // that count may be, of SHAPES and SCENE; [ticks] that a start may be ahead
 };
 
 /// What changed the motion (applied_t).
@@ -41,7 +41,7 @@ struct AppliedEntry {
   std::int64_t tick = 0;
   std::int32_t kind = 0;   // applied_t constants
   ForceCommand command{};  // FORCE
-  Expiry expiry{};         // EXPIRED, LEASE_LOST
+  Expiry expiry{};         // EXPIRED, LEASE_LOST, CLEARED
 };
 
 /// Why the loop is in Mode::kFault.

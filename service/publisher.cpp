@@ -36,8 +36,10 @@ std::string reason_text(const AckEntry& entry, const CommandLimits& limits) {
       return fmt::format("start_tick {} has passed, next is {}: name a later one, -1, or late_policy 1",
                          entry.found, entry.tick);
     case Reason::kTooFarAhead:
-      return fmt::format("start_tick {} is more than {} ticks ahead of {}", entry.found, io::kMaxAheadTicks,
-                         entry.tick);
+      return fmt::format(
+          "start_tick {} is more than {} ticks ahead of {}: send it later{}", entry.found, entry.most,
+          entry.tick,
+          entry.most < io::kMaxAheadTicks ? "; commands: max_hold of the scene is the limit" : "");
     case Reason::kNoSlotFree:
       return fmt::format(
           "all {} slots that are open to this sender, by itself or with others, are in force or promised: "
@@ -51,6 +53,11 @@ std::string reason_text(const AckEntry& entry, const CommandLimits& limits) {
       return "its publication lags: send again later";
     case Reason::kEpochEnded:
       return fmt::format("a reset came before start_tick {}: send again in the new epoch", entry.found);
+    case Reason::kCleared:
+      return fmt::format("its sender was cleared before start_tick {}: send it again if it still holds",
+                         entry.found);
+    case Reason::kNotGranted:
+      return "CLEAR is taken over the operator's socket, or under a key whose controls name clear";
     case Reason::kTooOld:
       return fmt::format("waited {:.3g} s for its decision, at most {:g} s: send it again if it still holds",
                          1e-3 * static_cast<double>(entry.found), limits.max_age);
@@ -195,7 +202,7 @@ bool Publisher::send_applied() {
     } else if (applied_.kind == applied_t::RESET) {
       message = io::make_applied_reset(applied_.tick, applied_.sequence, stamp);
     } else {
-      message = io::make_applied_expiry(applied_.expiry, applied_.tick, applied_.sequence, stamp);
+      message = io::make_applied_end(applied_.kind, applied_.expiry, applied_.tick, applied_.sequence, stamp);
     }
     send(channels::kApplied, message);
     num_applied_ = applied_.sequence + 1;

@@ -93,10 +93,10 @@ struct IngressSettings {
   io::NameTable names;
 };
 
-/// Last sequence of each sender in this session. Only the ingress uses it; it stands here to outlive a
-/// restart. When the places for any sender are taken, one that was silent for kForget gives way; one that
-/// only sends controls has a place in any case, for which the one that was silent longest among those gives
-/// way: nobody can keep a STOP out with invented names.
+/// Last sequence of each sender in this session. The ingress uses it; it stands here to outlive a restart.
+/// When the places for any sender are taken, one that was silent for kForget gives way; one that only sends
+/// controls has a place in any case, for which the one that was silent longest among those gives way: nobody
+/// can keep a STOP out with invented names.
 struct SenderTable {
   static constexpr int kMaxSenders = 64;                   // of any command
   static constexpr int kMaxControls = 16;                  // of controls, when the others are taken
@@ -108,6 +108,9 @@ struct SenderTable {
   };
   std::array<Record, kMaxSenders + kMaxControls> records{};
 };
+/// Lets new senders have the places of those that target names, as of CLEAR. Their sequences stay until then:
+/// a copy of an old command is refused as before. For the daemon's side: it changes nothing but times.
+void release_places(SenderTable& senders, const std::array<char, kSenderSize>& target) noexcept;
 
 /// One process's place in the block: the one that receives has one, the one that stands by the other.
 struct IngressSeat {

@@ -13,7 +13,8 @@ namespace {
 // "FFPLAN" and the two bytes that text-mode transfers damage
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 7, kVersionWithoutParticles = 6, kVersionWithoutNeglect = 5;
+constexpr std::uint32_t kVersion = 8, kVersionWithoutMaxHold = 7, kVersionWithoutParticles = 6,
+                        kVersionWithoutNeglect = 5;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -213,7 +214,7 @@ void fields(Archive& archive, T& b) {
 
 template <typename Archive, Is<CommandLimits> T>
 void fields(Archive& archive, T& l) {
-  all_of<CommandLimits>(archive, l.max_age, l.sender_share);
+  all_of<CommandLimits>(archive, l.max_age, l.sender_share, l.max_hold);
 }
 
 template <typename Archive, Is<PlanBodyNeglect> T>
@@ -327,7 +328,8 @@ class Reader {
   explicit Reader(std::span<const std::byte> bytes, std::uint32_t version = kVersion)
       : bytes_(bytes),
         has_neglect_(version > kVersionWithoutNeglect),
-        has_particles_(version > kVersionWithoutParticles) {}
+        has_particles_(version > kVersionWithoutParticles),
+        has_max_hold_(version > kVersionWithoutMaxHold) {}
 
   void operator()(PlanNeglect& neglect) {
     if (has_neglect_) fields(*this, neglect);
@@ -336,7 +338,10 @@ class Reader {
     if (has_neglect_) fields(*this, stiffening);
   }
   void operator()(CommandLimits& limits) {
-    if (has_neglect_) fields(*this, limits);
+    if (has_max_hold_) return fields(*this, limits);
+    if (!has_neglect_) return;
+    (*this)(limits.max_age);
+    (*this)(limits.sender_share);
   }
   void operator()(PlanParticles& particles) {
     if (has_particles_) fields(*this, particles);
@@ -437,7 +442,7 @@ class Reader {
   }
 
   std::span<const std::byte> bytes_;
-  bool has_neglect_, has_particles_;
+  bool has_neglect_, has_particles_, has_max_hold_;
   std::string error_;
   bool is_nested_ = false;
 };

@@ -359,7 +359,8 @@ void PlanCheck::check_publication() {
           "a publication rate is not >= 0");
   require(is_at_least(plan_.force_limit, 0.0) && is_at_least(plan_.torque_limit, 0.0), "a limit is not >= 0");
   const CommandLimits& limits = plan_.command_limits;
-  require(is_positive(limits.max_age) && is_positive(limits.sender_share) && limits.sender_share <= 1.0,
+  require(is_positive(limits.max_age) && is_positive(limits.sender_share) && limits.sender_share <= 1.0 &&
+              is_positive(limits.max_hold),
           "the limits of commands are out of range");
   require(are_indices(plan_.published_points, plan_.points.size()), "a published point is not there");
   require(are_indices(plan_.published_groups, plan_.groups.size()), "a published group is not there");

@@ -8,6 +8,7 @@
 #include "freeflex_msgs/envelope_t.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "service/ingress_inlet.hpp"
+#include "service/io/wire/operator_address.hpp"
 #include "tests/messages/commands.hpp"
 
 namespace freeflex::testing {
@@ -181,6 +182,23 @@ TEST_F(InletTest, ASenderThatWasSilentForAMinuteGivesWay) {
   EXPECT_EQ(next_rejection(), Reason::kStaleSequence) << "heard again, it stays";
   send("later", 1, kReceived + kMinute + 1);
   EXPECT_EQ(next_rejection(), Reason::kTooManySenders);
+}
+
+TEST_F(InletTest, PlacesOfClearedSendersGoToNewOnesAndTheirSequencesStay) {
+  for (int i = 0; i < 64; ++i) send("sender-" + std::to_string(i), 7);
+  send("late", 1);
+  EXPECT_EQ(next_rejection(), Reason::kTooManySenders);
+  service::release_places(block_->senders, {'s', 'e', 'n', 'd', 'e', 'r', '-', '5'});
+  send("sender-5", 7);
+  EXPECT_EQ(next_rejection(), Reason::kStaleSequence) << "a copy of an old command";
+  service::release_places(block_->senders, {'s', 'e', 'n', 'd', 'e', 'r', '-', '5'});
+  send("late", 1);
+  EXPECT_EQ(next_rejection(), Reason::kAccepted);
+  send("later", 1);
+  EXPECT_EQ(next_rejection(), Reason::kTooManySenders);
+  service::release_places(block_->senders, service::kEverySender);
+  for (int i = 0; i < 64; ++i) send("new-" + std::to_string(i), 1);
+  EXPECT_EQ(next_rejection(), Reason::kAccepted);
 }
 
 TEST_F(InletTest, NamesOfTheOperatorsSocketAreNobodysOnTheBus) {

@@ -220,9 +220,54 @@ TEST(Force, WithoutLimitsMayBeAnyFiniteSize) {
   EXPECT_EQ(decode(message, names, command).reason, Reason::kAccepted);
 }
 
+TEST(Force, FromTheBusEndsWithinTheLongestHoldOfTheScene) {
+  io::NameTable names = make_names();
+  names.max_hold = 60.0;
+  names.max_hold_ticks = 30'000;
+  const auto admission = [&](std::int64_t duration, std::int64_t lease) {
+    force_t message = make_force();
+    message.duration_ticks = duration;
+    message.lease_ticks = lease;
+    ForceCommand command;
+    return decode(message, names, command);
+  };
+  EXPECT_EQ(admission(30'000, 0).reason, Reason::kAccepted);
+  EXPECT_EQ(admission(0, 30'000).reason, Reason::kAccepted);
+  const io::Admission lease = admission(0, 30'001);
+  EXPECT_EQ(lease.reason, Reason::kHeldTooLong);
+  EXPECT_STREQ(
+      lease.text.data(),
+      "lease_ticks 30001, from the bus at most 30000 (60 s, commands: max_hold of the scene): renew it "
+      "more often");
+  const io::Admission duration = admission(io::kMaxDurationTicks, 0);
+  EXPECT_EQ(duration.reason, Reason::kHeldTooLong);
+  EXPECT_STREQ(duration.text.data(),
+               "duration_ticks 1000000000000000, from the bus at most 30000 (60 s, commands: max_hold of the "
+               "scene): send it again before it ends");
+  names.max_hold_ticks = 0;
+  EXPECT_EQ(admission(io::kMaxDurationTicks, 0).reason, Reason::kAccepted) << "the operator has no limit";
+}
+
+TEST(Control, ATargetGoesWithClearAndClearWithATarget) {
+  const auto admission = [](std::int32_t command, const std::string& target) {
+    control_t message = make_control();
+    message.command = command;
+    message.target = target;
+    return decode(message);
+  };
+  for (const char* target : {"a", "local.a", "*", "a234567890123456789012345678901"})
+    EXPECT_EQ(admission(control_t::CLEAR, target).reason, Reason::kAccepted) << target;
+  for (const char* target : {"", "**", "a b", "a2345678901234567890123456789012"})
+    EXPECT_EQ(admission(control_t::CLEAR, target).reason, Reason::kBadControl) << target;
+  EXPECT_EQ(admission(control_t::HOLD, "a").reason, Reason::kBadControl);
+  io::ControlCommand command{.sender = {'a'}, .sequence = 1, .command = control_t::CLEAR};
+  command.target.fill('x');
+  EXPECT_FALSE(io::is_sane(command)) << "a name without an end";
+}
+
 TEST(Control, OutOfRangeIsRejectedWithTheRange) {
   const std::vector<std::pair<std::int32_t, std::int64_t>> bad = {{0, 0},
-                                                                  {8, 0},
+                                                                  {9, 0},
                                                                   {-1, 0},
                                                                   {control_t::RUN, 1},
                                                                   {control_t::HOLD, -1},
@@ -241,7 +286,7 @@ TEST(Control, OutOfRangeIsRejectedWithTheRange) {
     EXPECT_EQ(admission.reason, Reason::kBadControl) << command << " " << count;
     EXPECT_NE(std::string(admission.text.data()).find("must be"), std::string::npos);
     EXPECT_STREQ(admission.sender.data(), "desk");
-    EXPECT_FALSE(io::is_sane(io::ControlCommand{admission.sender, 3, command, count}));
+    EXPECT_FALSE(io::is_sane(io::ControlCommand{admission.sender, 3, command, count, {}}));
   }
 }
 

@@ -323,9 +323,11 @@ INSTANTIATE_TEST_SUITE_P(
                    "points: {mass: 2, at: [0, 0, 0]}\n"
                    "commands:\n"
                    "  max_age: 0\n"
-                   "  sender_share: 1.5\n"}},
+                   "  sender_share: 1.5\n"
+                   "  max_hold: 0\n"}},
                  {"scene.yaml:3:12: error: commands: max_age 0 s, must be > 0",
-                  "scene.yaml:4:17: error: commands: sender_share is 1.5, must be a share, at most 1"}},
+                  "scene.yaml:4:17: error: commands: sender_share is 1.5, must be a share, at most 1",
+                  "scene.yaml:5:13: error: commands: max_hold 0 s, must be > 0"}},
         BadScene{
             "CommasOfOtherKinds",
             {{"scene.yaml",

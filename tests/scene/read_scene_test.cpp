@@ -41,7 +41,7 @@ publish:
   groups: [everything]
   status: 5
 commands: {points: [tip, '2'], force_limit: 1000, torque_limit: 100, max_age: 0.2,
-  sender_share: 0.5}
+  sender_share: 0.5, max_hold: 5}
 )";
 
 TEST(ReadScene, PointsAndLinksStandAsWritten) {
@@ -137,7 +137,7 @@ TEST(ReadScene, SelectionsKeepTheOrderWritten) {
   EXPECT_EQ(publication.status_rate, 5.0);
   EXPECT_EQ(scene.pushable, (std::vector<int>{2, 1}));
   EXPECT_EQ(scene.force_limit, 1000.0);
-  EXPECT_EQ(scene.command_limits, (CommandLimits{.max_age = 0.2, .sender_share = 0.5}));
+  EXPECT_EQ(scene.command_limits, (CommandLimits{.max_age = 0.2, .sender_share = 0.5, .max_hold = 5.0}));
   EXPECT_EQ(scene.torque_limit, 100.0);
 }
 
@@ -152,7 +152,7 @@ TEST(ReadScene, EverythingIsPublishedAndPushableUnlessChosen) {
   EXPECT_EQ(scene.publication.groups, (std::vector<int>{0}));
   EXPECT_EQ(scene.pushable, (std::vector<int>{0, 1}));
   EXPECT_EQ(scene.force_limit, 0.0);
-  EXPECT_EQ(scene.command_limits, (CommandLimits{.max_age = 1.0, .sender_share = 0.25}));
+  EXPECT_EQ(scene.command_limits, (CommandLimits{.max_age = 1.0, .sender_share = 0.25, .max_hold = 60.0}));
 }
 
 TEST(ReadScene, AnchorsAndMergesSaveTyping) {

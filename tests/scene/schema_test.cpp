@@ -177,7 +177,7 @@ Json Schema::with_every_key() {
 "modes": {"below": 10},
 "publish": {"state": 10, "points": {"rate": 10, "of": ["a"]}, "loads": {"rate": 10, "of": ["s"]}, "groups": ["g"],
   "status": 10},
-"commands": {"points": ["a"], "force_limit": 1, "torque_limit": 1, "max_age": 1, "sender_share": 0.5}
+"commands": {"points": ["a"], "force_limit": 1, "torque_limit": 1, "max_age": 1, "sender_share": 0.5, "max_hold": 5}
 })");
 }
 

@@ -119,7 +119,7 @@ void BusClient::send(const ForceCommand& command) {
   publish(channels::kForce, io::to_message(command, session, wall_us()));
 }
 
-std::int64_t BusClient::send_control(std::int32_t command, std::int64_t count) {
+std::int64_t BusClient::send_control(std::int32_t command, std::int64_t count, const std::string& target) {
   freeflex_msgs::control_t control{};
   control.utime = wall_us();
   control.session = session;
@@ -127,6 +127,7 @@ std::int64_t BusClient::send_control(std::int32_t command, std::int64_t count) {
   control.sequence = next_sequence++;
   control.command = command;
   control.count = count;
+  control.target = target;
   publish(channels::kControl, control);
   return control.sequence;
 }

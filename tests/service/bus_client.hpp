@@ -40,7 +40,7 @@ class BusClient {
   void read() { receive(0); }
 
   void send(const ForceCommand& command);
-  std::int64_t send_control(std::int32_t command, std::int64_t count = 0);
+  std::int64_t send_control(std::int32_t command, std::int64_t count = 0, const std::string& target = "");
   /// The answer to a sequence number of ours, waited for; reason -1 when none came.
   freeflex_msgs::ack_t answer(std::int64_t sequence);
   /// Takes the session from the next STATUS; false when none came.

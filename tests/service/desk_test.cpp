@@ -5,6 +5,7 @@
 
 #include <algorithm>
 #include <random>
+#include <set>
 #include <string>
 
 #include "tests/service/rig.hpp"
@@ -46,6 +47,17 @@ TEST(Desk, RejectsAStartTooFarAhead) {
   EXPECT_EQ(desk.submit(make_push(2, 0, 42 + io::kMaxAheadTicks), 5, 41, kPlenty).reason,
             Reason::kTooFarAhead);
   EXPECT_EQ(desk.submit(make_push(3, 0, INT64_MAX), 5, 41, kPlenty).reason, Reason::kTooFarAhead);
+}
+
+TEST(Desk, FromTheBusAStartIsNoFurtherAheadThanTheSceneAllows) {
+  CommandDesk desk(0.25, 60'000);
+  EXPECT_EQ(desk.submit(make_push(1, 0, 41 + 60'000), 5, 41, kPlenty).reason, Reason::kAccepted);
+  const auto refused = desk.submit(make_push(2, 0, 42 + 60'000), 5, 41, kPlenty);
+  EXPECT_EQ(refused.reason, Reason::kTooFarAhead);
+  EXPECT_EQ(refused.most, 60'000);
+  ForceCommand of_operator = make_push(3, 0, 42 + 60'000);
+  of_operator.sender = {'l', 'o', 'c', 'a', 'l', '.', 'a'};
+  EXPECT_EQ(desk.submit(of_operator, 5, 41, kPlenty).reason, Reason::kAccepted);
 }
 
 TEST(Desk, OrdersByStartTickThenArrival) {
@@ -164,6 +176,55 @@ TEST(Desk, PromisesNoMoreSlotsThanThereAreAndAQuarterToOneSender) {
   EXPECT_EQ(desk.submit(other, 5, 2, kPlenty).reason, Reason::kNoSlotFree);
 }
 
+std::array<char, kSenderSize> target(const std::string& name) { return of(name, make_push(0)).sender; }
+
+TEST(Desk, AClearedSenderHasNothingAndTheOthersKeepTheirs) {
+  CommandDesk desk;
+  for (const char* sender : {"a", "b", "local.c"}) {
+    for (int slot = 0; slot < 3; ++slot)
+      ASSERT_EQ(desk.submit(of(sender, make_push(slot + 1, slot)), 5, 0, kPlenty).reason, Reason::kAccepted);
+  }
+  desk.take_due(0);
+  desk.settle({});
+  for (const char* sender : {"a", "b", "local.c"})
+    ASSERT_EQ(desk.submit(of(sender, make_push(9, 9, 100)), 5, 1, kPlenty).reason, Reason::kAccepted);
+  const auto cleared = [&](const char* name) {
+    desk.clear_senders(target(name));
+    const auto due = desk.take_due(1);
+    EXPECT_EQ(static_cast<std::size_t>(desk.num_due_clearances()), due.size());
+    std::multiset<std::string> ended;
+    for (const ForceCommand& command : due) {
+      EXPECT_TRUE(is_clearing(command));
+      ended.insert(std::string(command.sender.data()) + " " + std::to_string(command.slot) + " " +
+                   std::to_string(command.sequence));
+    }
+    desk.settle({});
+    return ended;
+  };
+  EXPECT_EQ(cleared("a"), (std::multiset<std::string>{"a 0 1", "a 1 2", "a 2 3"}));
+  EXPECT_EQ(desk.num_pending(), 2) << "of b and of the operator";
+  EXPECT_EQ(desk.num_owed(), 6 + 2 * 2);
+  EXPECT_EQ(cleared("a"), (std::multiset<std::string>{})) << "nothing is left to clear";
+  EXPECT_EQ(cleared("*"), (std::multiset<std::string>{"b 0 1", "b 1 2", "b 2 3"}));
+  EXPECT_EQ(desk.num_owed(), 3 + 2) << "* is the bus: the operator keeps what it has";
+  EXPECT_EQ(cleared("local.c").size(), 3u);
+  EXPECT_EQ(desk.num_owed(), 0);
+}
+
+TEST(Desk, WhatAClearedSenderHeldIsFreeForOthersAtOnce) {
+  CommandDesk desk(1.0);
+  for (int slot = 0; slot < CommandDesk::kBusSlots; ++slot)
+    ASSERT_EQ(desk.submit(make_push(slot + 1, slot), 5, 0, kPlenty).reason, Reason::kAccepted);
+  desk.take_due(0);
+  desk.settle({});
+  EXPECT_EQ(desk.submit(of("b", make_push(1)), 5, 1, kPlenty).reason, Reason::kNoSlotFree);
+  desk.clear_senders(target("test"));
+  EXPECT_EQ(desk.submit(of("b", make_push(2)), 5, 1, kPlenty).reason, Reason::kAccepted);
+  const auto due = desk.take_due(1);
+  ASSERT_EQ(due.size(), static_cast<std::size_t>(CommandDesk::kBusSlots) + 1);
+  EXPECT_EQ(due.back().sequence, 2) << "the slots are empty before it takes one";
+}
+
 /// Commands of two senders on few and many slots, short lives, clears and future starts, against the step.
 TEST(Desk, EveryAcceptedCommandFindsItsSlotInTheStep) {
   const Plan plan = octahedron_plan();
@@ -176,6 +237,7 @@ TEST(Desk, EveryAcceptedCommandFindsItsSlotInTheStep) {
     return std::uniform_int_distribution<int>(low, high)(engine);
   };
   int num_full = 0;
+  int num_cleared = 0;
   for (std::int64_t tick = 0, sequence = 1; tick < 3000; ++tick) {
     for (int i = draw(0, 4); i > 0; --i) {
       ForceCommand command = make_push(sequence++, draw(0, 63), draw(0, 1) == 0 ? -1 : tick + draw(0, 40));
@@ -184,8 +246,23 @@ TEST(Desk, EveryAcceptedCommandFindsItsSlotInTheStep) {
       if (draw(0, 5) == 0) command.num_points = 0;
       num_full += desk.submit(command, 5, tick, kPlenty).reason == Reason::kNoSlotFree ? 1 : 0;
     }
+    const bool is_cleared = draw(0, 99) == 0 && desk.can_clear(kPlenty);
+    if (is_cleared) {
+      desk.clear_senders({'b'});
+      // one that comes after it is taken
+      ForceCommand command = make_push(sequence++, draw(0, 63));
+      command.sender = {'b'};
+      ASSERT_EQ(desk.submit(command, 5, tick, kPlenty).reason, Reason::kAccepted);
+    }
     const auto due = desk.take_due(tick);
     step(plan, state, {due}, workspace, report);
+    if (is_cleared) {
+      const auto slots = std::span(state.slots).first(static_cast<std::size_t>(state.num_slots));
+      ASSERT_EQ(std::ranges::count_if(slots, [](const Slot& slot) { return slot.command.sender[0] == 'b'; }),
+                1)
+          << "tick " << tick;
+      ++num_cleared;
+    }
     // the last command of each slot is the one in force
     for (const ForceCommand& command : due) {
       const auto later = due.subspan(static_cast<std::size_t>(&command - due.data()) + 1);
@@ -205,6 +282,7 @@ TEST(Desk, EveryAcceptedCommandFindsItsSlotInTheStep) {
     ASSERT_EQ(desk.num_owed(), 2 * desk.num_pending() + state.num_slots)
         << "the desk counts the slots in force";
   }
+  EXPECT_GT(num_cleared, 10);
   EXPECT_GT(num_full, 0) << "the case that must be refused was met";
 }
 

@@ -132,16 +132,16 @@ TEST_F(KeyFiles, TwoOfOneIdOrOneSecretAreRefused) {
 TEST_F(KeyFiles, WithoutListsAKeyMayDoEverything) {
   const service::Grants grants = grants_of("");
   EXPECT_TRUE(grants.has_force && grants.has_control && grants.points.empty() && grants.groups.empty());
-  EXPECT_EQ(grants.controls, ~0U);
+  EXPECT_EQ(grants.controls, ~(1U << 8)) << "all but clear, which acts on what others have";
   EXPECT_EQ(grants.num_slots, 64);
   EXPECT_EQ(grants.largest_force + grants.largest_torque + grants.commands_per_second, 0.0);
 }
 
 TEST_F(KeyFiles, ListsSayWhatAKeyMayDo) {
   const service::Grants grants = grants_of(
-      "controls: [hold, stop]\npoints: [p1..p3, p5]\ngroups: []\nlargest_force: 2.5\n"
+      "controls: [hold, stop, clear]\npoints: [p1..p3, p5]\ngroups: []\nlargest_force: 2.5\n"
       "largest_torque: 0.5\nslots: 4\ncommands_per_second: 20\n");
-  EXPECT_EQ(grants.controls, 1U << 2 | 1U << 5);
+  EXPECT_EQ(grants.controls, 1U << 2 | 1U << 5 | 1U << 8);
   EXPECT_EQ(grants.points, (std::vector<bool>{false, true, true, true, false, true}));
   EXPECT_EQ(grants.groups, (std::vector<bool>{false, false}));
   EXPECT_EQ(grants.largest_force, 2.5);

@@ -16,9 +16,6 @@ using io::Reason;
 using service::LoopSettings;
 using service::Timing;
 
-constexpr Timing kRealtime{};
-constexpr Timing kLockstep{Timing::Kind::kLockstep, 1.0};
-constexpr Timing kAsap{Timing::Kind::kAsap, 1.0};
 
 TEST(Loop, DrainsABoundedNumberOfCommandsATickAndAnswersAll) {
   const Plan plan = octahedron_plan();
@@ -88,6 +85,36 @@ TEST(Loop, HearsTheOperatorWhateverTheBusHolds) {
   }
   for (const auto& ack : rig.acks)
     ASSERT_EQ(ack.sender[0], 't') << "answers to the operator are the operator's";
+}
+
+TEST(Loop, ClearsASenderForTheBusOnlyWhereKeysWereChecked) {
+  const Plan plan = octahedron_plan();
+  for (const bool may_bus_clear : {false, true}) {
+    Rig rig(plan, {.timing = kAsap, .until_tick = 200, .may_bus_clear = may_bus_clear});
+    rig.push(make_push(1, 0));
+    rig.push(make_push(2, 1, 150));
+    bool has_sent = false;
+    rig.clock.on_sleep = [&] {
+      rig.take_motion();
+      if (has_sent || rig.tick() < 50) return;
+      has_sent = true;
+      rig.control(control_t::CLEAR, 0, "test");
+    };
+    rig.run();
+    ASSERT_EQ(rig.acks.size(), may_bus_clear ? 4u : 3u);
+    if (!may_bus_clear) {
+      EXPECT_EQ(rig.acks.back().reason, Reason::kNotGranted);
+      continue;
+    }
+    EXPECT_EQ(rig.acks[2].reason, Reason::kCleared) << "of what waited, again";
+    EXPECT_EQ(rig.acks[2].sequence, 2);
+    EXPECT_EQ(rig.acks[3].reason, Reason::kAccepted);
+    ASSERT_EQ(rig.applied.size(), 2u);
+    EXPECT_EQ(rig.applied[1].kind, applied_t::CLEARED);
+    EXPECT_EQ(rig.applied[1].tick, rig.acks[3].tick);
+    EXPECT_EQ(rig.applied[1].expiry.sequence, 1);
+    EXPECT_EQ(rig.simulation.state().num_slots, 0);
+  }
 }
 
 TEST(Loop, TakesNothingOfTheOperatorFromTheBus) {

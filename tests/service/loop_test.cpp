@@ -19,9 +19,6 @@ using service::LoopSettings;
 using service::Mode;
 using service::Timing;
 
-constexpr Timing kRealtime{};
-constexpr Timing kLockstep{Timing::Kind::kLockstep, 1.0};
-constexpr Timing kAsap{Timing::Kind::kAsap, 1.0};
 
 TEST(Timing, NamesReadBack) {
   for (const char* name : {"realtime", "lockstep", "asap", "scaled=10", "scaled=0.25", "scaled=1e-3"}) {

@@ -38,10 +38,11 @@ ForceCommand of(const std::string& sender, ForceCommand command) {
 
 /// Sixty-four invented senders, of whom the first 48 hold every slot and every place that the bus has.
 void take_everything(BusClient& client) {
-  constexpr int kWaiting = 4;  // of each, beside a slot for ever
+  constexpr int kWaiting = 4;                // of each, beside a slot
+  constexpr std::int64_t kLongest = 60'000;  // [ticks] that the bus may hold a slot, or a place
   for (int i = 0; i < 64; ++i) {
     ForceCommand push = of("invented-" + std::to_string(i), make_push(1, 0, -1, 96, 1e-6));
-    push.duration_ticks = io::kMaxDurationTicks;
+    push.duration_ticks = kLongest;
     for (int num_taken = 0; num_taken < 1 + kWaiting; ++push.sequence) {
       ASSERT_LT(push.sequence, 1000) << i << " has " << num_taken;
       client.send(push);
@@ -58,7 +59,7 @@ void take_everything(BusClient& client) {
       }
       if (is_full) continue;
       ASSERT_EQ(client.acks.back().reason, 0) << i;
-      push.start_tick = io::kMaxAheadTicks / 2;
+      push.start_tick = kLongest / 2;
       ++num_taken;
     }
   }
@@ -67,7 +68,8 @@ void take_everything(BusClient& client) {
 TEST_F(Daemon, StrangersShutOutNeitherControlsNorTheOperator) {
   const std::string socket = temporary_path("operator.sock");
   BusClient client("OP");
-  Process daemon(command_line("OP", {"--socket", socket}));
+  // slow, so that what is held does not end by itself before the test does
+  Process daemon(command_line("OP", {"--socket", socket, "--time", "scaled=0.05"}));
   ASSERT_TRUE(client.meet()) << daemon.output();
   take_everything(client);
   // "test" is the sixty-fifth: its forces are refused, its controls are not
@@ -90,12 +92,78 @@ TEST_F(Daemon, StrangersShutOutNeitherControlsNorTheOperator) {
   }
   EXPECT_EQ(push(socket, {"--point", "s24c0", "--force", "0,0,1", "--slot", "16"}, &said), 1);
   EXPECT_NE(said.find("no_slot_free: all 16 slots that are open to this sender"), std::string::npos) << said;
+  // and clears the bus, whose part anybody may have then
+  ASSERT_EQ(push(socket, {"--clear-sender", "*"}, &said), 0) << said;
+  ASSERT_TRUE(client.until([&] { return client.statuses.back().num_slots == 16; })) << "the operator's own";
+  const auto count = [&client](std::int32_t kind) {
+    return std::ranges::count_if(client.applied, [kind](const auto& entry) { return entry.kind == kind; });
+  };
+  EXPECT_EQ(count(freeflex_msgs::applied_t::CLEARED), 48);
+  EXPECT_EQ(
+      std::ranges::count_if(client.acks,
+                            [](const auto& ack) { return ack.reason == static_cast<int>(Reason::kCleared); }),
+      48 * 4)
+      << "those that waited are answered again";
+  for (int slot = 0; slot < 16; ++slot) {
+    client.send(make_push(client.next_sequence, slot, -1, 96));
+    EXPECT_EQ(client.answer(client.next_sequence++).reason, 0) << slot;
+  }
   const std::int64_t epoch = client.statuses.back().epoch;
   EXPECT_EQ(push(socket, {"--control", "reset"}, &said), 0) << said;
   EXPECT_TRUE(client.until([&] { return client.statuses.back().epoch == epoch + 1; }));
   EXPECT_EQ(push(socket, {"--control", "stop"}, &said), 0) << said;
   EXPECT_EQ(daemon.wait(), 0);
   EXPECT_FALSE(std::filesystem::exists(socket));
+}
+
+TEST_F(Daemon, ClearingASenderIsTheOperatorsAndReplaysToTheBit) {
+  const std::string socket = temporary_path("operator.sock");
+  const std::string log = temporary_path("clear.log");
+  const auto record = [&] {
+    Recorder recorder("OC", log);
+    BusClient client("OC");
+    Process daemon(command_line("OC", {"--time", "lockstep", "--socket", socket}));
+    EXPECT_TRUE(client.meet()) << daemon.output();
+    const auto advance = [&](std::int64_t tick) {
+      EXPECT_EQ(client.answer(client.send_control(control_t::STEP, 50)).reason, 0);
+      EXPECT_TRUE(client.until([&] { return client.states.contains(tick); }));
+    };
+    client.send(make_push(client.next_sequence++, 0, -1, 96));
+    client.send(make_push(client.next_sequence++, 1, -1, 97));
+    client.send(make_push(client.next_sequence++, 2, 120, 98));
+    EXPECT_EQ(client.answer(client.next_sequence - 1).reason, 0);
+    advance(50);
+    EXPECT_EQ(client.answer(client.send_control(control_t::CLEAR, 0, "test")).reason,
+              static_cast<int>(Reason::kNotGranted))
+        << "anybody could, on the bus";
+    std::string said;
+    EXPECT_EQ(push(socket, {"--clear-sender", "test"}, &said), 0) << said;
+    EXPECT_TRUE(
+        client.until([&] { return client.acks.back().reason == static_cast<int>(Reason::kCleared); }));
+    EXPECT_EQ(client.acks.back().sequence, 3);
+    advance(100);
+    advance(150);
+    std::vector<std::array<std::int64_t, 4>> applied;
+    for (const auto& entry : client.applied)
+      applied.push_back({entry.tick, entry.kind, entry.command.slot, entry.command.sequence});
+    using freeflex_msgs::applied_t;
+    EXPECT_EQ(applied, (std::vector<std::array<std::int64_t, 4>>{{0, applied_t::FORCE, 0, 1},
+                                                                 {0, applied_t::FORCE, 1, 2},
+                                                                 {50, applied_t::CLEARED, 0, 1},
+                                                                 {50, applied_t::CLEARED, 1, 2}}));
+    EXPECT_EQ(push(socket, {"--control", "stop"}, &said), 0) << said;
+    EXPECT_EQ(daemon.wait(), 0);
+    EXPECT_EQ(recorder.stop(), "");
+    Process replay({program("freeflex"), "replay", log, "--prefix", "OC"});
+    const int status = replay.wait();
+    unlink(log.c_str());
+    return std::pair(status, replay.output());
+  };
+  constexpr int kIncomplete = 3;  // lcm-logger lost a part while it did not run
+  auto [status, text] = record();
+  for (int i = 0; i < 10 && status == kIncomplete; ++i) std::tie(status, text) = record();
+  EXPECT_EQ(status, 0) << text;
+  EXPECT_NE(text.find("identical to the bit over 150 ticks"), std::string::npos) << text;
 }
 
 TEST_F(Daemon, NamesOnTheBusAndOnTheSocketAreApart) {

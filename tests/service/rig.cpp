@@ -1,5 +1,6 @@
 #include "tests/service/rig.hpp"
 
+#include <algorithm>
 #include <bit>
 
 namespace freeflex::testing {
@@ -11,7 +12,7 @@ Plan octahedron_plan() {
 }
 
 ForceCommand make_push(std::int64_t sequence, int slot, std::int64_t start_tick, int point, double size) {
-  ForceCommand command = make_command(slot, sequence);
+  ForceCommand command = make_command(slot, sequence, Axes::kWorld, 60'000);
   command.start_tick = start_tick;
   add_force(command, point, size * Eigen::Vector3d(1.0, 2.0, 3.0));
   return command;
@@ -31,7 +32,7 @@ bool Rig::push(const ForceCommand& command) {
   return inbound->try_push(*entry);
 }
 
-bool Rig::control(std::int32_t command, std::int64_t count) {
+bool Rig::control(std::int32_t command, std::int64_t count, const std::string& target) {
   auto entry = std::make_unique<service::InboundEntry>();
   entry->received_ns = loop_clock.boot_ns();
   entry->kind = service::InboundKind::kControl;
@@ -39,6 +40,7 @@ bool Rig::control(std::int32_t command, std::int64_t count) {
   entry->control.sequence = next_sequence++;
   entry->control.command = command;
   entry->control.count = count;
+  std::copy(target.begin(), target.end(), entry->control.target.begin());
   return inbound->try_push(*entry);
 }
 

@@ -33,10 +33,14 @@ class FakeClock final : public service::Clock {
   std::int64_t suspended_ns_ = 0;
 };
 
+inline constexpr service::Timing kRealtime{};
+inline constexpr service::Timing kLockstep{service::Timing::Kind::kLockstep, 1.0};
+inline constexpr service::Timing kAsap{service::Timing::Kind::kAsap, 1.0};
+
 /// The octahedron, everything pushable and published, at 1 kHz.
 Plan octahedron_plan();
 
-/// [N] along (1, 2, 3) on a point, by sender "test", for ever.
+/// [N] along (1, 2, 3) on a point, by sender "test", for a minute at 1 kHz, the longest that the bus may.
 ForceCommand make_push(std::int64_t sequence, int slot = 0, std::int64_t start_tick = -1, int point = 0,
                        double size = 1.0);
 
@@ -49,7 +53,7 @@ struct Rig {
 
   /// False when the ring is full.
   bool push(const ForceCommand& command);
-  bool control(std::int32_t command, std::int64_t count = 0);
+  bool control(std::int32_t command, std::int64_t count = 0, const std::string& target = "");
   /// What the rings hold by now, appended to acks and applied.
   void collect();
   /// The oldest STATE that nobody took, or null; the oldest of each channel beside it is taken too.

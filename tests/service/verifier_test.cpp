@@ -278,6 +278,18 @@ TEST_F(GrantsTest, ChannelsAndControls) {
   EXPECT_EQ(refused(Reason::kNotGranted, 4), "CONTROL is not among the channels of key alice");
 }
 
+TEST_F(GrantsTest, OnlyAKeyThatNamesClearMayClear) {
+  control_t clear = control_of(1);
+  clear.command = control_t::CLEAR;
+  clear.target = "bob";
+  rig_.seal_and_deliver(clear, kAlice);
+  EXPECT_EQ(refused(Reason::kNotGranted, 1), "control command 8 is not among the controls of key alice");
+  grant([](service::Grants& grants) { grants.controls = 1U << control_t::CLEAR; });
+  clear.sequence = 2;
+  rig_.seal_and_deliver(clear, kAlice);
+  EXPECT_TRUE(rig_.next_command());
+}
+
 TEST_F(GrantsTest, PointsGroupsAndSlots) {
   grant([](service::Grants& grants) {
     grants.points.assign(300, false);

@@ -68,6 +68,27 @@ TEST(PlanBytes, RoundTripIsExactToTheBit) {
   EXPECT_EQ(back->histories[1].pattern.Q_B, plan.histories[1].pattern.Q_B);
 }
 
+TEST(PlanBytes, APlanOfVersionSevenHasTheUsualLongestHold) {
+  Plan plan = rich_plan();
+  plan.command_limits = {.max_age = 0.5, .sender_share = 0.125, .max_hold = 1234.5};
+  std::vector<std::byte> bytes = plan_to_bytes(plan);
+  std::string error;
+  EXPECT_EQ(plan_from_bytes(bytes, error)->command_limits, plan.command_limits);
+  // the last of the three came with version 8
+  std::array<std::byte, 8> number;
+  std::memcpy(number.data(), &plan.command_limits.max_hold, sizeof number);
+  const auto found = std::search(bytes.begin(), bytes.end(), number.begin(), number.end());
+  ASSERT_NE(found, bytes.end());
+  bytes.erase(found, found + sizeof number);
+  bytes[8] = std::byte{7};
+  seal(bytes);
+  const auto old = plan_from_bytes(bytes, error);
+  ASSERT_TRUE(old.has_value()) << error;
+  EXPECT_EQ(old->command_limits,
+            (CommandLimits{.max_age = 0.5, .sender_share = 0.125, .max_hold = CommandLimits{}.max_hold}));
+  EXPECT_EQ(plan_fingerprint(*old), plan_fingerprint(plan));
+}
+
 TEST(PlanBytes, FingerprintChangesWithEveryKindOfContent) {
   const Plan plan = rich_plan();
   const std::uint64_t before = plan_fingerprint(plan);

@@ -71,8 +71,23 @@ TEST(PushWords, IndicesBecomeNames) {
 TEST(PushWords, FieldsBecomeOptions) {
   EXPECT_EQ(loop_text({.reason = Reason::kLate, .tick = 3001, .found = 1}),
             "--at-tick 1 has passed, next is 3001: name a later one, none, or add --late-ok");
-  EXPECT_EQ(loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 200'000'000}),
-            "--at-tick 200000000 is more than 100000000 ticks ahead of 5");
+  EXPECT_EQ(loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 200'000'000, .most = 100'000'000}),
+            "--at-tick 200000000 is more than 100000000 ticks ahead of 5: send it later");
+  EXPECT_EQ(
+      loop_text({.reason = Reason::kTooFarAhead, .tick = 5, .found = 70'000, .most = 60'000}),
+      "--at-tick 70000 is more than 60000 ticks ahead of 5: send it later; commands: max_hold of the scene "
+      "is the limit");
+  EXPECT_EQ(
+      command_text(Reason::kHeldTooLong,
+                   [](auto& command, auto& table) {
+                     table.max_hold = 60.0;
+                     table.max_hold_ticks = 60'000;
+                     command.duration_ticks = 70'000;
+                   }),
+      "--duration of 70000 ticks, from the bus at most 60000 (60 s, commands: max_hold of the scene): send "
+      "it again before it ends");
+  EXPECT_EQ(loop_text({.reason = Reason::kNotGranted, .command = freeflex_msgs::control_t::CLEAR}),
+            "--clear-sender is taken over the operator's socket, or under a key whose controls name clear");
   using freeflex_msgs::control_t;
   EXPECT_EQ(loop_text({.reason = Reason::kBadControl, .command = control_t::SHAPES, .found = 7, .most = 6}),
             "--control shapes=7: must be a mode from 1 to 6");

@@ -41,6 +41,8 @@ const char* applied_kind(std::int32_t kind) {
       return "lease_lost";
     case applied_t::RESET:
       return "reset";
+    case applied_t::CLEARED:
+      return "cleared";
     default:
       return "unknown";
   }
@@ -101,7 +103,8 @@ Json fields_of(const control_t& m) {
           {"sender", m.sender},
           {"sequence", m.sequence},
           {"command", control_name(m.command)},
-          {"count", m.count}};
+          {"count", m.count},
+          {"target", m.target}};
 }
 
 Json fields_of(const ack_t& m) {
@@ -291,7 +294,8 @@ std::string summary_of(const force_t& m) {
          std::to_string(m.num_wrenches) + (m.num_wrenches == 1 ? " wrench" : " wrenches");
 }
 std::string summary_of(const control_t& m) {
-  return m.sender + ": " + control_name(m.command) + (m.count > 0 ? " " + std::to_string(m.count) : "");
+  return m.sender + ": " + control_name(m.command) + (m.count > 0 ? " " + std::to_string(m.count) : "") +
+         (m.target.empty() ? "" : " " + m.target);
 }
 std::string summary_of(const ack_t& m) {
   return m.sender + ": " + (m.reason == 0 ? "accepted" : std::string("rejected: ") + reason_text(m.reason)) +

@@ -10,6 +10,7 @@
 
 #include "core/step/command.hpp"
 #include "service/io/scene/text.hpp"
+#include "service/io/wire/codec.hpp"
 #include "tools/terminal/console.hpp"
 #include "tools/terminal/usage.hpp"
 
@@ -175,6 +176,12 @@ std::string find_conflict(const CLI::App& command) {
                                   "--duration", "--lease", "--clear", "--slot", "--at-tick", "--late-ok"});
     if (!other.empty()) return "--control goes without " + other;
   }
+  if (command.count("--clear-sender") > 0) {
+    other =
+        first_given(command, {"--control", "--point", "--group", "--wheel", "--force", "--torque", "--axes",
+                              "--duration", "--lease", "--clear", "--slot", "--at-tick", "--late-ok"});
+    if (!other.empty()) return "--clear-sender goes without " + other;
+  }
   if (command.count("--clear") > 0) {
     other = first_given(
         command, {"--point", "--group", "--wheel", "--force", "--torque", "--axes", "--duration", "--lease"});
@@ -228,8 +235,13 @@ std::string find_push_fault(const CLI::App& command, const PushOptions& options)
   if (!conflict.empty()) return conflict;
   const bool is_force =
       !options.points.empty() || !options.groups.empty() || !options.wheels.empty() || options.clear;
+  if (!options.clear_sender.empty()) {
+    if (options.clear_sender == "*" || io::is_valid_sender(options.clear_sender)) return {};
+    return "--clear-sender '" + options.clear_sender +
+           "': must be a sender, 1 to 31 of A-Z a-z 0-9 _ . -, or '*' for every sender of the bus";
+  }
   if (!is_force && options.control.empty())
-    return "give --point, --group, --wheel or --clear, or else --control";
+    return "give --point, --group, --wheel or --clear, or else --control or --clear-sender";
   if (!options.control.empty()) {
     if (parse_control(options.control)) return {};
     return "--control '" + options.control +
@@ -246,7 +258,17 @@ std::string find_push_fault(const CLI::App& command, const PushOptions& options)
   return options.clear ? std::string() : find_force_fault(options);
 }
 
-control_t make_control(const PushOptions& options) { return *parse_control(options.control); }
+bool is_control(const PushOptions& options) {
+  return !options.control.empty() || !options.clear_sender.empty();
+}
+
+control_t make_control(const PushOptions& options) {
+  if (options.clear_sender.empty()) return *parse_control(options.control);
+  control_t control{};
+  control.command = control_t::CLEAR;
+  control.target = options.clear_sender;
+  return control;
+}
 
 std::optional<force_t> make_force(const PushOptions& options, const SceneCatalogue& scene) {
   force_t force{};

@@ -29,7 +29,8 @@ struct PushOptions {
   std::string sender;  // empty: "push", over the socket "local.push"
   std::string key;     // file; empty: the command goes as it is
   std::string control;
-  double timeout = 3.0;  // [s]
+  std::string clear_sender;  // whose pushes end; *: every sender of the bus
+  double timeout = 3.0;      // [s]
   bool json = false;
   std::optional<std::string> socket;  // the operator's in place of the bus; empty: the usual one
 };
@@ -38,7 +39,9 @@ struct PushOptions {
 /// missing. Empty: nothing. \param command  that parsed them
 std::string find_push_fault(const CLI::App& command, const PushOptions& options);
 
-/// \pre find_push_fault found nothing, options.control is given
+/// True when the command is a control_t, which needs no scene.
+bool is_control(const PushOptions& options);
+/// \pre find_push_fault found nothing, is_control
 freeflex_msgs::control_t make_control(const PushOptions& options);
 
 /// Names become indices, seconds become ticks. An unknown name is explained and gives nullopt.

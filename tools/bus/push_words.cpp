@@ -25,9 +25,12 @@ std::string with_names(const std::string& text, const std::string& list, const s
 
 std::string in_push_words(std::string text, std::span<const std::string> points,
                           std::span<const std::string> groups) {
-  static const std::array<std::pair<std::regex, const char*>, 14> kWords{
+  static const std::array<std::pair<std::regex, const char*>, 17> kWords{
       {{std::regex("name a later one, -1, or late_policy 1"), "name a later one, none, or add --late-ok"},
        {std::regex(R"(\bstart_tick\b)"), "--at-tick"},
+       {std::regex(R"(^(lease|duration)_ticks (\d+), from)"), "--$1 of $2 ticks, from"},
+       {std::regex(R"(\b(lease|duration)_ticks\b)"), "--$1"},
+       {std::regex(R"(^CLEAR\b)"), "--clear-sender"},
        {std::regex(R"(^(\d+) forces\b)"), "$1 points"},
        {std::regex(R"(^(\d+) wrenches\b)"), "$1 groups"},
        {std::regex(R"(^slot\b)"), "--slot"},

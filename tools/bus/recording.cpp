@@ -265,7 +265,8 @@ std::string CommandFeed::take_commands(std::int64_t tick, std::vector<ForceComma
     if (!log_.read_at(record.offset, event)) return log_.error();
     if (!io::decode_message(event.bytes, message))
       return "applied sequence " + std::to_string(record.sequence) + " is damaged";
-    if (kind == applied_t::FORCE) {
+    // what was cleared is a command without contents
+    if (kind == applied_t::FORCE || kind == applied_t::CLEARED) {
       const io::Admission admission = io::from_message(message.command, names_, commands.emplace_back());
       if (admission.reason != io::Reason::kAccepted) {
         return "applied sequence " + std::to_string(record.sequence) +

@@ -51,7 +51,7 @@ std::string find_applied_flaw(const RecordedSession& session) {
     if (record.sequence < 0) return name_of(record) + " is damaged: sequences count from 0";
     if (record.sequence < expected)
       return "applied sequence " + std::to_string(record.sequence) + " occurs twice with different content";
-    if (record.kind < applied_t::FORCE || record.kind > applied_t::RESET)
+    if (record.kind < applied_t::FORCE || record.kind > applied_t::CLEARED)
       return name_of(record) + " is of unknown kind " + std::to_string(record.kind);
     if (before != nullptr && record.tick < before->tick)
       return name_of(record) + " is for tick " + std::to_string(record.tick) + ", and " + name_of(*before) +

@@ -42,6 +42,7 @@ constexpr const char* kPushFooter = R"(Examples:
   freeflex push --control step=100
   freeflex push --control stop --key operator.key         (to a daemon that was started with --keys)
   freeflex push --socket --control stop                   (as the daemon's user, whatever is on the bus)
+  freeflex push --socket --clear-sender guidance          (ends what that sender pushes)
 JSON fields:
   accepted     true or false;  tick: from which it acts, or at which it was rejected
   reason       accepted, or a name of messages/README.md, section 6;  text: the same in words
@@ -128,7 +129,7 @@ int explain_silence(const Line& line, const std::string& what, bool has_key = fa
 /// Waits for the daemon, sends the command once and waits for its answer.
 int push_over(const Line& line, const PushOptions& options, Exchange& known) {
   const auto timeout = std::chrono::milliseconds(static_cast<std::int64_t>(options.timeout * 1000.0));
-  const bool needs_scene = options.control.empty();
+  const bool needs_scene = !is_control(options);
   const auto is_found = [&] {
     return known.session &&
            (!needs_scene || (known.scene.is_complete() && known.scene.head().session == *known.session));
@@ -306,6 +307,12 @@ void add_push(CLI::App& app, int& exit_code) {
       ->add_option("--control", options->control,
                    "instead of a force: run, hold, reset, stop, step=N, shapes=MODE, scene or scene=PAGE")
       ->type_name("COMMAND");
+  command
+      ->add_option(
+          "--clear-sender", options->clear_sender,
+          "instead of a force: end all that this sender pushes, and forget its commands that wait; '*': "
+          "of every sender of the bus. Over --socket, or with a key that may")
+      ->type_name("NAME");
   add_exchange_options(*command, *options);
   command->footer(kPushFooter);
   command->callback([options, command, &exit_code] { exit_code = push(*command, *options); });

@@ -379,7 +379,10 @@ const Section kCommands{
      number("max_age", {"s", Bound::kPositive},
             "A command that waited longer for its decision is refused; default 1.", {.least = kShortestAge}),
      number("sender_share", {"-", Bound::kPositive},
-            "Of slots and of waiting commands, for one sender on the bus; default 0.25.", {.most = 1.0})}};
+            "Of slots and of waiting commands, for one sender on the bus; default 0.25.", {.most = 1.0}),
+     number("max_hold", {"s", Bound::kPositive},
+            "Longest lease or duration of a command from the bus, and longest time that it may wait for its "
+            "start; default 60.")}};
 
 namespace {
 

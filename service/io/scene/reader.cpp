@@ -365,6 +365,7 @@ void SceneReader::read_commands(const Node* node) {
   fields.read("torque_limit", scene_.torque_limit);
   fields.read("max_age", scene_.command_limits.max_age);
   fields.read("sender_share", scene_.command_limits.sender_share);
+  fields.read("max_hold", scene_.command_limits.max_hold);
   const Range& ages = fields.key("max_age").range;
   if (const double age = scene_.command_limits.max_age; !ages.holds(age))
     report_.error(fields.find("max_age")->origin,

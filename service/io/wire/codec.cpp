@@ -1,6 +1,7 @@
 #include "service/io/wire/codec.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <cstring>
 #include <exception>
 #include <string_view>
@@ -108,6 +109,16 @@ void fill_name_table(const Plan& plan, NameTable& table) {
   }
 }
 
+std::int64_t max_hold_ticks(const Plan& plan) {
+  const double ticks = std::round(plan.command_limits.max_hold / plan.period);
+  return static_cast<std::int64_t>(std::clamp(ticks, 1.0, static_cast<double>(kMaxDurationTicks)));
+}
+
+void limit_holds(const Plan& plan, NameTable& table) {
+  table.max_hold = plan.command_limits.max_hold;
+  table.max_hold_ticks = max_hold_ticks(plan);
+}
+
 Admission decode_force(std::span<const std::byte> bytes, std::int64_t session, const NameTable& table,
                        ForceCommand& command) noexcept {
   if (is_envelope(bytes)) return refuse_envelope(bytes);
@@ -140,7 +151,14 @@ Admission decode_control(std::span<const std::byte> bytes, std::int64_t session,
       print(admission.text, "%zu bytes do not decode as control_t", bytes.size());
       return admission;
     }
-    command = {admission.sender, message.sequence, message.command, message.count};
+    command = {admission.sender, message.sequence, message.command, message.count, {}};
+    if (message.target.size() >= kSenderSize) {
+      admission.reason = Reason::kBadControl;
+      print(admission.text, "target of %zu characters, a sender's name has at most %d", message.target.size(),
+            kSenderSize - 1);
+      return admission;
+    }
+    copy_sender(message.target, command.target);
     admission.reason = check_control(command, admission.text);
   } catch (const std::exception&) {
     return out_of_memory(admission);

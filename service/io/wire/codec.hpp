@@ -37,6 +37,8 @@ struct NameTable {
   std::array<std::int32_t, kMaxWheels> wheel_points{};       // that they are in
   double force_limit = 0.0;                                  // [N] 0: none
   double torque_limit = 0.0;                                 // [N m] 0: none
+  double max_hold = 0.0;                                     // [s] of a duration or lease; 0: no limit
+  std::int64_t max_hold_ticks = 0;                           // the same
   std::array<std::int32_t, kMaxTablePoints> pushable{};      // (num_pushable) points, ascending
   std::array<std::uint8_t, kMaxTablePoints> takes_torque{};  // those of them that turn
   struct GroupReach {
@@ -52,13 +54,19 @@ struct NameTable {
 };
 /// \pre the plan lets at most kMaxTablePoints points be pushed and has at most kMaxGroups groups (the daemon
 /// checks at start)
+/// Sets no limit on durations and leases: limit_holds does, for commands from the bus.
 void fill_name_table(const Plan& plan, NameTable& table);
+/// commands: max_hold of the scene, for commands from the bus.
+void limit_holds(const Plan& plan, NameTable& table);
+/// [ticks] commands: max_hold of the scene, at least one.
+std::int64_t max_hold_ticks(const Plan& plan);
 
 struct ControlCommand {
   std::array<char, kSenderSize> sender{};
   std::int64_t sequence = 0;
   std::int32_t command = 0;  // control_t constants
   std::int64_t count = 0;
+  std::array<char, kSenderSize> target{};  // of CLEAR: a sender, or kEverySender; else empty
 };
 
 /// Outcome of decoding: on a rejection, sender and sequence are filled as far as they could be read, and

@@ -9,6 +9,7 @@
 #include "freeflex_msgs/control_t.hpp"
 #include "service/io/wire/codec.hpp"
 #include "service/io/wire/codec_wire.hpp"
+#include "service/io/wire/operator_address.hpp"
 
 namespace freeflex::io {
 namespace {
@@ -59,7 +60,7 @@ bool is_unreachable(const NameTable::GroupReach& reach, const Vec3& torque, std:
   return std::fabs(along) > kAlong;
 }
 
-Reason check_header(const ForceCommand& command, Text text) {
+Reason check_header(const ForceCommand& command, const NameTable& table, Text text) {
   if (command.slot < 0 || command.slot > kMaxSlotNumber) {
     print(text, "slot %d, must be 0 to %d", command.slot, kMaxSlotNumber);
     return Reason::kBadSlot;
@@ -85,6 +86,14 @@ Reason check_header(const ForceCommand& command, Text text) {
           static_cast<long long>(command.duration_ticks), static_cast<long long>(command.lease_ticks),
           static_cast<long long>(kMaxDurationTicks));
     return Reason::kBadTiming;
+  }
+  const std::int64_t held = std::max(command.duration_ticks, command.lease_ticks);
+  if (table.max_hold_ticks > 0 && held > table.max_hold_ticks) {
+    print(text, "%s_ticks %lld, from the bus at most %lld (%g s, commands: max_hold of the scene): %s",
+          command.lease_ticks > 0 ? "lease" : "duration", static_cast<long long>(held),
+          static_cast<long long>(table.max_hold_ticks), table.max_hold,
+          command.lease_ticks > 0 ? "renew it more often" : "send it again before it ends");
+    return Reason::kHeldTooLong;
   }
   const auto exceeds = [text](std::int32_t count, const char* name, std::int32_t most) {
     if (count >= 0 && count <= most) return false;
@@ -311,7 +320,7 @@ bool is_valid_sender(const std::array<char, kSenderSize>& sender) noexcept {
 }
 
 Reason check_command(const ForceCommand& command, const NameTable& table, std::span<char> text) noexcept {
-  const Reason header = check_header(command, text);
+  const Reason header = check_header(command, table, text);
   if (header != Reason::kAccepted) return header;
   const Reason points = check_points(command, table, text);
   if (points != Reason::kAccepted) return points;
@@ -332,9 +341,19 @@ Reason check_control(const ControlCommand& command, std::span<char> text) noexce
     most = kMaxControlCount;
   } else if (command.command == Control::SCENE) {
     most = kMaxControlCount;
-  } else if (command.command < Control::RUN || command.command > Control::SCENE) {
-    print(text, "command %d, must be 1 run, 2 hold, 3 step, 4 reset, 5 stop, 6 shapes or 7 scene",
+  } else if (command.command < Control::RUN || command.command > Control::CLEAR) {
+    print(text, "command %d, must be 1 run, 2 hold, 3 step, 4 reset, 5 stop, 6 shapes, 7 scene or 8 clear",
           command.command);
+    return Reason::kBadControl;
+  }
+  if (command.command == Control::CLEAR) {
+    if (command.target != service::kEverySender && !is_valid_sender(command.target)) {
+      print(text,
+            "command 8 clears the sender that target names, or \"*\", every sender of the bus: name one");
+      return Reason::kBadControl;
+    }
+  } else if (command.target != std::array<char, kSenderSize>{}) {
+    print(text, "command %d with a target: only 8 clear has one", command.command);
     return Reason::kBadControl;
   }
   if (command.count < least || command.count > most) {

@@ -7,6 +7,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "core/step/command.hpp"
 
@@ -16,6 +17,14 @@ namespace freeflex::service {
 inline constexpr std::string_view kOperatorSender = "local.";
 inline bool is_operator(const std::array<char, kSenderSize>& sender) noexcept {
   return std::string_view(sender.data(), kOperatorSender.size()) == kOperatorSender;
+}
+
+/// Target of CLEAR for every sender of the bus.
+inline constexpr std::array<char, kSenderSize> kEverySender{'*'};
+/// True when CLEAR with this target is about the sender.
+inline bool is_target(const std::array<char, kSenderSize>& target,
+                      const std::array<char, kSenderSize>& sender) noexcept {
+  return target == kEverySender ? !is_operator(sender) : target == sender;
 }
 
 /// $XDG_RUNTIME_DIR/freeflexd-PREFIX.sock, or /tmp/freeflexd-UID/PREFIX.sock where there is no such folder.

@@ -198,15 +198,20 @@ freeflex_msgs::applied_t make_applied_force(const ForceCommand& command, std::in
   return message;
 }
 
+freeflex_msgs::applied_t make_applied_end(std::int32_t kind, const Expiry& end, std::int64_t tick,
+                                          std::int64_t applied_sequence, const Stamp& stamp) {
+  freeflex_msgs::applied_t message = make_applied(kind, tick, applied_sequence, stamp);
+  message.command.sender = end.sender.data();
+  message.command.slot = end.slot;
+  message.command.sequence = end.sequence;
+  return message;
+}
+
 freeflex_msgs::applied_t make_applied_expiry(const Expiry& expiry, std::int64_t tick,
                                              std::int64_t applied_sequence, const Stamp& stamp) {
-  std::int32_t kind = freeflex_msgs::applied_t::EXPIRED;
-  if (expiry.was_lease) kind = freeflex_msgs::applied_t::LEASE_LOST;
-  freeflex_msgs::applied_t message = make_applied(kind, tick, applied_sequence, stamp);
-  message.command.sender = expiry.sender.data();
-  message.command.slot = expiry.slot;
-  message.command.sequence = expiry.sequence;
-  return message;
+  using freeflex_msgs::applied_t;
+  return make_applied_end(expiry.was_lease ? applied_t::LEASE_LOST : applied_t::EXPIRED, expiry, tick,
+                          applied_sequence, stamp);
 }
 
 freeflex_msgs::applied_t make_applied_reset(std::int64_t tick, std::int64_t applied_sequence,

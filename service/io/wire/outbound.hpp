@@ -66,6 +66,10 @@ std::vector<freeflex_msgs::scene_t> make_scene_messages(const Plan& plan, const 
 std::vector<freeflex_msgs::shapes_t> make_shapes_messages(const Plan& plan, int mode, const Stamp& stamp);
 freeflex_msgs::applied_t make_applied_force(const ForceCommand& command, std::int64_t tick,
                                             std::int64_t applied_sequence, const Stamp& stamp);
+/// \param kind  EXPIRED, LEASE_LOST or CLEARED
+freeflex_msgs::applied_t make_applied_end(std::int32_t kind, const Expiry& end, std::int64_t tick,
+                                          std::int64_t applied_sequence, const Stamp& stamp);
+/// The same, EXPIRED or LEASE_LOST as the expiry says.
 freeflex_msgs::applied_t make_applied_expiry(const Expiry& expiry, std::int64_t tick,
                                              std::int64_t applied_sequence, const Stamp& stamp);
 freeflex_msgs::applied_t make_applied_reset(std::int64_t tick, std::int64_t applied_sequence,

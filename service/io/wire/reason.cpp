@@ -48,6 +48,8 @@ constexpr std::array<NamedReason, kNumReasons> kNames = {{
     {Reason::kNotGranted, "not_granted"},
     {Reason::kOverKeyLimit, "over_key_limit"},
     {Reason::kTooFast, "too_fast"},
+    {Reason::kHeldTooLong, "held_too_long"},
+    {Reason::kCleared, "cleared"},
 }};
 
 constexpr bool is_in_order() {

@@ -24,7 +24,7 @@ enum class Reason : std::int32_t {
   kOverLimit = 15,          // |force| or |torque| above the scene's limit
   kUnreachableTorque = 16,  // torque about the line of a collinear group, or on a single point
   kLate = 17,               // start_tick has passed and late_policy is 0
-  kTooFarAhead = 18,        // start_tick further ahead than kMaxAheadTicks
+  kTooFarAhead = 18,        // start_tick further ahead than kMaxAheadTicks, or from the bus than max_hold
   kNoSlotFree = 19,         // all slots of the daemon are taken
   kQueueFull = 20,          // more commands than the rings or the pending list hold
   kBadControl = 21,         // unknown control command or count outside its range
@@ -45,8 +45,11 @@ enum class Reason : std::int32_t {
   kNotGranted = 35,    // the key may not use this channel, control, point, group or slot
   kOverKeyLimit = 36,  // |force| or |torque| above the key's limit
   kTooFast = 37,       // more commands a second than the key may send
+  // on the bus, with keys or without
+  kHeldTooLong = 38,  // duration or lease longer than the scene's commands: max_hold
+  kCleared = 39,      // the operator cleared the sender while the accepted command waited
 };
-inline constexpr int kNumReasons = static_cast<int>(Reason::kTooFast) + 1;
+inline constexpr int kNumReasons = static_cast<int>(Reason::kCleared) + 1;
 
 /// [us] Furthest that valid_until may be ahead of the daemon's wall clock: as long as a command that is held
 /// back on its way can still take effect.
