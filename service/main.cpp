@@ -54,7 +54,8 @@ std::optional<int> read_arguments(int argc, char** argv, DaemonOptions& options,
       ->check(freeflex::service::channel_prefix());
   app.add_option("--socket", options.socket,
                  "where this user's commands are taken beside the bus; none: nowhere. Default\n"
-                 "$XDG_RUNTIME_DIR/freeflexd-PREFIX.sock, else /tmp/freeflexd-UID/PREFIX.sock")
+                 "freeflexd-PREFIX.sock in the first of $XDG_RUNTIME_DIR, /run/user/UID and\n"
+                 "/run/freeflex that is this user's alone, else /tmp/freeflexd-UID/PREFIX.sock")
       ->type_name("PATH");
   app.add_option("--rate", options.rate, "ticks per simulated second [Hz] in place of the scene's")
       ->type_name("HZ")

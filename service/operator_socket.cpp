@@ -9,7 +9,6 @@
 #include <algorithm>
 #include <cerrno>
 #include <cstdio>
-#include <filesystem>
 #include <thread>
 
 #include "freeflex_msgs/control_t.hpp"
@@ -28,22 +27,6 @@ namespace {
 constexpr const char* kNoSocket = "no socket for the operator";
 constexpr int kBacklog = 8;
 constexpr std::size_t kMostWaiting = 4096;  // messages to one that does not read: it is closed
-
-/// Empty when the folder is there and its owner's alone.
-std::string make_folder(const std::string& folder) {
-  if (mkdir(folder.c_str(), 0700) != 0 && errno != EEXIST) return call_fault(kNoSocket, "mkdir");
-  struct stat found {};
-  if (lstat(folder.c_str(), &found) != 0) return call_fault(kNoSocket, "lstat");
-  if (!S_ISDIR(found.st_mode) || found.st_uid != geteuid())
-    return fmt::format(
-        "{}: {} is not a folder of this user, somebody else made it: give --socket PATH, a path that only "
-        "this user can write to",
-        kNoSocket, folder);
-  if ((found.st_mode & 077) != 0)
-    return fmt::format("{}: others may look into {}: chmod 700 {}, or give --socket PATH", kNoSocket, folder,
-                       folder);
-  return {};
-}
 
 /// Removes a socket that nobody listens at. Empty, or why the place is not free.
 std::string clear_place(const std::string& path, const sockaddr_un& address) {
@@ -94,12 +77,9 @@ OperatorSocket::~OperatorSocket() {
     unlink(path_.c_str());
 }
 
-std::string OperatorSocket::open(const std::string& path, bool is_default) {
+std::string OperatorSocket::open(const std::string& path) {
   const std::optional<sockaddr_un> address = unix_address(path);
   if (!address) return fmt::format("{}: the path '{}' is longer than 107 characters", kNoSocket, path);
-  const std::string folder = std::filesystem::path(path).parent_path().string();
-  if (is_default && folder.starts_with("/tmp/"))
-    if (std::string fault = make_folder(folder); !fault.empty()) return fault;
   if (std::string fault = clear_place(path, *address); !fault.empty()) return fault;
   const int fd = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC | SOCK_NONBLOCK, 0);
   if (fd < 0) return call_fault(kNoSocket, "socket");

@@ -29,8 +29,8 @@ class OperatorSocket {
   OperatorSocket& operator=(const OperatorSocket&) = delete;
 
   /// Listens at the path; where a daemon died a socket is left behind, which is replaced. Empty, or why not
-  /// (for a person). Makes the folder of the default path, for its owner alone.
-  std::string open(const std::string& path, bool is_default);
+  /// (for a person).
+  std::string open(const std::string& path);
   /// Handles what comes within this time, or sleeps so long.
   void serve(std::chrono::milliseconds time);
 

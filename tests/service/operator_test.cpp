@@ -221,6 +221,38 @@ TEST_F(Daemon, TheOperatorsSocketIsItsOwnersAloneAndNeverInTheWay) {
   EXPECT_EQ(next.wait(), 0);
 }
 
+TEST_F(Daemon, WithoutAPathDaemonAndOperatorMeetWhereNobodyElseCanBe) {
+  const std::string theirs = temporary_path("theirs");
+  const std::string mine = temporary_path("mine");
+  for (const std::string& folder : {theirs, mine}) {
+    std::filesystem::create_directory(folder);
+    std::filesystem::permissions(folder, std::filesystem::perms::owner_all);
+  }
+  std::filesystem::permissions(theirs, std::filesystem::perms::all);
+  const auto push_hold = [](const std::string& folder, std::string& said) {
+    Process process(by_shell("XDG_RUNTIME_DIR=" + folder, {program("freeflex"), "push", "--prefix", "OX",
+                                                           "--socket", "--control", "hold"}));
+    const int status = process.wait();
+    said = process.output();
+    return status;
+  };
+  for (const std::string& folder : {mine, theirs}) {
+    BusClient client("OX");
+    Process daemon(by_shell("XDG_RUNTIME_DIR=" + folder, command_line("OX")));
+    ASSERT_TRUE(client.meet()) << daemon.output();
+    const std::string socket = folder + "/freeflexd-OX.sock";
+    EXPECT_EQ(std::filesystem::exists(socket), folder == mine) << daemon.output();
+    std::string said;
+    EXPECT_EQ(push_hold(folder, said), 0) << said;
+    daemon.signal(SIGTERM);
+    EXPECT_EQ(daemon.wait(), 0);
+    EXPECT_FALSE(std::filesystem::exists(socket));
+    EXPECT_EQ(push_hold(folder, said), 1) << said;
+    EXPECT_NE(said.find("no daemon at "), std::string::npos) << said;
+    std::filesystem::remove_all(folder);
+  }
+}
+
 TEST_F(Daemon, AStrangersStatusKeepsNoDaemonFromStarting) {
   BusClient client("OQ");
   status_t invented{};

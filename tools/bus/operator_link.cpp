@@ -15,16 +15,22 @@
 
 namespace freeflex::tools {
 
-OperatorLink::OperatorLink(std::string path) : path_(std::move(path)), buffer_(channels::kMaxMessageBytes) {
-  const auto address = service::unix_address(path_);
-  if (!address) {
-    error_ = "--socket '" + path_ + "' is longer than 107 characters";
-    return;
+OperatorLink::OperatorLink(const std::vector<std::string>& paths) : buffer_(channels::kMaxMessageBytes) {
+  std::string faults;
+  for (const std::string& path : paths) {
+    const auto address = service::unix_address(path);
+    fd_ = address ? socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0) : -1;
+    if (fd_ >= 0 && connect(fd_, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) == 0) {
+      path_ = path;
+      return;
+    }
+    faults += (faults.empty() ? "no daemon at " : ", nor at ") + path + ": " +
+              (address ? std::strerror(errno) : "the path is longer than 107 characters");
+    if (fd_ >= 0) close(fd_);
+    fd_ = -1;
   }
-  fd_ = socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0);
-  if (fd_ < 0 || connect(fd_, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) != 0)
-    error_ = "no daemon at " + path_ + ": " + std::strerror(errno) +
-             "\nIs freeflexd running, of this user, with the same --prefix or --socket?";
+  error_ = (faults.empty() ? "no folder in which a daemon of this user could listen" : faults) +
+           "\nIs freeflexd running, of this user, with the same --prefix or --socket?";
 }
 
 OperatorLink::~OperatorLink() {

@@ -15,13 +15,16 @@ class OperatorLink {
  public:
   using Handler = std::function<void(std::span<const std::byte>)>;
 
-  explicit OperatorLink(std::string path);
+  /// Connects to the first of the paths at which a daemon listens.
+  explicit OperatorLink(const std::vector<std::string>& paths);
   ~OperatorLink();
   OperatorLink(const OperatorLink&) = delete;
   OperatorLink& operator=(const OperatorLink&) = delete;
 
   /// Empty, or why there is no connection.
   const std::string& error() const { return error_; }
+  /// Of the socket that it is connected to.
+  const std::string& path() const { return path_; }
   bool send(std::span<const std::byte> bytes);
   /// Hands over messages until time runs out, the daemon closes or done() holds. False unless it holds.
   bool wait(std::chrono::milliseconds time, const std::function<bool()>& done, const Handler& handler);

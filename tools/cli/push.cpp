@@ -203,9 +203,8 @@ int push_over_bus(PushOptions options) {
 }
 
 int push_over_socket(const PushOptions& options) {
-  const std::string path =
-      options.socket->empty() ? service::operator_socket_path(options.bus.prefix) : *options.socket;
-  OperatorLink link(path);
+  OperatorLink link(options.socket->empty() ? service::operator_socket_paths(options.bus.prefix)
+                                            : std::vector{*options.socket});
   if (!link.error().empty()) return print_error(link.error()), kExitDiffers;
   Exchange known;
   const auto take = [&](std::span<const std::byte> bytes) {
@@ -215,8 +214,8 @@ int push_over_socket(const PushOptions& options) {
     known.session = page.session;
   };
   const Line line{[&](auto time, const auto& done) { return link.wait(time, done, take); },
-                  [&](const char*, std::span<const std::byte> bytes) { return link.send(bytes); }, path,
-                  "Is it stopped? It also holds eight such connections at most."};
+                  [&](const char*, std::span<const std::byte> bytes) { return link.send(bytes); },
+                  link.path(), "Is it stopped? It also holds eight such connections at most."};
   return push_over(line, options, known);
 }
 

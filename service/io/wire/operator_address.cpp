@@ -1,16 +1,83 @@
 #include "service/io/wire/operator_address.hpp"
 
+#include <sys/socket.h>
+#include <sys/stat.h>
 #include <unistd.h>
 
+#include <cerrno>
 #include <cstdlib>
 #include <cstring>
 
 namespace freeflex::service {
+namespace {
 
-std::string operator_socket_path(const std::string& prefix) {
+struct Folder {
+  std::string path;   // "": not set
+  std::string begin;  // of the name of a socket there
+  bool is_of_system = false;
+  bool is_anybodys = false;  // everybody may make a folder of this name
+};
+
+std::vector<Folder> folders(const OperatorRoots& roots) {
+  const std::string uid = std::to_string(geteuid());
+  return {{roots.runtime, "freeflexd-"},
+          {roots.users + "/" + uid, "freeflexd-"},
+          {.path = roots.system, .begin = "freeflexd-", .is_of_system = true},
+          {.path = roots.temporary + "/freeflexd-" + uid, .begin = "", .is_anybodys = true}};
+}
+
+std::string socket_path(const Folder& folder, const std::string& prefix) {
+  return folder.path + "/" + folder.begin + prefix + ".sock";
+}
+
+/// Empty when nobody but this user can put a socket there.  \param takes_service  for root: any owner will do
+/// in the system's folder
+std::string find_fault(const Folder& folder, bool takes_service) {
+  if (folder.path.empty()) return "XDG_RUNTIME_DIR is not set";
+  if (folder.path[0] != '/') return "XDG_RUNTIME_DIR '" + folder.path + "' does not begin with /";
+  struct stat found {};
+  // a link to a folder of this user's could be turned by whoever made it
+  const int result =
+      folder.is_anybodys ? lstat(folder.path.c_str(), &found) : stat(folder.path.c_str(), &found);
+  if (result != 0) return folder.path + ": " + std::strerror(errno);
+  if (!S_ISDIR(found.st_mode)) return folder.path + " is no folder";
+  const bool is_of_service = takes_service && folder.is_of_system && geteuid() == 0;
+  if (found.st_uid != geteuid() && !is_of_service)
+    return folder.path + " belongs to user " + std::to_string(found.st_uid);
+  if ((found.st_mode & 022) != 0) return "others may write to " + folder.path;
+  return {};
+}
+
+}  // namespace
+
+OperatorRoots operator_roots() {
   const char* const runtime = std::getenv("XDG_RUNTIME_DIR");
-  if (runtime != nullptr && runtime[0] == '/') return std::string(runtime) + "/freeflexd-" + prefix + ".sock";
-  return "/tmp/freeflexd-" + std::to_string(geteuid()) + "/" + prefix + ".sock";
+  OperatorRoots roots;
+  if (runtime != nullptr) roots.runtime = runtime;
+  return roots;
+}
+
+OperatorPlace choose_operator_place(const std::string& prefix, const OperatorRoots& roots) {
+  std::string faults;
+  for (const Folder& folder : folders(roots)) {
+    // where it cannot be made, what is said of it is why
+    if (folder.is_anybodys) mkdir(folder.path.c_str(), 0700);
+    std::string fault = find_fault(folder, false);
+    const std::string path = socket_path(folder, prefix);
+    if (fault.empty() && unix_address(path)) return {path, ""};
+    if (fault.empty()) fault = path + " has more than 107 characters";
+    faults += (faults.empty() ? "" : "; ") + fault;
+  }
+  return {"", "no place for the operator's socket: " + faults +
+                  ". Set XDG_RUNTIME_DIR to a folder of this user with mode 700, give --socket PATH, or do "
+                  "without it: --socket none"};
+}
+
+std::vector<std::string> operator_socket_paths(const std::string& prefix, const OperatorRoots& roots) {
+  std::vector<std::string> paths;
+  for (const Folder& folder : folders(roots))
+    if (find_fault(folder, true).empty()) paths.push_back(socket_path(folder, prefix));
+  return paths;
 }
 
 std::optional<sockaddr_un> unix_address(const std::string& path) {

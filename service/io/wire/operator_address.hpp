@@ -27,8 +27,28 @@ inline bool is_target(const std::array<char, kSenderSize>& target,
   return target == kEverySender ? !is_operator(sender) : target == sender;
 }
 
-/// $XDG_RUNTIME_DIR/freeflexd-PREFIX.sock, or /tmp/freeflexd-UID/PREFIX.sock where there is no such folder.
-std::string operator_socket_path(const std::string& prefix);
+/// Where folders for the operator's socket are looked for. Tests have others.
+struct OperatorRoots {
+  std::string runtime;  // $XDG_RUNTIME_DIR; "": not set
+  std::string users = "/run/user";
+  std::string system = "/run/freeflex";
+  std::string temporary = "/tmp";
+};
+OperatorRoots operator_roots();
+
+/// The path of the socket, or why there is no place for one (for a person).
+struct OperatorPlace {
+  std::string path;
+  std::string fault;
+};
+/// Where a daemon of this user listens: in the first of $XDG_RUNTIME_DIR, /run/user/UID, /run/freeflex that
+/// belongs to this user and that nobody else may write to, else in /tmp/freeflexd-UID, which is made where it
+/// is not there and must be like that too.
+OperatorPlace choose_operator_place(const std::string& prefix, const OperatorRoots& roots = operator_roots());
+/// Where a daemon of this user may listen, the likeliest first; empty when no folder may hold its socket.
+/// Root also finds the one of a service in /run/freeflex.
+std::vector<std::string> operator_socket_paths(const std::string& prefix,
+                                               const OperatorRoots& roots = operator_roots());
 
 /// Empty when the path is too long for a socket (107 characters).
 std::optional<sockaddr_un> unix_address(const std::string& path);

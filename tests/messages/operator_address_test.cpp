@@ -1,0 +1,116 @@
+// Where daemon and operator meet: the same place for both, and none that somebody else made.
+#include "service/io/wire/operator_address.hpp"
+
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+#include <filesystem>
+
+namespace freeflex::testing {
+namespace {
+
+using service::choose_operator_place;
+using service::operator_socket_paths;
+using service::OperatorRoots;
+
+/// A system of its own under a folder that goes with it.
+class OperatorAddress : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    std::string name = ::testing::TempDir() + "operator-XXXXXX";
+    ASSERT_NE(mkdtemp(name.data()), nullptr);
+    root_ = name;
+    roots_ = {root_ + "/xdg", root_ + "/users", root_ + "/system", root_ + "/tmp"};
+    make(roots_.users);
+    make(roots_.temporary);
+  }
+  void TearDown() override {
+    std::error_code ignored;
+    std::filesystem::remove_all(root_, ignored);
+  }
+  static void make(const std::string& folder, mode_t mode = 0700) {
+    ASSERT_EQ(mkdir(folder.c_str(), 0700), 0) << folder;
+    ASSERT_EQ(chmod(folder.c_str(), mode), 0);
+  }
+  std::string chosen() const { return choose_operator_place("F", roots_).path; }
+  std::vector<std::string> found() const { return operator_socket_paths("F", roots_); }
+
+  std::string root_;
+  OperatorRoots roots_;
+  const std::string uid_ = std::to_string(geteuid());
+};
+
+TEST_F(OperatorAddress, TheFirstFolderOfTheUserIsTakenAndLookedIntoFirst) {
+  const std::string xdg = roots_.runtime + "/freeflexd-F.sock";
+  const std::string user = roots_.users + "/" + uid_ + "/freeflexd-F.sock";
+  const std::string system = roots_.system + "/freeflexd-F.sock";
+  const std::string last = roots_.temporary + "/freeflexd-" + uid_ + "/F.sock";
+  EXPECT_EQ(found(), std::vector<std::string>{}) << "looking makes nothing";
+  EXPECT_EQ(chosen(), last);
+  struct stat made {};
+  ASSERT_EQ(stat((roots_.temporary + "/freeflexd-" + uid_).c_str(), &made), 0);
+  EXPECT_EQ(made.st_mode & 0777, 0700u);
+  make(roots_.system, 0755);
+  EXPECT_EQ(chosen(), system);
+  make(roots_.users + "/" + uid_);
+  EXPECT_EQ(chosen(), user);
+  make(roots_.runtime);
+  EXPECT_EQ(chosen(), xdg);
+  EXPECT_EQ(found(), (std::vector{xdg, user, system, last}));
+  // whoever looks without the variable finds the others
+  roots_.runtime.clear();
+  EXPECT_EQ(found(), (std::vector{user, system, last}));
+  roots_.runtime = "relative";
+  EXPECT_EQ(chosen(), user);
+}
+
+TEST_F(OperatorAddress, AFolderThatOthersMayWriteToIsPassedOver) {
+  make(roots_.runtime, 0777);
+  make(roots_.system, 0775);
+  const std::string last = roots_.temporary + "/freeflexd-" + uid_;
+  make(last, 0702);
+  const service::OperatorPlace place = choose_operator_place("F", roots_);
+  EXPECT_EQ(place.path, "");
+  EXPECT_EQ(place.fault, "no place for the operator's socket: others may write to " + roots_.runtime + "; " +
+                             roots_.users + "/" + uid_ + ": No such file or directory; others may write to " +
+                             roots_.system + "; others may write to " + last +
+                             ". Set XDG_RUNTIME_DIR to a folder of this user with mode 700, give --socket "
+                             "PATH, or do without it: --socket none");
+  EXPECT_TRUE(found().empty());
+}
+
+TEST_F(OperatorAddress, AFolderThatSomebodyElseMadeFirstIsNoPlace) {
+  if (geteuid() != 0) GTEST_SKIP() << "only root can make a folder of another user's";
+  const std::string last = roots_.temporary + "/freeflexd-0";
+  make(last);
+  ASSERT_EQ(chown(last.c_str(), 12345, 12345), 0);
+  EXPECT_EQ(chosen(), "");
+  EXPECT_NE(choose_operator_place("F", roots_).fault.find(last + " belongs to user 12345"),
+            std::string::npos);
+  EXPECT_TRUE(found().empty()) << "nor is what stands there taken for a daemon";
+  make(roots_.runtime);
+  EXPECT_EQ(chosen(), roots_.runtime + "/freeflexd-F.sock") << "it is in nobody's way";
+  // root reaches the daemon of a service, and does not listen where the service may take its place
+  std::filesystem::remove(roots_.runtime);
+  make(roots_.system, 0755);
+  ASSERT_EQ(chown(roots_.system.c_str(), 12345, 12345), 0);
+  EXPECT_EQ(found(), std::vector{roots_.system + "/freeflexd-F.sock"});
+  EXPECT_EQ(chosen(), "");
+}
+
+TEST_F(OperatorAddress, ALinkIsNoFolderWhereAnybodyMayMakeOne) {
+  make(root_ + "/mine");
+  std::filesystem::create_symlink(root_ + "/mine", roots_.temporary + "/freeflexd-" + uid_);
+  EXPECT_EQ(chosen(), "");
+  EXPECT_TRUE(found().empty());
+}
+
+TEST_F(OperatorAddress, APathThatIsTooLongForASocketIsPassedOver) {
+  roots_.runtime = root_ + "/" + std::string(100, 'x');
+  make(roots_.runtime);
+  EXPECT_EQ(chosen(), roots_.temporary + "/freeflexd-" + uid_ + "/F.sock");
+}
+
+}  // namespace
+}  // namespace freeflex::testing
