@@ -4,6 +4,7 @@
 #include <sys/prctl.h>
 
 #include <algorithm>
+#include <cerrno>
 #include <chrono>
 #include <cmath>
 #include <cstring>
@@ -11,6 +12,7 @@
 #include <memory>
 #include <new>
 #include <stdexcept>
+#include <system_error>
 #include <thread>
 #include <utility>
 
@@ -24,6 +26,7 @@
 #include "service/io/wire/operator_address.hpp"
 #include "service/io/wire/outbound.hpp"
 #include "service/limited_log.hpp"
+#include "service/limits.hpp"
 #include "service/log.hpp"
 #include "service/operator_socket.hpp"
 #include "service/publisher.hpp"
@@ -114,6 +117,17 @@ void check_pace(const Timing& timing, double period) {
   if (timing.is_paced() && tick > kLongest)
     throw StartFault(
         kUsage, fmt::format("a tick would last {:g} s, at most {:g}: see --rate and --time", tick, kLongest));
+}
+
+/// A thread with this body; what cannot be had is explained.
+template <class Body>
+std::thread start_thread(const char* what, Body body) {
+  try {
+    return std::thread(std::move(body));
+  } catch (const std::system_error& error) {
+    throw StartFault(kRuntimeFailure, fmt::format("no thread for {}: {}{}", what, error.code().message(),
+                                                  explain_limits(error.code().value())));
+  }
 }
 
 /// The running parts. Constructed in order; taken apart in the reverse one.
@@ -226,7 +240,7 @@ void Daemon::start_verifier(const io::NameTable& names) {
   spdlog::info("on the bus commands are taken under a key only: {}", ids);
   const Verifier::Options verifier{.session = identity_.session, .channel_prefix = options_.prefix};
   verifier_ = std::make_unique<Verifier>(std::exchange(keys_, {}), verifier, names, ingress_.block());
-  verifying_ = std::thread([this] { verifier_->run(); });
+  verifying_ = start_thread("keys", [this] { verifier_->run(); });
 }
 
 /// The operator's way in. Where another daemon of this user has the usual path the bus is left to this one.
@@ -263,7 +277,7 @@ void Daemon::claim_prefix() {
   if (const std::int64_t other = listen(kListening); other != 0) refuse(other);
   bus_ = std::make_unique<Bus>(url_, options_.prefix);
   publisher_ = std::make_unique<Publisher>(plan_, identity_, *bus_, output_, inbound(), ingress_counts_);
-  publishing_ = std::thread([this] { publisher_->run(); });
+  publishing_ = start_thread("publication", [this] { publisher_->run(); });
   if (const std::int64_t other = listen(kListening); other != 0 && other < identity_.session) refuse(other);
 }
 
@@ -298,7 +312,7 @@ void Daemon::start_simulation() {
   signals_.end_start_up();
   std::string refused;
   std::atomic<bool> is_set{false};
-  simulating_ = std::thread([this, is_paced, &refused, &is_set] {
+  simulating_ = start_thread("the simulation", [this, is_paced, &refused, &is_set] {
     if (is_paced) refused = raise_priority();
     is_set.store(true, std::memory_order_release);
     is_set.notify_one();
@@ -386,7 +400,10 @@ int run_daemon(const DaemonOptions& options, SignalWatch& signals) {
       say_plainly("freeflexd: error: " + text);
     return fault.code;
   } catch (const std::bad_alloc&) {
-    spdlog::error("memory ran out before the first tick{}", kMoreMemory);
+    spdlog::error("memory ran out before the first tick{}{}", kMoreMemory, explain_limits(ENOMEM));
+    return kRuntimeFailure;
+  } catch (const std::system_error& fault) {
+    spdlog::error("{}{}", fault.what(), explain_limits(fault.code().value()));
     return kRuntimeFailure;
   } catch (const std::exception& fault) {
     spdlog::error("{}", fault.what());

@@ -8,6 +8,8 @@
 #include <cstring>
 #include <string>
 
+#include "service/limits.hpp"
+
 namespace freeflex::service {
 
 /// The same file above the numbers at which the ingress expects its own, closed by exec; -1 with errno.
@@ -15,15 +17,17 @@ inline int move_up(int fd) {
   constexpr int kFirst = 16;
   if (fd < 0) return -1;
   const int moved = fcntl(fd, F_DUPFD_CLOEXEC, kFirst);
-  const int error = errno;
+  // where the limit of open files is not above the number the system calls that invalid
+  const int error = errno == EINVAL ? EMFILE : errno;
   close(fd);
   errno = error;
   return moved;
 }
 
-/// "what: call: what errno means"
+/// "what: call: what errno means", and the limit of this process that may be why.
 inline std::string call_fault(const char* what, const char* call) {
-  return std::string(what) + ": " + call + ": " + std::strerror(errno);
+  const int error = errno;
+  return std::string(what) + ": " + call + ": " + std::strerror(error) + explain_limits(error);
 }
 
 }  // namespace freeflex::service

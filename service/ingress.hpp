@@ -100,9 +100,11 @@ class IngressProcess {
     pid_t pid = -1;
     int order_fd = -1;  // tells it to receive
     HangWatch watch;
+    bool was_ready = false;
     std::string hang;  // in what way it hung, when that is why it was killed
   };
 
+  static constexpr int kMostFailedStarts = 5;  // in a row, when start() gives up
   std::string make_memory(const Options& options, const io::NameTable& names);
   std::string spawn(std::size_t seat);
   std::string spawn_missing();
@@ -122,6 +124,8 @@ class IngressProcess {
   bool is_wanted_ = false;
   std::int64_t num_restarts_ = 0;
   std::int64_t num_hangs_ = 0;
+  int num_failed_starts_ = 0;          // processes that ended before they were ready, since one was
+  bool has_explained_filter_ = false;  // in an event
   Clock::time_point spawn_at_{};
   std::chrono::milliseconds pause_{0};
 };

@@ -3,17 +3,21 @@
 #include <signal.h>
 #include <spawn.h>
 #include <sys/eventfd.h>
+#include <sys/resource.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
+#include <cstdlib>
 #include <cstring>
 #include <new>
 #include <thread>
+#include <utility>
 
 #include "service/descriptors.hpp"
 #include "service/ingress.hpp"
 #include "service/io/wire/lcm_url.hpp"
+#include "service/limits.hpp"
 
 namespace freeflex::service {
 namespace {
@@ -24,10 +28,16 @@ constexpr milliseconds kFirstPause{5};  // between two starts
 constexpr milliseconds kLongestPause{100};
 constexpr milliseconds kReadyPeriod{2};  // between looks at starting processes
 
+constexpr int kNotLoaded = 127;  // exit status where the program or a library of it cannot be loaded
+
 constexpr const char* kCannotStart = "cannot start the ingress process";
+
+/// True when the filter of system calls ended the process.
+bool is_of_filter(int status) { return WIFSIGNALED(status) && WTERMSIG(status) == SIGSYS; }
 
 /// What a status of waitpid means, for a log.
 std::string describe_end(int status) {
+  if (is_of_filter(status)) return "made a system call that its filter forbids";
   if (WIFSIGNALED(status)) {
     return std::string("ended by signal ") + std::to_string(WTERMSIG(status)) + " (" +
            strsignal(WTERMSIG(status)) + ")";
@@ -38,7 +48,28 @@ std::string describe_end(int status) {
     case IngressEnd::kBadBlock:
       return "could not map the shared memory";
   }
+  if (WEXITSTATUS(status) == kNotLoaded) return "could not be loaded";
   return "ended with status " + std::to_string(WEXITSTATUS(status));
+}
+
+/// What makes calls that the filter forbids.
+std::string explain_filter() {
+  const char* const preloaded = std::getenv("LD_PRELOAD");
+  if (preloaded != nullptr && *preloaded != '\0')
+    return std::string(". LD_PRELOAD is set to '") + preloaded +
+           "': a library that is loaded that way (libfaketime, for one) makes such calls; start freeflexd "
+           "without it";
+  return ". A library that is loaded into every program (/etc/ld.so.preload) makes such calls; or what came "
+         "over "
+         "the network took the process over: then the filter has ended that";
+}
+
+/// What may be why a process ended before it was ready, and the remedy.
+std::string explain_failed_start(int status) {
+  if (is_of_filter(status)) return explain_filter();
+  rlimit limit{};
+  const bool has_limit = getrlimit(RLIMIT_AS, &limit) == 0 && limit.rlim_cur != RLIM_INFINITY;
+  return has_limit ? explain_limits(ENOMEM) : "";
 }
 
 /// posix_spawn's two helpers, freed on every way out.
@@ -173,6 +204,9 @@ std::string IngressProcess::wait_until_ready(milliseconds timeout) {
   const Clock::time_point deadline = Clock::now() + timeout;
   std::string event;
   while (!is_ready(active_)) {
+    if (num_failed_starts_ >= kMostFailedStarts)
+      return std::string(kCannotStart) + ": " + std::to_string(num_failed_starts_) +
+             " in a row ended at once: " + event;
     if (Clock::now() > deadline)
       return "the ingress process is not ready after " + std::to_string(timeout.count()) + " ms" +
              (event.empty() ? "" : ": " + event);
@@ -202,6 +236,7 @@ std::string IngressProcess::poll() {
 /// Kills a process that hangs; it is replaced when it has gone.
 void IngressProcess::look_for_hang(std::size_t seat) {
   Worker& worker = workers_[seat];
+  worker.was_ready = worker.was_ready || is_ready(seat);
   if (worker.pid < 0 || !worker.hang.empty()) return;
   const std::uint64_t beat = block_->seats[seat].beat.load(std::memory_order_relaxed);
   worker.hang = worker.watch.look(to_ns(Clock::now()), beat, [&] { return read_process(worker.pid); });
@@ -213,20 +248,25 @@ std::string IngressProcess::reap(std::size_t seat) {
   Worker& worker = workers_[seat];
   int status = 0;
   if (worker.pid < 0 || waitpid(worker.pid, &status, WNOHANG) != worker.pid) return {};
-  const bool was_ready = is_ready(seat);
   // one that hostile packets kill is replaced at once, one that cannot even start is not tried without end
-  pause_ =
-      was_ready || WIFSIGNALED(status) ? milliseconds{0} : std::clamp(2 * pause_, kFirstPause, kLongestPause);
+  const bool has_failed = !worker.was_ready && !is_ready(seat) && worker.hang.empty();
+  num_failed_starts_ = has_failed ? num_failed_starts_ + 1 : 0;
+  pause_ = has_failed ? std::clamp(2 * pause_, kFirstPause, kLongestPause) : milliseconds{0};
   if (pause_.count() > 0) spawn_at_ = Clock::now() + pause_;
   ++num_restarts_;
   std::string event = seat == active_ ? "the ingress process " : "the standby of the ingress process ";
   if (worker.hang.empty()) {
     event += describe_end(status);
+    if (num_failed_starts_ == kMostFailedStarts)
+      event += explain_failed_start(status);
+    else if (is_of_filter(status) && !std::exchange(has_explained_filter_, true))
+      event += explain_filter();
   } else {
     ++num_hangs_;
     event += worker.hang + " and was killed";
   }
   forget(worker);
+  if (num_failed_starts_ >= kMostFailedStarts) return event;
   return event + (seat == active_ ? "; its standby takes over" : "; starting another");
 }
 

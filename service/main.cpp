@@ -5,12 +5,15 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <exception>
+#include <new>
 #include <optional>
 #include <string>
+#include <system_error>
 
 #include "messages/channels.hpp"
 #include "service/daemon.hpp"
 #include "service/ingress.hpp"
+#include "service/limits.hpp"
 #include "service/log.hpp"
 #include "service/signals.hpp"
 #include "service/usage.hpp"
@@ -119,8 +122,16 @@ int main(int argc, char** argv) {
   if (const auto status = freeflex::service::run_if_ingress(argc, argv)) return *status;
   try {
     return run(argc, argv);
+  } catch (const std::system_error& fault) {
+    // no thread for the log
+    std::fprintf(stderr, "freeflexd: error: no thread can be started: %s%s\n", fault.code().message().c_str(),
+                 freeflex::service::explain_limits(fault.code().value()).c_str());
+    return freeflex::service::kRuntimeFailure;
+  } catch (const std::bad_alloc&) {
+    std::fprintf(stderr, "freeflexd: error: memory ran out%s\n",
+                 freeflex::service::explain_limits(ENOMEM).c_str());
+    return freeflex::service::kRuntimeFailure;
   } catch (const std::exception& fault) {
-    // no thread, no memory
     std::fprintf(stderr, "freeflexd: %s\n", fault.what());
     return freeflex::service::kRuntimeFailure;
   }

@@ -92,6 +92,29 @@ class Ingress : public ::testing::Test {
   std::vector<std::string> events_;
 };
 
+TEST_F(Ingress, AFilteredCallEndsOneProcessAndIsExplainedOnce) {
+  constexpr int kTimes = 8;  // more than start() would take
+  for (int i = 1; i <= kTimes; ++i) {
+    ASSERT_TRUE(is_complete());
+    // as the filter ends it
+    ASSERT_EQ(kill(ingress_.pid(), SIGSYS), 0);
+    ASSERT_TRUE(restarts());
+    send(i);
+    EXPECT_TRUE(receives(i));
+  }
+  int num_named = 0;
+  int num_explained = 0;
+  for (const std::string& event : events_) {
+    num_named += event.find("made a system call that its filter forbids") != std::string::npos ? 1 : 0;
+    num_explained +=
+        event.find("/etc/ld.so.preload") != std::string::npos || event.find("LD_PRELOAD") != std::string::npos
+            ? 1
+            : 0;
+  }
+  EXPECT_EQ(num_named, kTimes);
+  EXPECT_EQ(num_explained, 1);
+}
+
 TEST_F(Ingress, BringsCommandsThroughFromLcm) {
   lcm_t* lcm = lcm_create("udpm://239.255.76.67:7667?ttl=0");
   ASSERT_NE(lcm, nullptr);

@@ -1,7 +1,9 @@
 // How the real freeflexd ends, and what it says when it does not begin.
 #include <gtest/gtest.h>
 #include <signal.h>
+#include <sys/prctl.h>
 
+#include <cmath>
 #include <filesystem>
 #include <fstream>
 
@@ -45,6 +47,63 @@ TEST_F(Daemon, EndsInOrderOnASignalHoweverItWasStarted) {
     EXPECT_TRUE(client.until([&] { return client.statuses.back().mode == status_t::STOPPED; })) << what;
     EXPECT_FALSE(send_signal(ingress, 0)) << what << ": the ingress was left behind";
   }
+}
+
+#if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
+constexpr bool kIsInstrumented = true;
+#else
+constexpr bool kIsInstrumented = false;
+#endif
+
+/// From where nothing of it fits to where all does.
+TEST_F(Daemon, WithLittleAddressSpaceRunsOrSaysWhichLimitItMeets) {
+  if (kIsInstrumented) GTEST_SKIP() << "a sanitizer takes terabytes of address space";
+  int num_refused = 0;
+  int num_run = 0;
+  for (int megabytes = 40; megabytes <= 420; megabytes += megabytes < 120 ? 20 : 100) {
+    const std::string limit = "ulimit -v " + std::to_string(1000 * megabytes) + ";";
+    Process daemon(by_shell(limit, command_line("AS", {"--until", "0.01", "--socket", "none"})));
+    const int status = daemon.wait();
+    const std::string said = daemon.output();
+    if (status == 0) {
+      ++num_run;
+      continue;
+    }
+    // the system's loader comes before any of ours
+    if (status == 127 && said.find("error while loading shared libraries") != std::string::npos) continue;
+    ++num_refused;
+    // 2: the set-up of the scene has words of its own
+    const std::string found =
+        "Address space is limited to " + std::to_string(std::lround(1.024 * megabytes)) + " MB";
+    const std::string named = status == 2 ? "allow more memory (ulimit -v)" : found;
+    EXPECT_TRUE(status == 1 || status == 2) << megabytes << " MB: " << said;
+    EXPECT_NE(said.find(named), std::string::npos) << megabytes << " MB: " << said;
+    EXPECT_NE(said.find("ulimit -v"), std::string::npos) << megabytes << " MB: " << said;
+  }
+  EXPECT_GT(num_run, 0);
+  EXPECT_GT(num_refused, 0);
+}
+
+TEST_F(Daemon, WithFewFilesSaysSo) {
+  Process daemon(by_shell("ulimit -n 12;", command_line("NF", {"--until", "0.01", "--socket", "none"})));
+  EXPECT_EQ(daemon.wait(), 1);
+  EXPECT_NE(daemon.output().find("Open files are limited to 12: allow more with ulimit -n"),
+            std::string::npos)
+      << daemon.output();
+}
+
+TEST_F(Daemon, SaysWhichLibraryItsFilterEnds) {
+  if (kIsInstrumented) GTEST_SKIP() << "a sanitizer needs calls of its own, and there is no filter";
+  if (prctl(PR_GET_SECCOMP) < 0) GTEST_SKIP() << "this kernel has no filter of system calls";
+  const std::string library = FREEFLEX_FORBIDDEN_CALL;
+  Process daemon(by_shell("export LD_PRELOAD=" + library + ";", command_line("FC", {"--socket", "none"})));
+  EXPECT_EQ(daemon.wait(), 1) << daemon.output();
+  const std::string said = daemon.output();
+  EXPECT_NE(said.find("cannot start the ingress process: 5 in a row ended at once"), std::string::npos)
+      << said;
+  EXPECT_NE(said.find("made a system call that its filter forbids. LD_PRELOAD is set to '" + library + "'"),
+            std::string::npos)
+      << said;
 }
 
 TEST_F(Daemon, EndsCleanlyWhenToldDuringStartUp) {
