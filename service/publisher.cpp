@@ -22,7 +22,8 @@ constexpr std::int64_t kStatusPatience = 30'000'000;     // [ns] for the loop to
 // messages of one ring sent at one look, 32,000 a second: LCM's subscribers queue 30 and drop the newest
 // beyond
 constexpr int kBurst = 8;
-constexpr std::chrono::microseconds kIdle{250}, kIdleUnpaced{50};  // between looks at the rings
+constexpr std::int64_t kIdle = 250'000;  // [ns] between looks at the rings
+constexpr std::chrono::microseconds kIdleUnpaced{50};
 
 std::int64_t wall_us() {
   return std::chrono::duration_cast<std::chrono::microseconds>(
@@ -121,13 +122,18 @@ Publisher::Publisher(const Plan& plan, const Identity& identity, Bus& bus, Outpu
 
 void Publisher::run() {
   const bool is_paced = identity_.timing.is_paced();
+  MonotonicClock clock;
+  LookPace pace(kIdle);
   for (;;) {
     // read before the look round, so that nothing offered before it is missed
     const bool is_last =
         is_stopping_.load(std::memory_order_relaxed) || output_.is_finished.load(std::memory_order_acquire);
     const bool has_more = send_all();
     if (is_last && !has_more) break;
-    if (is_paced || !has_more) std::this_thread::sleep_for(is_paced ? kIdle : kIdleUnpaced);
+    if (is_paced)
+      clock.sleep_until(pace.next(clock.now_ns(), has_more));
+    else if (!has_more)
+      std::this_thread::sleep_for(kIdleUnpaced);
   }
   log_.end();
   if (status_->mode != Mode::kStarting) send_report();

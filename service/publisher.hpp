@@ -1,6 +1,7 @@
 // The publisher thread: takes what the simulation hands out, encodes and sends it.
 #pragma once
 
+#include <algorithm>
 #include <array>
 #include <atomic>
 #include <cstdint>
@@ -20,6 +21,23 @@ namespace freeflex::service {
 /// An answer in words, stamped now: of the loop, and to what never reached it.
 freeflex_msgs::ack_t make_ack(const AckEntry& entry, const Identity& identity);
 freeflex_msgs::ack_t make_ack(const io::Admission& admission, std::int64_t tick, std::int64_t session);
+
+/// When the publisher looks at its rings again. While there is more, looks begin one idle time apart, however
+/// long each took: what the pace lets through does not fall with the cost of sending.
+class LookPace {
+ public:
+  explicit LookPace(std::int64_t idle_ns) : idle_ns_(idle_ns) {}
+  /// [ns] Begin of the next look. Time that was lost is not caught up by a burst.
+  /// \param has_more  the last look left something
+  std::int64_t next(std::int64_t now_ns, bool has_more) {
+    begin_ns_ = has_more ? std::max(begin_ns_ + idle_ns_, now_ns) : now_ns + idle_ns_;
+    return begin_ns_;
+  }
+
+ private:
+  std::int64_t idle_ns_;
+  std::int64_t begin_ns_ = 0;  // of the latest look, as planned
+};
 
 /// Channels of the motion leave as the simulation offers them; ACK and APPLIED in order, before any state
 /// that contains them; STATUS by the wall clock at the scene's rate and at least kMinStatusRate, also while
