@@ -3,6 +3,7 @@
 #include <signal.h>
 #include <sys/prctl.h>
 
+#include <algorithm>
 #include <cmath>
 #include <filesystem>
 #include <fstream>
@@ -167,6 +168,18 @@ TEST_F(Daemon, StoppedAndContinuedRunsOnAndPublishesTheLostTime) {
   EXPECT_EQ(daemon.output().find("does not hold the period"), std::string::npos) << daemon.output();
 }
 
+/// Every thread of the process stands: a signal to stop is sent sooner than it is obeyed.
+bool has_stopped(const Process& process) {
+  const std::filesystem::directory_iterator tasks("/proc/" + std::to_string(process.pid()) + "/task");
+  return std::all_of(begin(tasks), end(tasks), [](const auto& task) {
+    std::ifstream file(task.path() / "stat");
+    std::string line;
+    std::getline(file, line);
+    const std::size_t name_end = line.rfind(')');
+    return name_end != std::string::npos && line.substr(name_end + 2, 1) == "T";
+  });
+}
+
 TEST_F(Daemon, CommandsThatWaitedWhileItWasStoppedAreRefusedAsTooOld) {
   for (const char* mode : {"--log-level", "--hold"}) {
     const bool holds = std::string(mode) == "--hold";
@@ -175,6 +188,7 @@ TEST_F(Daemon, CommandsThatWaitedWhileItWasStoppedAreRefusedAsTooOld) {
         command_line("Y", holds ? std::vector<std::string>{mode} : std::vector<std::string>{mode, "info"}));
     ASSERT_TRUE(client.meet()) << daemon.output();
     daemon.signal(SIGSTOP);
+    ASSERT_TRUE(client.until([&] { return has_stopped(daemon); }));
     const ForceCommand push = make_push(client.next_sequence++);
     client.send(push);
     const std::int64_t control = client.send_control(freeflex_msgs::control_t::RESET);
@@ -207,6 +221,7 @@ TEST_F(Daemon, TheSceneSaysHowOldACommandMayBeAndWhatOneSenderHas) {
         << "64 slots are shared, 2 of them for one";
   }
   daemon.signal(SIGSTOP);
+  ASSERT_TRUE(client.until([&] { return has_stopped(daemon); }));
   const std::int64_t control = client.send_control(freeflex_msgs::control_t::RESET);
   const auto end = std::chrono::steady_clock::now() + std::chrono::milliseconds(400);
   ASSERT_TRUE(client.until([&] { return std::chrono::steady_clock::now() > end; }));
