@@ -157,6 +157,21 @@ TEST(Versions, AnEarlierTypeIsNamedUnlessItIsStillInUse) {
   }
 }
 
+TEST(Versions, AControlOf04HasNoTargetAndIsRefusedByName) {
+  // the same fields but for the target, an empty string of five bytes at the end
+  std::vector<std::byte> bytes = io::encode(make_control());
+  bytes.resize(bytes.size() - 5);
+  constexpr std::uint64_t kFingerprint = 0x51aca0044b8a4ed6;
+  for (std::size_t i = 0; i < 8; ++i) bytes[i] = static_cast<std::byte>(kFingerprint >> (56 - 8 * i) & 0xff);
+  io::ControlCommand command;
+  const io::Admission admission = io::decode_control(bytes, kSession, command);
+  EXPECT_EQ(admission.reason, Reason::kWrongType);
+  EXPECT_STREQ(admission.text.data(),
+               "sent by version 0.4 of the messages, must be of 0.5: generate from the daemon's .lcm files");
+  EXPECT_STREQ(admission.sender.data(), "desk");
+  EXPECT_EQ(admission.sequence, 3);
+}
+
 TEST(Versions, TheStatusOfADaemonOf03IsHeard) {
   freeflex_msgs::status_t status{};
   status.session = kSession;
