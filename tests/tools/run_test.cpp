@@ -8,6 +8,9 @@
 #include <set>
 #include <sstream>
 
+#include "freeflex_msgs/status_t.hpp"
+#include "service/io/wire/decode.hpp"
+#include "service/io/wire/log.hpp"
 #include "tests/tools/shell.hpp"
 
 namespace freeflex::testing {
@@ -46,6 +49,32 @@ TEST_F(Run, SameInputGivesTheSameFile) {
   }
   EXPECT_EQ(read_text(folder_ / "a.log"), read_text(folder_ / "b.log"));
   EXPECT_EQ(read_text(folder_ / "a.csv"), read_text(folder_ / "b.csv"));
+}
+
+// what the run prints at its end is in its log: a picture of the log can show it
+TEST_F(Run, ALogHoldsTheVerdict) {
+  const Outcome outcome = run_scene(stretched_and_spun(0.2, 1.0), "--until 2 --json --out a.log");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json printed = Json::parse(outcome.out);
+  ASSERT_GT(printed["worst"]["validity"], 0) << "a verdict that could be missed";
+  io::LogReader log(folder_ / "a.log");
+  io::LogEvent event;
+  freeflex_msgs::status_t status{};
+  int num_statuses = 0;
+  while (log.next(event)) {
+    if (event.channel != "FREEFLEX_STATUS") continue;
+    ASSERT_TRUE(io::decode_message(event.bytes, status));
+    ++num_statuses;
+  }
+  EXPECT_GT(num_statuses, 2);
+  EXPECT_EQ(status.tick, printed["ticks"]);
+  EXPECT_EQ(status.validity, printed["validity"]);
+  EXPECT_EQ(status.validity_cause, printed["cause"]);
+  EXPECT_EQ(status.model_error, printed["error"]);
+  EXPECT_EQ(status.error_scale, printed["scale"]);
+  EXPECT_EQ(status.worst_validity, printed["worst"]["validity"]);
+  EXPECT_EQ(status.worst_validity_tick, printed["worst"]["tick"]);
+  EXPECT_EQ(status.worst_validity_cause, printed["worst"]["cause"]);
 }
 
 TEST_F(Run, TableHasTheNamedColumnsInEveryRow) {

@@ -10,6 +10,8 @@
 
 #include "core/plan/plan_bytes.hpp"
 #include "core/step/readout.hpp"
+#include "core/validity/validity.hpp"
+#include "freeflex_msgs/status_t.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"
 #include "service/io/wire/log.hpp"
@@ -18,6 +20,8 @@
 
 namespace freeflex::tools {
 namespace {
+
+constexpr double kLeastStatusRate = 1.0;  // [Hz] of simulated time
 
 bool is_due(std::int64_t every, std::int64_t tick, bool is_edge) {
   return every > 0 && (is_edge || tick % every == 0);
@@ -33,7 +37,12 @@ bool has_ending(const std::string& path, const char* ending) {
 class LogOutput : public RunOutput {
  public:
   LogOutput(const Plan& plan, const std::string& input, const std::string& prefix, const std::string& path)
-      : plan_(plan), prefix_(prefix), writer_(path), scene_every_(io::ticks_between(1.0, plan.period)) {
+      : plan_(plan),
+        prefix_(prefix),
+        writer_(path),
+        scene_every_(io::ticks_between(1.0, plan.period)),
+        status_every_(io::ticks_between(std::max(plan.status_rate, kLeastStatusRate), plan.period)),
+        validity_(plan) {
     for (std::size_t i = 0; i < every_.size(); ++i)
       every_[i] = io::ticks_between(plan.*io::kMotionChannels[i].rate, plan.period);
     std::error_code ignored;
@@ -53,6 +62,11 @@ class LogOutput : public RunOutput {
       for (const auto& message : channel.encode(plan_, state, stamp_))
         writer_.write(prefix_ + channel.suffix, stamp_.utime, message);
     }
+  }
+  void judge(const State& state, const Judgement& judgement, bool is_edge) override {
+    if (!is_due(status_every_, state.tick, is_edge)) return;
+    stamp_.utime = utime(state.tick);
+    put(channels::kStatus, status_of(state, judgement));
   }
   void applied_reset(std::int64_t tick) override {
     stamp_.utime = utime(tick);
@@ -85,6 +99,40 @@ class LogOutput : public RunOutput {
     return std::llround(static_cast<double>(tick) * plan_.period * 1e6);
   }
 
+  /// What a run knows of the daemon's status: the motion and its verdict. The rest stays 0.
+  freeflex_msgs::status_t status_of(const State& state, const Judgement& judgement) const {
+    freeflex_msgs::status_t status{};
+    status.utime = stamp_.utime;
+    status.session = stamp_.session;
+    status.plan_fingerprint = static_cast<std::int64_t>(stamp_.plan_fingerprint);
+    status.scene_hash = static_cast<std::int64_t>(plan_.scene_hash);
+    status.mode = freeflex_msgs::status_t::RUNNING;
+    status.time_mode = "asap";
+    status.rate = 1.0 / plan_.period;
+    status.epoch = state.epoch;
+    status.tick = state.tick;
+    status.applied_count = stamp_.applied_count;
+    status.replan_tick = -1;
+    const Invariants invariants = read_invariants(plan_, state);
+    status.kinetic_rigid = invariants.kinetic_rigid;
+    status.kinetic_elastic = invariants.kinetic_elastic;
+    status.potential = invariants.potential;
+    status.max_displacement = validity_.max_displacement(state);
+    status.displacement_ratio = validity_.displacement_ratio(status.max_displacement);
+    status.spin_ratio = validity_.spin_ratio(norm(angular_velocity(plan_, state)), status.max_displacement);
+    const Verdict &now = judgement.now(), &worst = judgement.worst();
+    status.validity = static_cast<std::int32_t>(now.word);
+    status.validity_cause = text_of(plan_, now);
+    status.worst_validity = static_cast<std::int32_t>(worst.word);
+    status.worst_validity_tick = worst.tick;
+    status.worst_validity_cause = text_of(plan_, worst);
+    status.model_error = now.error;
+    status.displacement_now = now.displacement_now;
+    status.error_scale = now.scale;
+    const bool leaves_out = !plan_.mode_numbers.empty() || (!plan_.wide.empty() && !state.is_wide);
+    if (leaves_out) status.truncation_bound = -1.0;
+    return status;
+  }
   template <class Message>
   void put(const char* channel, const Message& message) {
     writer_.write(prefix_ + channel, stamp_.utime, io::encode(message));
@@ -96,7 +144,8 @@ class LogOutput : public RunOutput {
   io::LogWriter writer_;
   io::Stamp stamp_;
   std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks]
-  std::int64_t scene_every_;                                  // [ticks]
+  std::int64_t scene_every_, status_every_;                   // [ticks]
+  Validity validity_;
 };
 
 class CsvOutput : public RunOutput {
@@ -144,6 +193,7 @@ class CsvOutput : public RunOutput {
     }
     writer_.row(state.tick, values_);
   }
+  void judge(const State&, const Judgement&, bool) override {}
   void applied_reset(std::int64_t) override {}
   void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}
   bool has_error() const override { return writer_.has_error(); }
@@ -190,6 +240,7 @@ class CsvOutput : public RunOutput {
 class NoOutput : public RunOutput {
  public:
   void publish(const State&, bool) override {}
+  void judge(const State&, const Judgement&, bool) override {}
   void applied_reset(std::int64_t) override {}
   void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}
   bool has_error() const override { return false; }
