@@ -73,7 +73,11 @@ const RecordedSession* session_of(io::LogReader& log, const std::string& prefix,
                                   std::string& error) {
   recording = read_recording(log, prefix);
   error = recording.error;
-  const RecordedSession* const chosen = error.empty() ? choose_session(recording, session, error) : nullptr;
+  const RecordedSession* chosen = error.empty() ? choose_session(recording, session, error) : nullptr;
+  if (chosen != nullptr && !chosen->contradiction.empty()) {
+    error = "the log contradicts itself: " + chosen->contradiction;
+    chosen = nullptr;
+  }
   if (chosen == nullptr) error = joined(recording.damage, error);
   return chosen;
 }
