@@ -114,8 +114,9 @@ test("a motion is drawn where it is, and a push of the mouse is taken", { skip, 
   writeFileSync(join(folder, "live.png"), await browser.picture());
 
   const rows = await browser.value("document.getElementById('status').innerText");
+  assert.match(await browser.value("document.getElementById('legend').innerText"), /compression -[0-9.e-]+\s*[0-9.e-]+ tension \[N\]/);
   assert.match(rows, /lateness\s+p50 [0-9.]+, p99.9 [0-9.]+, most [0-9.]+ us/);
-  assert.match(rows, /word\s+(good|watch|outside)/);
+  assert.match(rows, /verdict\s+(good|watch|outside)/);
 
   // a mode is animated
   await browser.value("document.querySelector('#modes button').click()");
@@ -153,7 +154,15 @@ test("a recording plays, from the program and from one file", { skip, timeout: 1
     const still = await browser.value("freeflexPage.player.time");
     await new Promise((resolve) => setTimeout(resolve, 300));
     assert.equal(await browser.value("freeflexPage.player.time"), still);
-    assert.ok(await browser.value("document.querySelectorAll('.strip').length") >= 2);
+    const titles = await browser.value("[...document.querySelectorAll('.title')].map((title) => title.textContent)");
+    for (const part of ["elastic coordinates [m]", "attitude [deg]", "pointing error [deg]", "angular velocity [rad/s]", "wheels [N m s]"])
+      assert.ok(titles.some((title) => title.includes(part)), `${part}: ${titles}`);
+    assert.match(await browser.value("document.getElementById('status').innerText"), /worst verdict\s+good throughout/);
+    // on a narrow screen the picture is above what stands beside it otherwise
+    await browser.send("Emulation.setDeviceMetricsOverride", { width: 420, height: 800, deviceScaleFactor: 1, mobile: false });
+    await browser.until("document.getElementById('picture').clientWidth >= 400");
+    assert.ok(await browser.value("document.getElementById('stage').getBoundingClientRect().bottom <= document.querySelector('aside').getBoundingClientRect().top"));
+    await browser.send("Emulation.clearDeviceMetricsOverride");
     return browser.value("JSON.stringify(freeflexPage.player.recording.at(3))");
   };
   const live = await played(await urlOf(start("freeflex", "view", join(folder, "flight.log"))));

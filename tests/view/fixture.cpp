@@ -42,6 +42,8 @@ int write_scene(const std::string& name, const std::string& folder) {
   std::ofstream(folder + "/" + name + ".json")
       << tools::Json{{"tick", state.tick},
                      {"time", static_cast<double>(state.tick) * plan.period},
+                     {"wheels", state.wheel_momentum},
+                     {"initial_attitude", make_state(plan).q_WB},
                      {"name", plan.name},
                      {"size", plan.points.size()},
                      {"points", points}};

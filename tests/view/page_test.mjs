@@ -12,6 +12,8 @@ const { parseBlob, parseMessage, nameOf, fromBase64 } = await load("blob.js");
 const motion = await load("motion.js");
 const { Camera, multiply, project, rigid } = await load("camera.js");
 const { forceOf, pick, firstForce } = await load("push.js");
+const { firstSignals, signalOf } = await load("strips.js");
+const { recordedVerdict, statusRows } = await load("panel.js");
 
 const bytes = (name) => {
   const data = readFileSync(join(fixture, name));
@@ -47,6 +49,80 @@ test("the rms over the mass is that of the points", () => {
     mass += body.masses[point];
   }
   assert.ok(Math.abs(Math.sqrt(sum / mass) / motion.rms(frame.q) - 1) < 1e-5);
+});
+
+test("what moves is drawn: attitude, rates by axis, pointing error and momenta of wheels, each with its unit", () => {
+  const { body, frame, expected } = read("satellite");
+  assert.deepEqual(body.attitude, expected.initial_attitude);
+  assert.ok(expected.wheels.length > 1 && expected.wheels.some((h) => h !== 0));
+  assert.deepEqual(frame.wheels, expected.wheels);
+  const signals = firstSignals(body, true).map((key) => ({ key, ...signalOf(body, key) }));
+  for (const { strip } of signals) assert.match(strip, /\[.+\]|^verdict/);
+  const of = (kind) => signals.filter(({ key }) => key.startsWith(`${kind}:`)).map(({ read: value }) => value(frame, null, null));
+  assert.deepEqual(of("rate"), frame.spin);
+  assert.deepEqual(of("wheel"), expected.wheels);
+  const angles = of("attitude"), [pointing] = of("pointing");
+  assert.ok(pointing > 0 && Math.abs(Math.hypot(...angles) - pointing) < 1e-12 * pointing);
+});
+
+test("the rotation vector leads from one attitude to the other, the shorter way", () => {
+  const times = ([a, b, c, d], [w, x, y, z]) => [a * w - b * x - c * y - d * z, a * x + b * w + c * z - d * y,
+    a * y - b * z + c * w + d * x, a * z + b * y - c * x + d * w];
+  const of = (v) => {
+    const angle = Math.hypot(...v), share = angle === 0 ? 0 : Math.sin(angle / 2) / angle;
+    return [Math.cos(angle / 2), ...v.map((x) => share * x)];
+  };
+  const from = of([0.3, -1.1, 0.7]);
+  for (const v of [[0, 0, 0], [1e-9, 2e-9, 0], [0.1, -0.2, 0.3], [2, 1, -2]]) {
+    const to = times(from, of(v));
+    assert.ok(distance(motion.rotationBetween(from, to), v) < 1e-14 * 10, `${v}`);
+    assert.ok(distance(motion.rotationBetween(from, to.map((x) => -x)), v) < 1e-14 * 10, `${v}`);
+  }
+});
+
+test("the body fills the picture, whatever its shape", () => {
+  for (const name of scenes) {
+    const { body } = read(name), R = motion.rotation(body.attitude);
+    const places = Array.from({ length: body.points }, (_, k) => motion.apply(R, [...body.rest.slice(3 * k, 3 * k + 3)]));
+    for (const [width, height] of [[880, 800], [420, 400], [300, 900]]) {
+      const camera = new Camera(body.size);
+      camera.face(places);
+      camera.fit(places, width, height);
+      const matrix = camera.matrix(width, height);
+      const reach = [0, 1].map((axis) => Math.max(...places.map((place) => {
+        const [x, y, depth] = project(matrix, place, width, height);
+        assert.ok(depth > 0);
+        return Math.abs(axis === 0 ? (2 * x) / width - 1 : (2 * y) / height - 1);
+      })));
+      // a margin of a fourteenth for what moves, and no more
+      assert.ok(Math.max(...reach) < 0.9 && Math.max(...reach) > 0.8, `${name} ${width} x ${height}: ${reach}`);
+    }
+  }
+});
+
+test("a rigid link of many points is a solid", () => {
+  const { body } = read("satellite");
+  const bus = body.linkNames.indexOf("bus");
+  assert.ok(!body.lineLinks.includes(bus));
+  const corners = new Set([...body.triangles].filter((_, k) => body.triangleLinks[Math.floor(k / 3)] === bus).map((k) => body.pointNames[k]));
+  // all but the hub, which lies in the face between the hinges
+  for (const name of ["jet1", "jet2", "jet3", "jet4", "la1", "la2", "ra1", "ra2"]) assert.ok(corners.has(name), name);
+});
+
+test("a recording shows its worst verdict, and says when it has none", () => {
+  const recording = (statuses) => new motion.Recording({ time: [0], clock: [0], statuses }, 0);
+  const status = (validity, cause, worst) => ({ clock: 0, tick: 7, validity, validity_cause: cause, worst_validity: worst,
+    worst_validity_tick: worst > 0 ? 3 : -1, worst_validity_cause: worst > 0 ? "spin" : "" });
+  assert.match(recordedVerdict(recording([]).verdict())[1], /^no verdict in this recording/);
+  assert.deepEqual(recordedVerdict(recording([status(0, "", 0)]).verdict()).slice(1), ["good throughout", "word good"]);
+  assert.deepEqual(recordedVerdict(recording([status(0, "", 0), status(0, "", 2), status(1, "loads", 1)]).verdict()).slice(1),
+    ["outside, first at tick 3: spin", "word outside"]);
+});
+
+test("the model error says what it is", () => {
+  const { body, frame } = read("boom");
+  const rows = statusRows(body, frame, { model_error: 1e-6, error_scale: 1e-3, validity: 0, validity_cause: "" }, 1, null);
+  assert.match(rows.find(([name]) => name === "model error")[1], /off by about 1\.00e-6 m, 0\.1 % of 1\.00e-3 m/);
 });
 
 test("an amplified displacement is so many times as large", () => {

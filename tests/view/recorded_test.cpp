@@ -1,5 +1,7 @@
-// What the page gets of a recording.
+// What the page gets of a recording, and which modes it is told to move.
 #include <gtest/gtest.h>
+
+#include <cmath>
 
 #include "core/plan/plan_bytes.hpp"
 #include "core/step/step.hpp"
@@ -49,6 +51,35 @@ TEST(ViewRecording, OfTwoScenesIsRefused) {
     EXPECT_EQ(error.find("contradicts itself") != std::string::npos, has_both) << error;
     EXPECT_EQ(error.find("rotor.yaml") != std::string::npos, has_both) << error;
   }
+}
+
+// M/2 (qdot^2 + omega^2 q^2): a high mode of small amplitude has more than a low one of a larger one
+TEST(ModesThatMove, AreRankedByPeakEnergyUntilTheEpochEnds) {
+  const Body body = body_of("boom.yaml");
+  ASSERT_GT(body.num_modes, 3);
+  const auto omega = [&](std::size_t mode) { return body.plan.omega[mode]; };
+  freeflex_msgs::state_t state = io::make_state_message(body.plan, make_state(body.plan), io::Stamp{});
+  std::fill(state.q.begin(), state.q.end(), 0.0);
+  std::fill(state.q_dot.begin(), state.q_dot.end(), 0.0);
+  tools::ModePeaks peaks(body);
+  EXPECT_TRUE(peaks.largest().empty());
+  state.q[0] = 1e-3;
+  state.q[2] = 2e-3 * omega(0) / omega(2);
+  state.q_dot[3] = 3e-3 * omega(0);
+  peaks.take(state);
+  // what has faded stays in the ranking
+  state.q[2] = state.q_dot[3] = 0.0;
+  peaks.take(state);
+  const tools::Json largest = peaks.largest();
+  ASSERT_EQ(largest.size(), 3U);
+  const double of_one = 0.5 * body.plan.mass * std::pow(1e-3 * omega(0), 2);
+  for (std::size_t k = 0; k < 3; ++k) {
+    EXPECT_EQ(largest[k][0], (std::vector<int>{3, 2, 0})[k]);
+    EXPECT_DOUBLE_EQ(largest[k][1], of_one * std::pow(3.0 - static_cast<double>(k), 2));
+  }
+  ++state.epoch;
+  peaks.take(state);
+  EXPECT_EQ(peaks.largest().size(), 1U);
 }
 
 }  // namespace

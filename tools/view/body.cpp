@@ -1,5 +1,6 @@
 #include "tools/view/body.hpp"
 
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <cstring>
@@ -12,6 +13,7 @@
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rates.hpp"
 #include "core/step/kernels.hpp"
+#include "core/step/state.hpp"
 #include "service/io/scene/input.hpp"
 
 namespace freeflex::tools {
@@ -20,8 +22,38 @@ namespace {
 constexpr std::size_t kAlignment = 8;
 constexpr std::size_t kMostNamed = 200'000;  // points
 
-/// What is drawn of a link: lines, or a triangle.
+/// Draws the convex hull of a link's points as triangles. False, with nothing drawn, where they lie on a line
+/// or are many.
+bool draw_hull(std::uint32_t link, std::span<const int> points, Body& body) {
+  constexpr std::size_t kMostOfHull = 24;  // each triple is tried
+  constexpr double kFlat = 1e-9;           // [-] of the size
+  if (points.size() < 4 || points.size() > kMostOfHull) return false;
+  std::vector<Eigen::Vector3d> at;
+  for (const int point : points) at.emplace_back(body.plan.points[static_cast<std::size_t>(point)].r.data());
+  double size = 0.0;
+  for (const Eigen::Vector3d& place : at) size = std::max(size, (place - at[0]).norm());
+  const std::size_t before = body.triangles.size();
+  for (std::size_t a = 0; a < at.size(); ++a)
+    for (std::size_t b = a + 1; b < at.size(); ++b)
+      for (std::size_t c = b + 1; c < at.size(); ++c) {
+        const Eigen::Vector3d normal = (at[b] - at[a]).cross(at[c] - at[a]);
+        if (normal.norm() <= kFlat * size * size) continue;
+        double least = 0.0, most = 0.0;
+        for (const Eigen::Vector3d& other : at) {
+          const double height = normal.normalized().dot(other - at[a]);
+          least = std::min(least, height), most = std::max(most, height);
+        }
+        if (std::min(-least, most) > kFlat * size) continue;  // points on both sides
+        for (const std::size_t corner : {a, b, c})
+          body.triangles.push_back(static_cast<std::uint32_t>(points[corner]));
+        body.triangle_links.push_back(link);
+      }
+  return body.triangles.size() > before;
+}
+
+/// What is drawn of a link: lines, or triangles.
 void draw(std::uint32_t link, const std::string& kind, std::span<const int> points, Body& body) {
+  if (kind == "rigid" && draw_hull(link, points, body)) return;
   if (kind == "bending" || kind == "torsion") return;  // of angles, which lie along others
   if (kind == "matrix") return;                        // a plan file does not have its matrix
   if (kind == "plate" && points.size() == 3) {
@@ -128,6 +160,12 @@ Json head_of(const Body& body) {
             {"forceLimit", plan.force_limit},
             {"pointNames", names_of(plan.points)},
             {"linkNames", names_of(plan.links)}};
+  head["attitude"] = make_state(plan).q_WB;
+  if (!plan.wide.empty()) {
+    Json& numbers = head["modeNumbers"] = Json::array();
+    for (int l = 0; l < body.num_modes; ++l)
+      numbers.push_back(plan.wide_modes[static_cast<std::size_t>(l)] + 1);
+  }
   Json& frequencies = head["frequencies"] = Json::array();
   for (int l = 0; l < body.num_modes; ++l)
     frequencies.push_back(plan.omega[static_cast<std::size_t>(l)] / (2.0 * std::numbers::pi));
@@ -136,8 +174,11 @@ Json head_of(const Body& body) {
     groups.push_back({{"name", group.name}, {"points", group.points}});
   Json& wheels = head["wheels"] = Json::array();
   for (const PlanWheel& wheel : plan.wheels.all) wheels.push_back(wheel.name);
-  Json& links = head["publishedLinks"] = Json::array();
-  for (const PlanLinkOutput& output : plan.link_outputs) links.push_back(output.link);
+  Json &links = head["publishedLinks"] = Json::array(), &units = head["loadUnits"] = Json::array();
+  for (const PlanLinkOutput& output : plan.link_outputs) {
+    links.push_back(output.link);
+    units.push_back(figure_unit(plan.links[static_cast<std::size_t>(output.link)].kind));
+  }
   return head;
 }
 
@@ -249,6 +290,11 @@ bool take_rate(Body& body, std::uint64_t fingerprint, double rate) {
   body.fingerprint = fingerprint;
   body.plan = std::move(plan);
   return true;
+}
+
+const char* figure_unit(const std::string& kind) {
+  if (kind == "plate") return "N/m";
+  return kind == "bending" || kind == "torsion" ? "N m" : "N";
 }
 
 double link_figure(const std::string& kind, std::span<const double> values) {

@@ -70,5 +70,7 @@ bool take_rate(Body& body, std::uint64_t fingerprint, double rate);
 /// plane by von Mises times its thickness [N/m], of matrices and rigid bodies the largest force on a point
 /// [N].
 double link_figure(const std::string& kind, std::span<const double> values);
+/// Unit of that figure.
+const char* figure_unit(const std::string& kind);
 
 }  // namespace freeflex::tools

@@ -44,10 +44,14 @@ Bytes shared(std::vector<std::byte> bytes) {
 
 }  // namespace
 
-float shown_coordinate(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode) {
+std::size_t place_of_mode(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode) {
   // a plan that took modes back moves those of its wide plan
   const bool is_wide = !body.plan.wide.empty() && state.num_elastic == body.plan.wide[0].num_elastic;
-  const std::size_t at = is_wide ? static_cast<std::size_t>(body.plan.wide_modes[mode]) : mode;
+  return is_wide ? static_cast<std::size_t>(body.plan.wide_modes[mode]) : mode;
+}
+
+float shown_coordinate(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode) {
+  const std::size_t at = place_of_mode(body, state, mode);
   return at < state.q.size() ? static_cast<float>(state.q[at]) : 0.0F;
 }
 
@@ -58,6 +62,12 @@ std::vector<std::byte> state_frame(const Body& body, const freeflex_msgs::state_
   append(state.position, 3, bytes);
   append(state.attitude, 4, bytes);
   append(state.angular_velocity, 3, bytes);
+  // as many as the plan has, whatever the message claims
+  std::vector<double> wheels = state.wheel_momentum;
+  wheels.resize(body.plan.wheels.all.size());
+  const auto num_wheels = static_cast<double>(wheels.size());
+  append(&num_wheels, 1, bytes);
+  append(wheels.data(), wheels.size(), bytes);
   std::vector<float> q(static_cast<std::size_t>(body.num_modes));
   for (std::size_t l = 0; l < q.size(); ++l) q[l] = shown_coordinate(body, state, l);
   append(q.data(), q.size(), bytes);
@@ -94,13 +104,13 @@ std::vector<std::byte> loads_frame(std::int64_t tick, std::span<const float> fig
   return bytes;
 }
 
-std::string status_text(const freeflex_msgs::status_t& status) {
+std::string status_text(const freeflex_msgs::status_t& status, const Json& modes) {
   const std::vector<std::byte> bytes = io::encode(status);
-  return json_text(Json{{"status", decode_by_suffix(channels::kStatus, bytes).fields}});
+  return json_text(Json{{"status", decode_by_suffix(channels::kStatus, bytes).fields}, {"modes", modes}});
 }
 
 Live::Live(Body& body, Bus& bus, std::string prefix, std::optional<SealingKey> key)
-    : body_(body), bus_(bus), prefix_(std::move(prefix)), key_(std::move(key)), loads_(body) {
+    : body_(body), bus_(bus), prefix_(std::move(prefix)), key_(std::move(key)), loads_(body), peaks_(body) {
   sender_ = key_ ? key_->id : "view." + std::to_string(getpid());
   const auto subscribe = [this](const char* suffix, void (Live::*take)(const BusMessage&)) {
     bus_.subscribe(prefix_ + suffix, [this, take](const BusMessage& message) { (this->*take)(message); });
@@ -131,12 +141,13 @@ void Live::take_status(const BusMessage& message) {
   is_other_ = is_other;
   session_ = status.session;
   rate_ = status.rate;
-  if (!is_other) server_->send_latest("status", status_text(status));
+  if (!is_other) server_->send_latest("status", status_text(status, peaks_.largest()));
 }
 
 void Live::take_state(const BusMessage& message) {
   freeflex_msgs::state_t state;
   if (is_other_ || !io::decode_message(message.bytes, state) || state.session != session_) return;
+  peaks_.take(state);
   server_->send(PageServer::Kind::kState, shared(state_frame(body_, state)));
 }
 

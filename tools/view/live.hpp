@@ -19,13 +19,16 @@
 #include "service/io/wire/page_set.hpp"
 #include "tools/bus/bus.hpp"
 #include "tools/view/body.hpp"
+#include "tools/view/mode_peaks.hpp"
 #include "tools/view/server.hpp"
 
 namespace freeflex::tools {
 
-/// STATE as the page takes it (page/blob.js): doubles 1, tick, time, position, attitude, angular velocity;
-/// then the lowest elastic coordinates as floats.
+/// STATE as the page takes it (page/blob.js): doubles 1, tick, time, position, attitude, angular velocity,
+/// number of wheels, their momenta; then the lowest elastic coordinates as floats.
 std::vector<std::byte> state_frame(const Body& body, const freeflex_msgs::state_t& state);
+/// Index in the state's coordinates of a mode of the body, counted from 0.
+std::size_t place_of_mode(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode);
 /// [m] Elastic coordinate of a mode of the body, counted from 0.
 float shown_coordinate(const Body& body, const freeflex_msgs::state_t& state, std::size_t mode);
 /// Gathers one tick of LOADS for the page: a figure of each published link (link_figure), not a number where
@@ -49,8 +52,8 @@ class LoadFigures {
 
 /// One tick of LOADS as the page takes it: doubles 2, tick; then the figures as floats.
 std::vector<std::byte> loads_frame(std::int64_t tick, std::span<const float> figures);
-/// STATUS as the page takes it: the message's fields.
-std::string status_text(const freeflex_msgs::status_t& status);
+/// STATUS as the page takes it: the message's fields, and the modes that move (ModePeaks::largest).
+std::string status_text(const freeflex_msgs::status_t& status, const Json& modes);
 
 /// Relays one daemon. Called by one thread, but for take_text.
 class Live {
@@ -88,6 +91,7 @@ class Live {
   bool is_other_ = true;                      // the daemon moves another plan, or none is heard
   std::optional<std::uint64_t> fingerprint_;  // of what the daemon moves
   LoadFigures loads_;
+  ModePeaks peaks_;
   std::mutex mutex_;  // of what follows
   struct Pending {
     freeflex_msgs::force_t force;

@@ -36,10 +36,12 @@ constexpr std::string_view kDataMark = "@DATA@";
 
 /// What the page plays, gathered from one session.
 struct Motion {
-  std::vector<double> clock, tick, time, position, attitude, spin;
+  explicit Motion(const Body& body) : peaks(body) {}
+  std::vector<double> clock, tick, time, position, attitude, spin, wheels;
   std::vector<float> q;
   std::vector<double> load_clock;
   std::vector<float> loads;
+  ModePeaks peaks;
   Json statuses = Json::array();
 
   void take(const freeflex_msgs::state_t& state, const Body& body) {
@@ -49,6 +51,9 @@ struct Motion {
     position.insert(position.end(), state.position, state.position + 3);
     attitude.insert(attitude.end(), state.attitude, state.attitude + 4);
     spin.insert(spin.end(), state.angular_velocity, state.angular_velocity + 3);
+    wheels.insert(wheels.end(), state.wheel_momentum.begin(), state.wheel_momentum.end());
+    wheels.resize(clock.size() * body.plan.wheels.all.size());
+    peaks.take(state);
     for (std::size_t l = 0; l < static_cast<std::size_t>(body.num_modes); ++l)
       q.push_back(shown_coordinate(body, state, l));
   }
@@ -163,7 +168,7 @@ std::vector<std::byte> recorded_motion(Body& body, const std::string& path, cons
   }
   if (!chosen->plan_fingerprint)
     print_warning(path + " does not say which plan was recorded: " + body.plan_file + " is taken on trust");
-  Motion motion;
+  Motion motion(body);
   io::LogEvent event;
   const StateRecord* before = nullptr;
   double time_before = 0.0;
@@ -195,6 +200,7 @@ std::vector<std::byte> recorded_motion(Body& body, const std::string& path, cons
   }
   take_beside(body, path, prefix, chosen->session, motion);
   Blob blob({{"statuses", std::move(motion.statuses)},
+             {"modes", motion.peaks.largest()},
              {"linksPerTick", body.published_links.size()},
              {"shownStates", motion.tick.size()},
              {"allStates", chosen->states.size()}});
@@ -204,6 +210,7 @@ std::vector<std::byte> recorded_motion(Body& body, const std::string& path, cons
   blob.add("position", motion.position);
   blob.add("attitude", motion.attitude);
   blob.add("spin", motion.spin);
+  blob.add("wheels", motion.wheels);
   blob.add("q", motion.q);
   blob.add("loadClock", motion.load_clock);
   blob.add("loads", motion.loads);

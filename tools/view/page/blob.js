@@ -22,20 +22,27 @@ export function fromBase64(text) {
   return bytes.buffer;
 }
 
-const FRAME_HEAD = 13; // doubles: kind, tick, time, position, attitude, angular velocity
+const FRAME_HEAD = 14; // doubles: kind, tick, time, position, attitude, angular velocity, number of wheels
 
 /** A binary message of the socket: {kind: "state", ...} or {kind: "loads", ...}; null of any other. */
 export function parseMessage(buffer) {
   const kind = new Float64Array(buffer, 0, 1)[0];
   if (kind === 1) {
     const head = new Float64Array(buffer, 0, FRAME_HEAD);
+    const wheels = new Float64Array(buffer, 8 * FRAME_HEAD, head[13]);
     return {
       kind: "state", tick: head[1], time: head[2], position: [...head.slice(3, 6)],
-      attitude: [...head.slice(6, 10)], spin: [...head.slice(10, 13)], q: new Float32Array(buffer, 8 * FRAME_HEAD),
+      attitude: [...head.slice(6, 10)], spin: [...head.slice(10, 13)], wheels: [...wheels],
+      q: new Float32Array(buffer, 8 * (FRAME_HEAD + wheels.length)),
     };
   }
   if (kind !== 2) return null;
   return { kind: "loads", tick: new Float64Array(buffer, 8, 1)[0], values: new Float32Array(buffer, 16) };
+}
+
+/** Number of the k-th mode, as `freeflex modes` counts. */
+export function modeNumber(body, k) {
+  return body.modeNumbers ? body.modeNumbers[k] : k + 1;
 }
 
 /** Name of the k-th of a list in which names that are numbers are left out. */

@@ -17,6 +17,9 @@ export function rigid(R, p) {
   ];
 }
 
+const FILLED = 0.86; // of the picture, in width or height
+const OBLIQUE = 0.5; // [rad] between the longest extent and the picture
+
 export class Camera {
   constructor(size) {
     this.yaw = 0.6;
@@ -24,6 +27,38 @@ export class Camera {
     this.distance = 3.4 * size;
     this.size = size;
     this.pan = [0, 0]; // [m] across the picture
+  }
+  /**
+   * Moves so that places [m], relative to the target, fill a picture of this shape with a margin. `isCentred`: puts them in
+   * the middle and keeps the distance.
+   */
+  fit(places, width, height, isCentred = false) {
+    if (places.length === 0) return;
+    const { right, up, back } = this.axes();
+    const along = (axis) => places.map((place) => place[0] * axis[0] + place[1] * axis[1] + place[2] * axis[2]);
+    const depth = along(back), across = [along(right), along(up)];
+    const slope = Math.tan(0.5 * Camera.ANGLE), slopes = [(slope * width) / height, slope];
+    const deepest = Math.max(...depth);
+    // the middle on the screen goes by the distance, and the distance by the middle
+    for (let round = 0; round < 8; ++round) {
+      const needed = across.map((values, axis) => Math.max(...values.map((value, k) =>
+        depth[k] + Math.abs(value - this.pan[axis]) / (FILLED * slopes[axis]))));
+      if (!isCentred) this.distance = Math.max(...needed, deepest + 0.02 * this.size, 1e-3 * this.size);
+      across.forEach((values, axis) => {
+        const ratios = values.map((value, k) => (value - this.pan[axis]) / Math.max(1e-9 * this.size, this.distance - depth[k]));
+        this.pan[axis] += 0.5 * (Math.max(...ratios) + Math.min(...ratios)) * this.distance;
+      });
+    }
+  }
+  /** Turns to where the longest extent of places in the horizontal plane lies across the picture. */
+  face(places) {
+    let xx = 0, xy = 0, yy = 0;
+    for (const [x, y] of places) {
+      xx += x * x;
+      xy += x * y;
+      yy += y * y;
+    }
+    if (Math.hypot(xx - yy, 2 * xy) > 0.05 * (xx + yy)) this.yaw = 0.5 * Math.atan2(2 * xy, xx - yy) - 0.5 * Math.PI + OBLIQUE;
   }
   turn(dx, dy) {
     this.yaw -= 0.008 * dx;

@@ -6,7 +6,7 @@ import { Picture } from "./picture.js";
 import { Strips, firstSignals } from "./strips.js";
 import { Live, Player } from "./source.js";
 import { Push, pick, forceOf, firstForce } from "./push.js";
-import { digits, element, modeList, showRows, signalOptions, statusRows } from "./panel.js";
+import { colourLegend, digits, element, markMoving, modeList, recordedVerdict, showRows, signalOptions, statusRows } from "./panel.js";
 
 /** @type {any} what the program puts into a page that needs no server, and what its tests ask */
 const shared = window;
@@ -15,6 +15,7 @@ const $ = (id) => document.getElementById(id);
 const MODE_TURNS = 0.5; // [Hz] at which a mode is shown, whatever its frequency
 const LONGEST_TRAIL = 2000;
 const SILENCE = 1.5; // [s] without a word of the daemon
+const MOST_FITTED = 2000; // points by which the picture is filled
 const MANY_LINES = 20000; // beyond them no ghost unless asked for
 
 // an answer goes by itself; what is wrong stays until it is over
@@ -73,6 +74,10 @@ class Page {
         closed: () => notice("freeflex view does not answer: it has ended, or is busy"),
       });
     }
+    const step = Math.max(1, Math.ceil(body.points / MOST_FITTED)), R = rotation(body.attitude);
+    this.outline = Array.from({ length: Math.ceil(body.points / step) }, (_, k) => apply(R, [...body.rest.slice(3 * step * k, 3 * step * k + 3)]));
+    this.camera.face(this.outline);
+    this.isFitted = true; // until the user comes nearer or moves
     this.layOut();
     this.listen();
     requestAnimationFrame((now) => this.tick(now / 1000));
@@ -84,6 +89,7 @@ class Page {
       // it may have waited in the program while nothing more was heard; one clock, for it is one machine
       this.heard = performance.now() / 1000 - Math.max(0, (1000 * Date.now() - message.status.utime) / 1e6);
     }
+    if (message.modes) this.setMoving(message.modes);
     if (message.ack) this.push.answered(message.ack);
     if (message.notice !== undefined) {
       this.trouble = message.notice;
@@ -94,7 +100,8 @@ class Page {
   layOut() {
     const { body } = this;
     document.title = `${body.name} - freeflex`;
-    $("modes").replaceChildren(...modeList(body, (mode) => { this.mode = mode; }));
+    this.buttons = modeList(body, (mode) => { this.mode = mode; });
+    $("modes").replaceChildren(...this.buttons);
     if (body.modes < body.allModes)
       $("modes").prepend(element("p", { textContent: `the lowest ${body.modes} of ${body.allModes} modes are drawn` }));
     if (body.unknownPoints > 0)
@@ -102,6 +109,7 @@ class Page {
     $("signals").append(...signalOptions(body));
     const hasStatus = !this.player || this.player.recording.motion.statuses?.length > 0;
     for (const key of firstSignals(body, hasStatus)) this.strips.toggle(key);
+    this.setMoving(this.player?.recording.motion.modes ?? []);
     $("signals").onchange = () => {
       const target = $("signals");
       if (target.value) this.strips.toggle(target.value);
@@ -125,6 +133,15 @@ class Page {
     }
   }
 
+  /** The modes that move: [mode, peak energy [J]] each. */
+  setMoving(moving) {
+    const text = JSON.stringify(moving);
+    if (text === this.moving) return;
+    this.moving = text;
+    markMoving($("moving"), this.body, moving, this.buttons);
+    if (this.strips.follow(moving.map(([mode]) => mode)) && this.player) this.strips.fill(this.player.recording);
+  }
+
   listen() {
     const canvas = $("picture");
     let from = null;
@@ -143,8 +160,10 @@ class Page {
           performance.now() / 1000);
       } else if (event.shiftKey || event.buttons === 2) {
         this.camera.move(dx, dy, canvas.clientHeight);
+        this.isFitted = false;
       } else {
         this.camera.turn(dx, dy);
+        if (this.isFitted) this.camera.fit(this.outline, canvas.clientWidth, canvas.clientHeight, true);
       }
       from.x = event.clientX;
       from.y = event.clientY;
@@ -157,6 +176,7 @@ class Page {
     canvas.addEventListener("wheel", (event) => {
       event.preventDefault();
       this.camera.approach(Math.sign(event.deltaY));
+      this.isFitted = false;
     }, { passive: false });
     $("play").onclick = () => {
       this.player.isPlaying = !this.player.isPlaying;
@@ -218,7 +238,9 @@ class Page {
   resize() {
     const canvas = $("picture"), scale = window.devicePixelRatio || 1;
     const width = Math.round(canvas.clientWidth * scale), height = Math.round(canvas.clientHeight * scale);
-    if (canvas.width !== width || canvas.height !== height) Object.assign(canvas, { width, height });
+    if (canvas.width === width && canvas.height === height) return;
+    Object.assign(canvas, { width, height });
+    if (this.isFitted) this.camera.fit(this.outline, width, height);
   }
 
   /** The trail of the centre, and samples of the strips. */
@@ -287,16 +309,20 @@ class Page {
     this.besideAt = now;
     const { drawn } = this, passed = performance.now() - drawn.since;
     if (passed > 1000) Object.assign(drawn, { rate: (1000 * drawn.frames) / passed, frames: 0, since: performance.now() });
-    showRows($("status"), [...statusRows(this.body, this.mode === null ? frame : null, this.status, factor, this.mode),
-      ["picture", `${drawn.rate.toFixed(1)} frames a second`], ...this.sampling()]);
+    showRows($("status"), [...statusRows(this.body, this.mode === null ? frame : null, this.status, factor, this.mode, !!this.player),
+      ...(this.player ? [recordedVerdict(this.player.recording.verdict())] : []), ["picture", `${drawn.rate.toFixed(1)} frames a second`], ...this.sampling()]);
     $("status").classList.toggle("stale", !!this.live && performance.now() / 1000 - this.heard > SILENCE);
-    this.strips.draw();
+    const { scale } = this.picture;
+    if (scale !== this.legendScale) $("legend").replaceChildren(...colourLegend(this.body, scale, this.body.publishedLinks.length > 0));
+    this.legendScale = scale;
     if (this.player) {
       $("bar").value = this.player.time;
       $("clock").textContent = digits(this.player.time, "s");
       this.strips.setNow(this.player.time);
     }
-    if (this.live) this.sayTrouble();
+    if (!this.live) return;
+    this.strips.draw();
+    this.sayTrouble();
   }
 
   /** How often the motion was read, and what that cannot show. */

@@ -22,6 +22,16 @@ export function apply(R, v) {
   return R.map((row) => row[0] * v[0] + row[1] * v[1] + row[2] * v[2]);
 }
 
+/** Rotation vector [rad] from one attitude w x y z to another, body axes of the first; the shorter way round. */
+export function rotationBetween([a, b, c, d], [w, x, y, z]) {
+  const real = a * w + b * x + c * y + d * z;
+  const vector = [a * x - b * w - c * z + d * y, a * y + b * z - c * w - d * x, a * z - b * y + c * x - d * w];
+  const sine = Math.hypot(...vector);
+  if (sine === 0) return [0, 0, 0];
+  const scale = (2 * Math.atan2(sine, Math.abs(real)) / sine) * (real < 0 ? -1 : 1);
+  return vector.map((value) => scale * value);
+}
+
 /** Place [m] of a point in world axes, its displacement times `factor`. */
 export function worldPoint(body, frame, point, factor = 1) {
   const V = displacement(body, frame.q, point);
@@ -66,7 +76,7 @@ export class Amplifier {
 export function modeFrame(body, mode, phase) {
   const q = new Float32Array(body.modes);
   q[mode] = SEEN * body.size * Math.sin(2 * Math.PI * phase);
-  return { tick: 0, time: 0, position: [0, 0, 0], attitude: [1, 0, 0, 0], spin: [0, 0, 0], q };
+  return { tick: 0, time: 0, position: [0, 0, 0], attitude: [1, 0, 0, 0], spin: [0, 0, 0], wheels: [], q };
 }
 
 /** A recording: frames by time. */
@@ -89,10 +99,11 @@ export class Recording {
     return low;
   }
   frame(k) {
-    const { motion, modes } = this;
+    const { motion, modes } = this, wheels = (motion.wheels?.length ?? 0) / this.count;
     return {
       tick: motion.tick[k], time: motion.time[k], position: [...motion.position.slice(3 * k, 3 * k + 3)],
       attitude: [...motion.attitude.slice(4 * k, 4 * k + 4)], spin: [...motion.spin.slice(3 * k, 3 * k + 3)],
+      wheels: [...(motion.wheels ?? []).slice(wheels * k, wheels * (k + 1))],
       q: motion.q.subarray(k * modes, (k + 1) * modes),
     };
   }
@@ -110,7 +121,7 @@ export class Recording {
     return {
       tick: Math.round(between(one.tick, other.tick)), time: between(one.time, other.time),
       position: one.position.map((x, i) => between(x, other.position[i])), attitude: attitude.map((x) => x / norm),
-      spin: one.spin.map((x, i) => between(x, other.spin[i])),
+      spin: one.spin.map((x, i) => between(x, other.spin[i])), wheels: one.wheels.map((x, i) => between(x, other.wheels[i])),
       q: Float32Array.from(one.q, (x, i) => between(x, other.q[i])),
     };
   }
@@ -121,6 +132,16 @@ export class Recording {
     let k = 0;
     while (k + 1 < loadClock.length && loadClock[k + 1] <= time) ++k;
     return loads.subarray(k * linksPerTick, (k + 1) * linksPerTick);
+  }
+  /** The worst verdict of all that was recorded: {word, tick, cause}; null where no STATUS was recorded. */
+  verdict() {
+    let worst = null;
+    for (const { validity, tick, validity_cause, worst_validity, worst_validity_tick, worst_validity_cause } of this.motion.statuses ?? []) {
+      for (const one of [{ word: worst_validity, tick: worst_validity_tick, cause: worst_validity_cause },
+        { word: validity, tick, cause: validity_cause }])
+        if (worst === null || one.word > worst.word) worst = one;
+    }
+    return worst;
   }
   /** The last status not after a time. */
   status(time) {

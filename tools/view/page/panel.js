@@ -1,5 +1,6 @@
 // What stands beside the picture: figures of the daemon, modes, signals, and notices.
 import { nameOf } from "./blob.js";
+import { modeName } from "./strips.js";
 
 const WORDS = ["good", "watch", "outside"];
 
@@ -17,18 +18,32 @@ export function digits(value, unit = "") {
   return unit ? `${text} ${unit}` : text;
 }
 
+/** Row of a verdict: its word, cause and colour. */
+function verdictRow(name, validity, cause, when = "") {
+  const word = WORDS[validity] ?? String(validity);
+  return [name, `${word}${when}${cause ? `: ${cause}` : ""}`, `word ${word}`];
+}
+
+/** Row of the worst verdict of a recording; `worst` as Recording.verdict. */
+export function recordedVerdict(worst) {
+  if (worst === null) return ["worst verdict", "no verdict in this recording: it holds no STATUS"];
+  return verdictRow("worst verdict", worst.word, worst.cause, worst.word > 0 ? `, first at tick ${worst.tick}` : " throughout");
+}
+
 /** Rows of the status table. */
-export function statusRows(body, frame, status, factor, mode) {
+export function statusRows(body, frame, status, factor, mode, isRecorded = false) {
   const rows = [["scene", body.name]];
   if (status) rows.push(["daemon", `${status.mode}, ${status.time_mode}, ${digits(status.rate, "Hz")}`]);
-  if (frame) rows.push(["tick", `${frame.tick}   ${digits(frame.time, "s")}`]);
+  if (frame) rows.push(["tick", `${frame.tick}, ${digits(frame.time, "s")}`]);
   if (status) {
-    const word = WORDS[status.validity] ?? String(status.validity);
-    rows.push(["word", status.validity_cause ? `${word}: ${status.validity_cause}` : word, `word ${word}`]);
-    if (status.worst_validity > status.validity)
-      rows.push(["worst", `${WORDS[status.worst_validity]} at tick ${status.worst_validity_tick}: ${status.worst_validity_cause}`]);
-    rows.push(["error", `${digits(status.model_error, "m")} of ${digits(status.error_scale, "m")}`]);
+    rows.push(verdictRow("verdict", status.validity, status.validity_cause));
+    if (!isRecorded && status.worst_validity > status.validity)
+      rows.push(verdictRow("worst", status.worst_validity, status.worst_validity_cause, ` at tick ${status.worst_validity_tick}`));
+    rows.push(["model error", errorText(status)]);
     rows.push(["energy", `rigid ${digits(status.kinetic_rigid, "J")}, elastic ${digits(status.kinetic_elastic + status.potential, "J")}`]);
+  }
+  // what freeflex run writes has no clock
+  if (status?.window_ticks > 0) {
     rows.push(["lateness", `p50 ${digits(status.lateness_us.p50)}, p99.9 ${digits(status.lateness_us.p99_9)}, most ${digits(status.lateness_us.max, "us")}`]);
     rows.push(["compute", `p50 ${digits(status.compute_us.p50)}, p99.9 ${digits(status.compute_us.p99_9, "us")}`]);
     rows.push(["overruns", `${status.overruns}, slips ${status.slips}`]);
@@ -36,6 +51,12 @@ export function statusRows(body, frame, status, factor, mode) {
   rows.push(["drawn", mode === null ? `displacements times ${digits(factor)}`
     : `mode ${mode + 1} alone, slowly and at no scale`]);
   return rows;
+}
+
+/** How large the estimated error is beside what it is judged against. */
+function errorText({ model_error: error, error_scale: scale }) {
+  const share = scale > 0 ? `, ${digits((100 * error) / scale)} %` : "";
+  return `displacements are off by about ${digits(error, "m")}${share} of ${digits(scale, "m")}, the tolerance or the peak displacement`;
 }
 
 export function showRows(table, rows) {
@@ -50,25 +71,48 @@ export function modeList(body, onPick) {
     buttons.forEach((button, k) => button.classList.toggle("on", k === mode));
     onPick(mode);
   };
-  body.frequencies.forEach((frequency, k) => {
-    const text = `${k + 1}   ${frequency === 0 ? "mechanism" : digits(frequency, "Hz")}`;
-    const button = element("button", { textContent: text });
+  body.frequencies.forEach((_, k) => {
+    const button = element("button", { textContent: modeName(body, k) });
     button.onclick = () => pick(button.classList.contains("on") ? null : k);
     buttons.push(button);
   });
   return buttons;
 }
 
+/** Marks the modes that move, [mode, peak energy [J]] each, and names them first, with their share of the energy. */
+export function markMoving(place, body, moving, buttons) {
+  const sum = moving.reduce((all, [, energy]) => all + energy, 0);
+  buttons.forEach((button, k) => button.classList.toggle("moving", moving.some(([mode]) => mode === k)));
+  place.replaceChildren(...(moving.length === 0 ? ["no mode moves"] : moving.map(([mode, energy]) => {
+    const button = element("button", { textContent: `${modeName(body, mode)}   ${digits((100 * energy) / sum)} %` });
+    button.onclick = () => buttons[mode].click();
+    return button;
+  })));
+}
+
+/** What the colours of the picture mean: axes, and link loads up to `scale` with their units. */
+export function colourLegend(body, scale, hasLoads) {
+  const items = [element("span", {}, "axes ", ...["x", "y", "z"].map((name) => element("b", { className: `axis-${name}`, textContent: ` ${name}` })))];
+  const units = [...new Set(body.loadUnits)].join(", ");
+  if (hasLoads && scale > 0)
+    items.push(element("span", { className: "bar" }, `compression ${digits(-scale)}`, element("i"), `${digits(scale)} tension [${units}]`));
+  return items;
+}
+
 /** Options of the choice of signals. */
 export function signalOptions(body) {
   /** @type {[string, string[], string[]][]} */
-  const groups = [["whole", ["rms:0", "spin:0", "energy:0", "error:0", "scale:0", "word:0", "late:0", "over:0"],
-    ["rms displacement", "spin", "elastic energy", "error estimate", "scale of the error", "word", "lateness p99.9", "overruns"]]];
+  const groups = [["whole", ["rms:0", "attitude:0", "attitude:1", "attitude:2", "pointing:0", "rate:0", "rate:1", "rate:2", "spin:0",
+    "energy:0", "error:0", "scale:0", "word:0", "late:0", "over:0"],
+    ["rms displacement", "attitude x", "attitude y", "attitude z", "pointing error", "angular velocity x", "angular velocity y",
+      "angular velocity z", "angular velocity, magnitude", "elastic energy", "model error", "scale of the model error", "verdict",
+      "lateness p99.9", "overruns"]]];
   const list = (label, kind, count, name) => {
     const shown = Math.min(count, 1000);
     if (shown > 0) groups.push([label, Array.from({ length: shown }, (_, k) => `${kind}:${k}`), Array.from({ length: shown }, (_, k) => name(k))]);
   };
-  list("modes", "mode", body.modes, (k) => `q${k + 1}, ${digits(body.frequencies[k], "Hz")}`);
+  list("modes", "mode", body.modes, (k) => modeName(body, k));
+  list("wheels", "wheel", body.wheels.length, (k) => body.wheels[k]);
   list("points", "point", body.points, (k) => nameOf(body.pointNames, k));
   list("links", "load", body.publishedLinks.length, (k) => nameOf(body.linkNames, body.publishedLinks[k]));
   return groups.map(([label, keys, texts]) =>

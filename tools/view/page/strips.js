@@ -1,45 +1,75 @@
-// Values over time, drawn by dygraphs: one strip a unit.
-import { displacement, rms } from "./motion.js";
-import { nameOf } from "./blob.js";
-import { digits } from "./panel.js";
+// Values over time, drawn by dygraphs: one strip a quantity.
+import { displacement, rms, rotationBetween } from "./motion.js";
+import { modeNumber, nameOf } from "./blob.js";
+import { digits, element } from "./panel.js";
 
 const KEPT = 60; // [s] of a live motion
 const MOST_SAMPLES = 20000;
 
-/** What can be drawn: key -> {label, unit, read(frame, status, loads)}. */
+const DEGREES = 180 / Math.PI;
+const AXES = ["x", "y", "z"];
+const MOST_WHEELS = 8;
+
+/** What can be drawn: key -> {strip, label, read(frame, status, loads)}. Signals of one strip have one unit. */
 export function signalOf(body, key) {
   const [kind, index] = key.split(":"), k = Number(index);
-  const ofStatus = (label, unit, read) => ({ label, unit, read: (_, status) => (status ? read(status) : null) });
+  const of = (strip, label, read) => ({ strip, label, read });
+  const ofStatus = (strip, label, read) => of(strip, label, (_, status) => (status ? read(status) : null));
+  const turned = (frame) => rotationBetween(body.attitude, frame.attitude);
   switch (kind) {
-    case "point": {
-      const label = `|V| ${nameOf(body.pointNames, k)}`;
-      return { label, unit: "m", read: (frame) => Math.hypot(...displacement(body, frame.q, k)) };
-    }
-    case "mode": return { label: `q${k + 1}`, unit: "m", read: (frame) => frame.q[k] };
+    case "point":
+      return of("elastic displacement [m]", nameOf(body.pointNames, k), (frame) => Math.hypot(...displacement(body, frame.q, k)));
+    case "mode":
+      return of("elastic coordinates [m] of the modes with the largest peak energy", modeName(body, k), (frame) => frame.q[k]);
     case "load":
-      return { label: nameOf(body.linkNames, body.publishedLinks[k]), unit: "N, N m",
-        read: (_frame, _status, loads) => (loads ? loads[k] : null) };
-    case "rms": return { label: "rms V", unit: "m", read: (frame) => rms(frame.q) };
-    case "spin": return { label: "|w|", unit: "rad/s", read: (frame) => Math.hypot(...frame.spin) };
-    case "energy": return ofStatus("elastic energy", "J", (s) => s.kinetic_elastic + s.potential);
-    case "error": return ofStatus("error estimate", "m, error", (s) => s.model_error);
-    case "scale": return ofStatus("its scale", "m, error", (s) => s.error_scale);
-    case "word": return ofStatus("word: 0 good, 1 watch, 2 outside", "", (s) => s.validity);
-    case "late": return ofStatus("lateness p99.9", "us", (s) => s.lateness_us.p99_9);
-    case "over": return ofStatus("overruns", "ticks", (s) => s.overruns);
+      return of(`link loads [${body.loadUnits[k]}]`, nameOf(body.linkNames, body.publishedLinks[k]),
+        (_frame, _status, loads) => (loads ? loads[k] : null));
+    case "rms": return of("elastic displacement [m]", "rms over the mass", (frame) => rms(frame.q));
+    case "attitude":
+      return of("attitude [deg]: rotation vector from the initial attitude, its body axes", AXES[k],
+        (frame) => DEGREES * turned(frame)[k]);
+    case "pointing":
+      return of("pointing error [deg]: angle from the initial attitude", "angle", (frame) => DEGREES * Math.hypot(...turned(frame)));
+    case "rate": return of("angular velocity [rad/s], body axes", AXES[k], (frame) => frame.spin[k]);
+    case "spin": return of("angular velocity [rad/s], body axes", "magnitude", (frame) => Math.hypot(...frame.spin));
+    case "wheel": return of("angular momenta of wheels [N m s]", body.wheels[k], (frame) => frame.wheels[k] ?? null);
+    case "energy": return ofStatus("elastic energy [J]", "energy", (s) => s.kinetic_elastic + s.potential);
+    case "error": return ofStatus("model error [m]", "estimate", (s) => s.model_error);
+    case "scale": return ofStatus("model error [m]", "judged against", (s) => s.error_scale);
+    case "word": return ofStatus("verdict: 0 good, 1 watch, 2 outside", "verdict", (s) => s.validity);
+    case "late": return ofStatus("lateness of ticks [us]", "p99.9", (s) => s.lateness_us.p99_9);
+    case "over": return ofStatus("overruns [ticks]", "overruns", (s) => s.overruns);
     default: return null;
   }
 }
 
-/** What a page begins with. `hasStatus`: STATUS is there to be read. */
+/** A mode by its number and frequency. */
+export function modeName(body, k) {
+  return `mode ${modeNumber(body, k)}, ${body.frequencies[k] === 0 ? "mechanism" : digits(body.frequencies[k], "Hz")}`;
+}
+
+/** What a page begins with, but for the modes that move. `hasStatus`: STATUS is there to be read. */
 export function firstSignals(body, hasStatus) {
-  const first = ["rms:0"];
-  for (let k = 0; k < Math.min(3, body.modes); ++k) first.push(`mode:${k}`);
-  return [...first, "spin:0", ...(hasStatus ? ["energy:0", "error:0", "scale:0", "word:0"] : [])];
+  const axes = (kind) => [0, 1, 2].map((k) => `${kind}:${k}`);
+  const wheels = body.wheels.slice(0, MOST_WHEELS).map((_, k) => `wheel:${k}`);
+  return [...(body.modes > 0 ? ["rms:0"] : []), ...axes("attitude"), "pointing:0", ...axes("rate"), ...wheels,
+    ...(hasStatus ? ["energy:0", "error:0", "scale:0", "word:0"] : [])];
 }
 
 // told apart on black
 const COLOURS = ["#6db3f2", "#f2b35c", "#7dd68a", "#ff8a7a", "#c9a0f0", "#5cd6d0", "#f07fb8", "#d8d86a"];
+
+/** Only what is in the window is drawn anew. */
+function isSeen(place) {
+  const { top, bottom } = place.getBoundingClientRect();
+  return bottom > 0 && top < window.innerHeight;
+}
+
+const ORDER = ["elastic displacement", "elastic coordinates", "attitude", "pointing", "angular velocity", "angular momenta"];
+const rankOf = ({ strip }) => {
+  const rank = ORDER.findIndex((name) => strip.startsWith(name));
+  return rank < 0 ? ORDER.length : rank;
+};
 
 export class Strips {
   /** @param onTime called with a time when it is clicked, where that means something */
@@ -49,30 +79,44 @@ export class Strips {
     this.onTime = onTime;
     this.times = []; // [s], the same for all
     this.signals = new Map(); // key -> {signal, values: one a time, null before it was asked for}
-    this.graphs = new Map(); // unit -> {graph, keys}
+    this.graphs = new Map(); // strip -> {graph, keys}
+    this.moving = []; // keys of modes that are shown because they move
     this.now = null;
   }
   has(key) {
     return this.signals.has(key);
   }
   toggle(key) {
-    if (this.signals.delete(key)) return this.layOut();
+    if (!this.signals.delete(key)) this.add(key);
+    this.layOut();
+  }
+  add(key) {
     const signal = signalOf(this.body, key);
     if (signal) this.signals.set(key, { signal, values: new Array(this.times.length).fill(null) });
-    return this.layOut();
+  }
+  /** Shows the modes that move, by their indices, in place of those that did. True where that is a change. */
+  follow(modes) {
+    const keys = modes.map((mode) => `mode:${mode}`);
+    if (keys.length === this.moving.length && keys.every((key) => this.moving.includes(key))) return false;
+    for (const key of this.moving) if (!keys.includes(key)) this.signals.delete(key);
+    for (const key of keys) if (!this.has(key)) this.add(key);
+    this.moving = keys;
+    this.layOut();
+    return true;
   }
   layOut() {
     for (const { graph } of this.graphs.values()) graph?.destroy();
     this.graphs.clear();
     this.element.replaceChildren();
-    for (const [key, { signal }] of this.signals) {
-      if (!this.graphs.has(signal.unit)) {
-        const place = document.createElement("div");
-        place.className = "strip";
-        this.element.append(place);
-        this.graphs.set(signal.unit, { place, keys: [], graph: null });
+    const inOrder = [...this.signals].sort(([, a], [, b]) => rankOf(a.signal) - rankOf(b.signal));
+    for (const [key, { signal }] of inOrder) {
+      if (!this.graphs.has(signal.strip)) {
+        const title = element("div", { className: "title", textContent: signal.strip });
+        const legend = element("div", { className: "legend" }), place = element("div", { className: "strip" });
+        this.element.append(title, legend, place);
+        this.graphs.set(signal.strip, { legend, place, keys: [], graph: null });
       }
-      this.graphs.get(signal.unit).keys.push(key);
+      this.graphs.get(signal.strip).keys.push(key);
     }
     this.draw();
   }
@@ -107,10 +151,12 @@ export class Strips {
       for (const { signal, values } of this.signals.values())
         values.push(signal.read(recording.frame(k), recording.status(clock), recording.loads(clock)));
     }
-    this.draw();
+    this.draw(true);
   }
-  draw() {
-    for (const [unit, one] of this.graphs) {
+  /** `isWhole`: also what is not in the window. */
+  draw(isWhole = false) {
+    for (const one of this.graphs.values()) {
+      if (one.graph && !isWhole && !isSeen(one.place)) continue;
       const all = one.keys.map((key) => this.signals.get(key));
       const labels = ["time [s]", ...all.map(({ signal }) => signal.label)];
       const rows = this.times.map((time, k) => [time, ...all.map(({ values }) => values[k] ?? null)]);
@@ -120,7 +166,7 @@ export class Strips {
         continue;
       }
       one.graph = new (/** @type {any} */ (globalThis).Dygraph)(one.place, rows, {
-        labels, ylabel: unit, colors: COLOURS, legend: "always", height: 110, connectSeparatedPoints: true, strokeWidth: 1.3,
+        labels, labelsDiv: one.legend, colors: COLOURS, legend: "always", height: 100, connectSeparatedPoints: true, strokeWidth: 1.3,
         axisLabelFontSize: 10, axisLineColor: "#556", gridLineColor: "#2a2e36", axisLabelWidth: 60,
         digitsAfterDecimal: 6, axes: { y: { pixelsPerLabel: 16, axisLabelFormatter: (value) => digits(value) } },
         underlayCallback: (context, area, graph) => this.mark(context, area, graph),
@@ -131,7 +177,7 @@ export class Strips {
   /** Where a recording stands. */
   setNow(time) {
     this.now = time;
-    for (const { graph } of this.graphs.values()) graph?.updateOptions({});
+    for (const one of this.graphs.values()) if (isSeen(one.place)) one.graph?.updateOptions({});
   }
   mark(context, area, graph) {
     if (this.now === null) return;
