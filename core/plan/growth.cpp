@@ -5,6 +5,7 @@
 
 #include "core/plan/mixing.hpp"
 #include "core/plan/rates.hpp"
+#include "core/plan/split_step.hpp"
 #include "core/scene/faults.hpp"
 #include "core/structure/decompositions.hpp"
 
@@ -24,51 +25,6 @@ constexpr Eigen::Index kMaxEigenModes = 256;
 
 // [-] gain h / m or gain h^2 / m above which splitting is coarse
 constexpr double kCoarse = 0.1;
-
-using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
-
-// one step of split modes without loads, on columns (omega q, q'): half a kick, the modes, half a kick
-class SplitStep {
- public:
-  explicit SplitStep(const Plan& plan) : n_(plan.num_elastic) {
-    const auto modal = [&](const Array& rows) -> Eigen::MatrixXd {
-      return Eigen::Map<const RowMatrix>(rows.data(), plan.mixing.num_kicks, plan.num_padded).leftCols(n_);
-    };
-    const Eigen::VectorXd size =
-        Eigen::Map<const Eigen::VectorXd>(plan.omega.data(), n_).cwiseMax(1.0 / plan.period);
-    by_q_ = modal(plan.mixing.kick_q_rows) * size.cwiseInverse().asDiagonal();
-    by_q_dot_ = modal(plan.mixing.kick_q_dot_rows);
-    out_ = modal(plan.mixing.kick_out);
-    for (auto* each : {&qq_, &qv_, &vq_, &vv_}) each->resize(n_);
-    for (Eigen::Index l = 0; l < n_; ++l) {
-      const Propagator::Lanes& p = plan.propagator.lanes[static_cast<std::size_t>(l) / kLanes];
-      const auto k = static_cast<std::size_t>(l) % kLanes;
-      qq_[l] = p.c_qq[k] + p.l_qq[k];
-      qv_[l] = (p.c_qv[k] + p.l_qv[k]) * size[l];
-      vq_[l] = (p.c_vq[k] + p.l_vq[k]) / size[l];
-      vv_[l] = p.c_vv[k] + p.l_vv[k];
-    }
-  }
-
-  Eigen::MatrixXd operator()(const Eigen::MatrixXd& from) const {
-    Eigen::MatrixXd q = from.topRows(n_), v = kicked(q, from.bottomRows(n_)), to(2 * n_, from.cols());
-    to.topRows(n_) = qq_.asDiagonal() * q + qv_.asDiagonal() * v;
-    to.bottomRows(n_) = kicked(to.topRows(n_), vq_.asDiagonal() * q + vv_.asDiagonal() * v);
-    return to;
-  }
-
-  Eigen::Index num_modes() const { return n_; }
-  double cost() const { return 16.0 * static_cast<double>(n_) * static_cast<double>(out_.rows() + 1); }
-
- private:
-  Eigen::MatrixXd kicked(const Eigen::MatrixXd& q, const Eigen::MatrixXd& v) const {
-    return v + out_.transpose() * (by_q_ * q + by_q_dot_ * v);
-  }
-
-  Eigen::Index n_;
-  Eigen::MatrixXd by_q_, by_q_dot_, out_;
-  Eigen::VectorXd qq_, qv_, vq_, vv_;
-};
 
 // largest growth of an amplitude per tick, by stepping a random motion: 1 when it is below what that shows
 double stepped_growth(const SplitStep& step) {

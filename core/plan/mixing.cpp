@@ -110,7 +110,8 @@ void compile_feedbacks(const Scene& scene, const Structure& structure, Plan& pla
   }
 }
 
-// modes that a dashpot or a feedback acts on or is moved by
+}  // namespace
+
 std::vector<std::int32_t> mixed_modes(const Plan& plan) {
   const Eigen::MatrixXd R = modal(plan.mixing.damping_rows, plan.mixing.num_damping, plan);
   Eigen::VectorXd share = Eigen::VectorXd::Zero(plan.num_elastic);
@@ -130,6 +131,21 @@ std::vector<std::int32_t> mixed_modes(const Plan& plan) {
     if (share[mode] > kUnmixed) modes.push_back(mode);
   return modes;
 }
+
+MixingForces mixing_forces(const Plan& plan) {
+  const Eigen::MatrixXd R = modal(plan.mixing.damping_rows, plan.mixing.num_damping, plan),
+                        B = actuator_rows(plan);
+  const Eigen::Index num_forces = R.rows() + B.rows();
+  MixingForces forces;
+  for (Eigen::MatrixXd* rows : {&forces.out, &forces.by_q, &forces.by_q_dot})
+    rows->resize(num_forces, plan.num_elastic);
+  forces.out << R / plan.mass, B / plan.mass;
+  forces.by_q_dot << -R, feedback_rows(plan, Input::kVelocity);
+  forces.by_q << Eigen::MatrixXd::Zero(R.rows(), plan.num_elastic), feedback_rows(plan, Input::kDisplacement);
+  return forces;
+}
+
+namespace {
 
 // X75: y' = A y + (0, E Q), y = (q, q') of the mixed modes
 struct Generator {
@@ -264,12 +280,8 @@ Eigen::MatrixXd weight_of_many(const Eigen::MatrixXd& out, const Eigen::MatrixXd
 // X76: q' += (h / 2) U phi_1((h / 2) W U) (W q' + W_q q), U = [R^T B^T] / M, W = [-R; F_v], W_q = [0; F_q]
 void set_split(Plan& plan) {
   PlanMixing& mixing = plan.mixing;
-  const Eigen::MatrixXd R = modal(mixing.damping_rows, mixing.num_damping, plan), B = actuator_rows(plan);
-  const Eigen::Index num_kicks = R.rows() + B.rows();
-  Eigen::MatrixXd out(num_kicks, plan.num_elastic), by_q_dot(num_kicks, plan.num_elastic), by_q = by_q_dot;
-  out << R / plan.mass, B / plan.mass;
-  by_q_dot << -R, feedback_rows(plan, Input::kVelocity);
-  by_q << Eigen::MatrixXd::Zero(R.rows(), plan.num_elastic), feedback_rows(plan, Input::kDisplacement);
+  const auto& [out, by_q, by_q_dot] = mixing_forces(plan);
+  const Eigen::Index num_kicks = out.rows();
   const double tau = 0.5 * plan.period;
   const Eigen::MatrixXd weight =
       num_kicks <= kMaxWideKicks ? wide_weight(out, by_q_dot, tau) : weight_of_many(out, by_q_dot, tau);

@@ -19,6 +19,18 @@ inline constexpr int kMaxExactModes = 96;
 /// couples more than kMaxExactModes modes. \pre modes and points of the plan stand
 void compile_mixing(const Scene& scene, const Structure& structure, Plan& plan, Faults& faults);
 
+/// Returns the modes that a dashpot or a feedback acts on or is moved by, ascending.
+std::vector<std::int32_t> mixed_modes(const Plan& plan);
+
+/// What dashpots and feedback add to the equations of the modes where no load acts:
+/// q'' + 2 decay q' + omega^2 q = out^T (by_q q + by_q_dot q')   (THEORY X76, U^T, W_q and W there).
+struct MixingForces {
+  Eigen::MatrixXd out;       // [1/kg] per unit of force, (forces x n)
+  Eigen::MatrixXd by_q;      // [N/m] (forces x n)
+  Eigen::MatrixXd by_q_dot;  // [N s/m] (forces x n)
+};
+MixingForces mixing_forces(const Plan& plan);
+
 /// How the modes that dashpots and feedback of a plan mix are advanced: together while they are few, else by
 /// splitting. \return their number
 std::size_t set_mixing_path(Plan& plan);

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 
 #include <cmath>
+#include <complex>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -245,6 +246,36 @@ TEST(Modes, FollowTheValuesThatAreSet) {
   const double pi = std::acos(-1.0);
   EXPECT_NEAR(frequency(""), std::sqrt(200.0) / (2.0 * pi), 1e-12);
   EXPECT_NEAR(frequency("--set 'points.*.mass=4' --set links.1.stiffness=50 "), 5.0 / (2.0 * pi), 1e-12);
+}
+
+// Three masses in a row, a dashpot beside one of the two springs: u'' = -2 (c u' + k u) + k w, w'' = c u' + k
+// u - 2 k w. With c = 2 N s/m and k = 100 N/m the eigenvalues are the roots of s^4 + 4 s^3 + 400 s^2 + 600 s
+// + 30000.
+TEST(Modes, PrintTheDampingThatDashpotsGiveTogether) {
+  const TemporaryFolder folder;
+  write_text(folder / "row.yaml",
+             "points:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, 0]}\n"
+             "  - {name: c, mass: 1, at: [2, 0, 0]}\nlinks:\n  - {spring: [a, b], stiffness: 100}\n"
+             "  - {spring: [b, c], stiffness: 100}\n  - {dashpot: [a, b], damping: 2}\n");
+  const Outcome outcome = run(kFreeflex + " modes --json " + folder / "row.yaml");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const Json json = Json::parse(outcome.out);
+  const std::complex<double> roots[] = {{-0.499820642418, 10.064025223391},
+                                        {-1.500179357582, 17.123543882107}};
+  std::size_t found = 0;
+  for (const Json& mode : json["modes"]) {
+    if (mode["frequency"] == 0.0) continue;
+    ASSERT_LT(found, 2U);
+    const std::complex<double> s = roots[found++];
+    EXPECT_NEAR(mode["decay_rate"], -s.real(), 1e-9) << mode;
+    EXPECT_NEAR(mode["damped_frequency"], s.imag() / (2.0 * std::acos(-1.0)), 1e-9) << mode;
+    EXPECT_NEAR(mode["damping_ratio"], -s.real() / std::abs(s), 1e-10) << mode;
+  }
+  EXPECT_EQ(found, 2U);
+  EXPECT_TRUE(json["step_error"].is_null());
+  const Outcome text = run(kFreeflex + " modes " + folder / "row.yaml");
+  EXPECT_TRUE(contains(text.out, "damped [Hz]")) << text.out;
+  EXPECT_TRUE(contains(text.out, "coupled            dashpots couple 2 modes of ")) << text.out;
 }
 
 TEST(Modes, MarksTheRotorsRepeatedFrequency) {

@@ -8,6 +8,7 @@
 #include <numbers>
 #include <string>
 
+#include "core/plan/damped_modes.hpp"
 #include "core/structure/decompositions.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/plot/chart.hpp"
@@ -38,16 +39,19 @@ JSON fields:
                [kg m^2] ascending; unit vectors in body axes, one a row
   frequency_accuracy
                [-] of the lowest
-  modes        of each: mode (number from 1), frequency [Hz], damping_ratio, cluster (the same for equal ones)
+  modes        of each: mode (number from 1), frequency [Hz] without damping and feedback, damped_frequency [Hz],
+               damping_ratio and decay_rate [1/s] of its free motion with both (null where they were not
+               computed), cluster (the same for equal ones)
   mechanisms   of each: names of the points that it moves
   coupling     what keeps modes from being independent, in words;  dependent_loads: names of loads that
                follow the elastic motion
+  step_error   largest error of a tick by splitting, over what damping does in a tick;  null: no splitting
 Exit codes: 0 done, 1 the picture was not written, 2 the scene or plan has errors.)";
 
 struct Frequency {
-  double hertz = 0.0;    // [Hz]
-  double damping = 0.0;  // [-] ratio; 0 for a mechanism
-  int cluster = 0;       // equal for frequencies that are the same to the accuracy
+  double hertz = 0.0;  // [Hz] without damping and feedback
+  DampedMode damped;   // with both
+  int cluster = 0;     // equal for frequencies that are the same to the accuracy
 };
 
 /// Frequencies closer than this are one cluster: repeated by symmetry, split by rounding.
@@ -56,11 +60,12 @@ double cluster_width(const Plan& plan) { return std::max(1e-9, 10.0 * plan.frequ
 std::vector<Frequency> frequencies(const Plan& plan) {
   std::vector<Frequency> out;
   const double width = cluster_width(plan);
+  const std::vector<DampedMode> damped = damped_modes(plan);
   for (int mode = 0; mode < plan.num_elastic; ++mode) {
     const double omega = plan.omega[static_cast<std::size_t>(mode)];
     Frequency frequency;
     frequency.hertz = omega / (2.0 * std::numbers::pi);
-    if (omega > 0.0) frequency.damping = plan.decay[static_cast<std::size_t>(mode)] / omega;
+    frequency.damped = damped[static_cast<std::size_t>(mode)];
     frequency.cluster = 1;
     if (!out.empty()) {
       const bool is_same = std::abs(frequency.hertz - out.back().hertz) <= width * frequency.hertz;
@@ -116,15 +121,44 @@ bool leaves_modes_out(const Plan& plan) {
   });
 }
 
-/// What keeps modes from being independent, in words; empty when nothing does.
+/// Returns what keeps modes from being independent, in words; empty when nothing does.
 std::string coupling_text(const Plan& plan) {
+  if (!couples_modes(plan)) return {};
+  const std::string what = plan.feedbacks.empty()         ? "dashpots"
+                           : plan.mixing.num_damping == 0 ? "feedback"
+                                                          : "dashpots and feedback";
+  const std::string coupled = what + " couple" + (what == "feedback" ? "s " : " ");
   const PlanMixing& mixing = plan.mixing;
   if (mixing.path == PlanMixing::Path::kExact)
-    return counted(static_cast<std::int64_t>(mixing.modes.size()), "mode") + " of " +
-           std::to_string(plan.num_elastic) + ", advanced together by their exponential";
+    return coupled + counted(static_cast<std::int64_t>(mixing.modes.size()), "mode") + " of " +
+           std::to_string(plan.num_elastic) + "; the step advances them together, without error";
   if (mixing.path == PlanMixing::Path::kSplit)
-    return "more modes than one exponential is kept for, advanced by splitting: second order in the step";
-  return {};
+    return coupled +
+           "too many modes for the exact step; their damping is advanced by splitting, with an error of "
+           "second order in the step";
+  return coupled + "the modes; the step applies them as forces";
+}
+
+/// [-] of what damping does in a tick: a larger error of the step is a warning.
+constexpr double kMostStepError = 0.01;
+
+/// Returns the largest error of a tick by splitting, and the mode that has it.
+struct StepError {
+  double size = 0.0;     // [-]
+  std::size_t mode = 0;  // index
+};
+StepError largest_step_error(const std::vector<Frequency>& all) {
+  StepError largest;
+  for (std::size_t mode = 0; mode < all.size(); ++mode)
+    if (all[mode].damped.step_error > largest.size) largest = {all[mode].damped.step_error, mode};
+  return largest;
+}
+
+std::string step_error_text(const Plan& plan, const StepError& error) {
+  return format_text(
+      "in a tick at %.10g Hz the step changes the motion of mode %d by %.2g %% more or less than its "
+      "damping does",
+      1.0 / plan.period, number_of(plan, error.mode), 100.0 * error.size);
 }
 
 /// What of the load follows the elastic motion, so that the body's motion is no longer apart from it.
@@ -136,7 +170,7 @@ std::vector<std::string> dependent_loads(const Plan& plan) {
   return names;
 }
 
-void print_modes_json(const Plan& plan, const Principal& principal) {
+void print_modes_json(const Plan& plan, const Principal& principal, const std::vector<Frequency>& all) {
   Json out;
   out["name"] = plan.name;
   out["points"] = plan.points.size();
@@ -155,30 +189,44 @@ void print_modes_json(const Plan& plan, const Principal& principal) {
   out["frequency_accuracy"] = plan.frequency_accuracy;
   Json modes = Json::array();
   std::size_t mode = 0;
-  for (const Frequency& frequency : frequencies(plan)) {
+  for (const Frequency& frequency : all) {
+    const DampedMode& damped = frequency.damped;
+    const auto known = [&](double value) { return damped.is_known ? Json(value) : Json(); };
     modes.push_back({{"mode", number_of(plan, mode++)},
                      {"frequency", frequency.hertz},
-                     {"damping_ratio", frequency.damping},
+                     {"damped_frequency", known(damped.frequency / (2.0 * std::numbers::pi))},
+                     {"damping_ratio", known(damped.ratio)},
+                     {"decay_rate", known(damped.rate)},
                      {"cluster", frequency.cluster}});
   }
   out["modes"] = modes;
+  const bool is_split = plan.mixing.path == PlanMixing::Path::kSplit;
+  out["step_error"] = is_split ? Json(largest_step_error(all).size) : Json();
   out["mechanisms"] = mechanism_names(plan);
   out["coupling"] = coupling_text(plan);
   out["dependent_loads"] = dependent_loads(plan);
   print_json(out);
 }
 
-void print_frequencies(const Plan& plan, int limit) {
-  const std::vector<Frequency> all = frequencies(plan);
+std::string damped_text(const DampedMode& mode) {
+  if (!mode.is_known) return "not computed";
+  return mode.frequency == 0.0 && mode.rate != 0.0
+             ? "no oscillation"
+             : format_text("%.10g", mode.frequency / (2.0 * std::numbers::pi));
+}
+
+void print_frequencies(const Plan& plan, const std::vector<Frequency>& all, int limit) {
   const auto num_mechanisms = plan.mechanisms.size();
-  std::printf("  mode  frequency [Hz]    damping\n");
+  std::printf("  mode  frequency [Hz]    damped [Hz]       damping\n");
   std::size_t shown = 0;
   for (std::size_t first = num_mechanisms; first < all.size();) {
     std::size_t last = first;
     while (last + 1 < all.size() && all[last + 1].cluster == all[first].cluster) ++last;
     if (limit > 0 && shown >= static_cast<std::size_t>(limit)) break;
     for (std::size_t i = first; i <= last; ++i, ++shown) {
-      std::printf("  %4d  %-16.10g  %-9.4g", number_of(plan, i), all[i].hertz, all[i].damping);
+      std::printf("  %4d  %-16.10g  %-16s  %-9s", number_of(plan, i), all[i].hertz,
+                  damped_text(all[i].damped).c_str(),
+                  all[i].damped.is_known ? format_text("%.4g", all[i].damped.ratio).c_str() : "-");
       if (last > first) std::printf("  one of %zu equal", last - first + 1);
       std::printf("\n");
     }
@@ -206,13 +254,14 @@ int plot_modes(const ModesOptions& options) {
   for (std::size_t k = 0; k < body->triangle_links.size(); ++k)
     for (std::size_t side = 0; side < 3; ++side)
       lines.push_back({body->triangles[3 * k + side], body->triangles[3 * k + (side + 1) % 3]});
-  const std::vector<Frequency> all = frequencies(plan);
   std::vector<Shape> shapes;
   for (int l = 0; l < std::min(kMostPlotted, body->num_modes); ++l) {
     const auto mode = static_cast<std::size_t>(l);
     Shape shape{
         "mode " + std::to_string(number_of(plan, mode)) + ", " +
-            (all[mode].hertz == 0.0 ? std::string("mechanism") : format_text("%.5g Hz", all[mode].hertz)),
+            (plan.omega[mode] == 0.0 ? std::string("mechanism")
+                                     : format_text("%.5g Hz", plan.omega[mode] / (2.0 * std::numbers::pi))) +
+            (couples_modes(plan) ? ", undamped" : ""),
         {}};
     float largest = 1e-30F;
     for (std::size_t i = 0; i < rest.size(); ++i) {
@@ -235,8 +284,13 @@ int modes(const ModesOptions& options) {
   const std::optional<Plan> plan = load_or_explain(options.input, 0.0, {}, options.settings);
   if (!plan) return kExitUsage;
   const Principal principal = principal_axes(*plan);
+  const std::vector<Frequency> all = frequencies(*plan);
+  const StepError error = largest_step_error(all);
+  if (error.size > kMostStepError)
+    print_warning(step_error_text(*plan, error) + ", more than " + format_text("%g", 100.0 * kMostStepError) +
+                  " %: raise the rate");
   if (options.json) {
-    print_modes_json(*plan, principal);
+    print_modes_json(*plan, principal, all);
     return kExitOk;
   }
   const Eigen::Vector3d& moments = principal.moments;
@@ -258,7 +312,8 @@ int modes(const ModesOptions& options) {
   std::printf("elastic freedoms   %d%s\n", plan->num_elastic,
               leaves_modes_out(*plan) ? ", others are left out (freeflex plan says why)" : "");
   if (const std::string text = coupling_text(*plan); !text.empty())
-    std::printf("coupled            %s: dashpots or feedback\n", text.c_str());
+    std::printf("coupled            %s\n", text.c_str());
+  if (error.size > 0.0) std::printf("step               %s\n", step_error_text(*plan, error).c_str());
   if (const auto names = dependent_loads(*plan); !names.empty())
     std::printf("not separated      %s: the body's motion follows the elastic one\n",
                 listed(names, 8).c_str());
@@ -270,9 +325,10 @@ int modes(const ModesOptions& options) {
     }
   }
   if (plan->num_elastic > static_cast<int>(mechanisms.size())) {
-    std::printf("frequencies        lowest to a relative accuracy of %.1g, equal within %.1g\n",
-                plan->frequency_accuracy, cluster_width(*plan));
-    print_frequencies(*plan, options.count);
+    std::printf(
+        "frequencies        lowest to a relative accuracy of %.1g, equal within %.1g; of the body at rest\n",
+        plan->frequency_accuracy, cluster_width(*plan));
+    print_frequencies(*plan, all, options.count);
   }
   return kExitOk;
 }
