@@ -15,14 +15,14 @@ namespace {
 
 constexpr double kLeastApart = 0.05;  // [-] of omega_l^2: squares of two frequencies, where they divide
 
-constexpr std::array<std::array<int, 2>, 6> kProducts{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
+constexpr std::array<std::array<int, 2>, 6> kSpinProducts{{{0, 0}, {1, 1}, {2, 2}, {0, 1}, {0, 2}, {1, 2}}};
 using Products = Eigen::Matrix<double, 1, 6>;
 
 // coefficients of S = w.w 1 - w w^T as those of the products of w
 Products of_spin(const Eigen::Matrix3d& X) {
   Products row;
   for (Eigen::Index k = 0; k < 6; ++k) {
-    const auto [a, b] = kProducts[static_cast<std::size_t>(k)];
+    const auto [a, b] = kSpinProducts[static_cast<std::size_t>(k)];
     row[k] = a == b ? X.trace() - X(a, a) : -(X(a, b) + X(b, a));
   }
   return row;
@@ -126,7 +126,7 @@ FarCoriolis far_coriolis(const Structure& whole, const Prestress& prestress, int
     if (std::abs(apart) < kLeastApart * square) apart = std::copysign(kLeastApart * square, apart);
     const Eigen::Vector3d s = crosses.col(u);
     for (Eigen::Index k = 0; k < 6; ++k) {
-      const auto [a, b] = kProducts[static_cast<std::size_t>(k)];
+      const auto [a, b] = kSpinProducts[static_cast<std::size_t>(k)];
       const double product = (a == b ? 4.0 : 8.0) * square * s[a] * s[b];
       far.shift[k] -= product / apart;
       far.reach[k] += product / (apart * apart);
@@ -182,6 +182,28 @@ double unseen_factor(const Scene& scene, const Structure& whole, int mode) {
       for (const int point : link.points)
         most = std::max(most, whole.shapes.block<3, 1>(3 * Eigen::Index{point}, mode).squaredNorm());
   return std::max(1.0, most / kOfABeam);
+}
+
+// Links whose inside no table tells of, as PlanNeglect::has_unseen counts them.
+bool is_unseen(const Link& link) {
+  const LinkTraits kind = traits_of(link);
+  return kind.effect == LinkEffect::kForbids || std::holds_alternative<MatrixLink>(link.kind) ||
+         std::holds_alternative<Plate>(link.kind) || has_mass(link);
+}
+
+// Of those the one whose points a mode moves most; -1: none.
+std::int32_t unseen_link(const Scene& scene, const Structure& whole, int mode) {
+  double most = 0.0;
+  std::int32_t found = -1;
+  for (std::size_t k = 0; k < scene.links.size(); ++k) {
+    if (!is_unseen(scene.links[k])) continue;
+    if (found < 0) found = static_cast<std::int32_t>(k);
+    for (const int point : scene.links[k].points) {
+      const double square = whole.shapes.block<3, 1>(3 * Eigen::Index{point}, mode).squaredNorm();
+      if (square > most) most = square, found = static_cast<std::int32_t>(k);
+    }
+  }
+  return found;
 }
 
 template <typename Row>
@@ -243,6 +265,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
   std::vector<int> place(static_cast<std::size_t>(whole.omega.size()), -1);
   for (std::size_t k = 0; k < spec.modes.size(); ++k)
     place[static_cast<std::size_t>(spec.modes[k])] = static_cast<int>(k);
+  const bool has_unseen_link = std::any_of(scene.links.begin(), scene.links.end(), is_unseen);
   const SpinRows spin(scene, whole, rung, rows);
   const std::vector<TurningBody> bodies = turning_bodies(scene, whole);
   neglect.bodies.inner_load = inner_load(scene, whole, spec.modes);
@@ -256,6 +279,8 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
       const auto left_out = static_cast<Eigen::Index>(k);
       append(Eigen::RowVectorXd(rows.row(left_out)(spec.modes) / c), neglect.left_out_rows);
       append(Products(spin.row(left_out, l, u) / c), neglect.left_out_spin);
+      neglect.named.left_out.push_back(l + 1);
+      neglect.named.left_out_frequency.push_back(whole.omega[l] / (2.0 * M_PI));
     }
     if (at_l < 0 || at_u < 0) continue;
     neglect.pairs.push_back({at_l, at_u});
@@ -264,6 +289,7 @@ void compile_neglect(const Scene& scene, const Structure& whole, const PlanSpec&
           rung.has_true_geometry ? prestress.bent_root_quartic : prestress.root_quartic;
       neglect.root_quartic.push_back(root[l]);
       if (prestress.has_unseen) neglect.bodies.unseen_factor.push_back(unseen_factor(scene, whole, l));
+      if (has_unseen_link) neglect.named.links.push_back(unseen_link(scene, whole, l));
       ++neglect.num_judged;
     }
     const auto pair = static_cast<Eigen::Index>(k);

@@ -62,6 +62,15 @@ std::string find_neglect_inconsistency(const Plan& plan) {
           (neglect.bodies.load_sizes.empty() || neglect.bodies.load_sizes.size() == plan.histories.size()) &&
           are_finite(neglect.left_out_rows) && are_finite(neglect.left_out_spin),
       "what the rung neglects is not finite");
+  const std::vector<std::int32_t>& unseen = neglect.named.links;
+  require((unseen.empty() || unseen.size() == static_cast<std::size_t>(neglect.num_judged)) &&
+              std::all_of(unseen.begin(), unseen.end(),
+                          [&](std::int32_t link) { return link == -1 || is_index(link, plan.links.size()); }),
+          "a link whose inside is not known is none of the plan");
+  const std::size_t num_left_out = neglect.left_out_spin.size() / 6;
+  require((neglect.named.left_out.empty() || neglect.named.left_out.size() == num_left_out) &&
+              neglect.named.left_out_frequency.size() == neglect.named.left_out.size(),
+          "the names of modes that are left out do not have their number");
   return error;
 }
 

@@ -13,8 +13,8 @@ namespace {
 // "FFPLAN" and the two bytes that text-mode transfers damage
 constexpr std::array<char, 8> kMagic{'F', 'F', 'P', 'L', 'A', 'N', '\r', '\n'};
 static_assert(std::string_view(kMagic.data(), kMagic.size()).starts_with(kPlanMark));
-constexpr std::uint32_t kVersion = 8, kVersionWithoutMaxHold = 7, kVersionWithoutParticles = 6,
-                        kVersionWithoutNeglect = 5;
+constexpr std::uint32_t kVersion = 8, kVersionWithoutMaxHold = 7, kVersionWithoutNames = 7,
+                        kVersionWithoutParticles = 6, kVersionWithoutNeglect = 5;
 constexpr std::size_t kHeaderSize = 8 + 4 + 8 + 8;  // magic, version, content length, checksum
 
 // T is U or const U
@@ -227,13 +227,18 @@ void fields(Archive& archive, T& q) {
   all_of<PlanQuartic>(archive, q.forms);
 }
 
+template <typename Archive, Is<PlanNamed> T>
+void fields(Archive& archive, T& u) {
+  all_of<PlanNamed>(archive, u.links, u.left_out, u.left_out_frequency);
+}
+
 template <typename Archive, Is<PlanNeglect> T>
 void fields(Archive& archive, T& n) {
   all_of<PlanNeglect>(archive, n.is_known, n.is_rigid, n.has_unseen, n.lacks_modes, n.tolerance, n.fast_loads,
                       n.num_judged, n.pairs, n.load_rows, n.rate_rows, n.spin_rows, n.coriolis_rows,
                       n.coriolis_reach, n.spin_loads, n.spin_left_out, n.root_quartic, n.num_shadowed,
                       n.left_out, n.inertia_rows, n.load_arms, n.shadow_rows, n.left_out_rows,
-                      n.left_out_spin, n.bodies, n.quartic);
+                      n.left_out_spin, n.bodies, n.quartic, n.named);
 }
 
 template <typename Archive, Is<Plan> T>
@@ -329,7 +334,8 @@ class Reader {
       : bytes_(bytes),
         has_neglect_(version > kVersionWithoutNeglect),
         has_particles_(version > kVersionWithoutParticles),
-        has_max_hold_(version > kVersionWithoutMaxHold) {}
+        has_max_hold_(version > kVersionWithoutMaxHold),
+        has_names_(version > kVersionWithoutNames) {}
 
   void operator()(PlanNeglect& neglect) {
     if (has_neglect_) fields(*this, neglect);
@@ -351,6 +357,9 @@ class Reader {
   }
   void operator()(PlanQuartic& quartic) {
     if (has_particles_) fields(*this, quartic);
+  }
+  void operator()(PlanNamed& named) {
+    if (has_names_) fields(*this, named);
   }
   void operator()(TorqueSums& torque) {
     if (has_particles_) fields(*this, torque);
@@ -442,7 +451,7 @@ class Reader {
   }
 
   std::span<const std::byte> bytes_;
-  bool has_neglect_, has_particles_, has_max_hold_;
+  bool has_neglect_, has_particles_, has_max_hold_, has_names_;
   std::string error_;
   bool is_nested_ = false;
 };

@@ -349,6 +349,16 @@ struct PlanQuartic {
   Array forms;  // [sqrt(N)/m^2] (forms x num_shadowed x num_shadowed) symmetric; empty: of an old plan file
 };
 
+/// What messages about a verdict name. Links of which no table tells how they carry forces inside are
+/// matrices, rigid links, plates and links with mass. Empty in plan files of version 7 and before.
+struct PlanNamed {
+  // (judged) of those links the one whose points the mode moves most, an index into Plan::links; -1: none
+  std::vector<std::int32_t> links;
+  // the modes of PlanNeglect::left_out_rows: their numbers in the scene, from 1, and frequencies [Hz]
+  std::vector<std::int32_t> left_out;
+  std::vector<double> left_out_frequency;
+};
+
 /// What the rung neglects of the motion: nothing that steps it, but what judges it   (THEORY X140, X141).
 /// Products of the spin stand in the order xx, yy, zz, xy, xz, yz of w w^T.
 struct PlanNeglect {
@@ -385,6 +395,7 @@ struct PlanNeglect {
   Array spin_left_out;  // [m^2 s^4] (6 x 6) square of the static answer of modes left out, per two products
   PlanBodyNeglect bodies;
   PlanQuartic quartic;
+  PlanNamed named;
 };
 
 struct Plan {

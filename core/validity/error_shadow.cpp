@@ -370,11 +370,13 @@ void ErrorShadow::join(const ErrorShadow& other, const std::vector<std::int32_t>
 
 double ErrorShadow::square() const noexcept {
   double sum = 0.0;
-  for (std::size_t c = 0; c < delta_.size(); ++c) {
-    const double omega = plan_.omega[c], swing = omega > 0.0 ? rate_[c] / omega : 0.0;
-    sum += delta_[c] * delta_[c] + swing * swing;
-  }
+  for (std::size_t c = 0; c < delta_.size(); ++c) sum += square_of(c);
   return sum;
+}
+
+double ErrorShadow::square_of(std::size_t mode) const noexcept {
+  const double omega = plan_.omega[mode], swing = omega > 0.0 ? rate_[mode] / omega : 0.0;
+  return delta_[mode] * delta_[mode] + swing * swing;
 }
 
 }  // namespace freeflex

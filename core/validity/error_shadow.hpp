@@ -34,6 +34,8 @@ class ErrorShadow {
   void join(const ErrorShadow& other, const std::vector<std::int32_t>& modes) noexcept;
   /// [m^2] sum of squares of the amplitudes.
   double square() const noexcept;
+  /// [m^2] square of the amplitude of one mode.
+  double square_of(std::size_t mode) const noexcept;
   /// [rad] error of the attitude where loads are fixed in the world, else 0.
   double turn() const noexcept;
 

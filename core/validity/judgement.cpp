@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <sstream>
 
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
@@ -31,21 +30,9 @@ Verdict::Word grade(double value, double good, double most) {
   return value <= most ? Verdict::Word::kWatch : Verdict::Word::kOutside;
 }
 
-std::string number(double value) {
-  std::ostringstream text;
-  text.precision(2);
-  text << value;
-  return text.str();
-}
-
 }  // namespace
 
-const char* name_of(Verdict::Word word) {
-  static constexpr std::array kNames{"good", "watch", "outside"};
-  return kNames[static_cast<std::size_t>(word)];
-}
-
-Judgement::Judgement(const Plan& plan) : plan_(plan) {
+Judgement::Judgement(const Plan& plan) : plan_(plan), responsible_(plan) {
   errors_.emplace_back(plan);
   for (const Plan& wide : plan.wide) errors_.emplace_back(wide);
   for (const PlanPoint& point : plan.points) size_ = std::max(size_, norm(point.r));
@@ -72,6 +59,7 @@ void Judgement::begin(const State& state) noexcept {
   for (ModalErrors& errors : errors_) errors.clear();
   peak_ = fall_rate_ = fall_ = attractor_share_ = 0.0;
   turn_error_ = orbit_error_ = unresolved_ = unresolved_turn_ = 0.0;
+  unresolved_mode_ = -1;
   over_ = running_ = {};
   reading_ = {};
   now_ = worst_ = {};
@@ -149,12 +137,14 @@ void Judgement::turn(const State& state) noexcept {
   constexpr double kByWheels = 0.02;
   unresolved_ *= kFade;
   if (step == 0.0 && !has_wheels) return;
-  double fast = 0.0;
+  double fast = 0.0, most = 0.0;
   const Plan& plan = active_plan(plan_, state);
   for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
     if (plan.omega[l] * part <= 1.0) continue;
     const double amplitude = state.q_dot[l] / plan.omega[l];
     fast += amplitude * amplitude;
+    if (amplitude * amplitude > most)
+      most = amplitude * amplitude, unresolved_mode_ = static_cast<std::int32_t>(l);
   }
   if (fast == 0.0) return;
   unresolved_ = std::max(unresolved_, std::sqrt(fast));
@@ -232,84 +222,49 @@ void Judgement::judge(const State& state) noexcept {
   if (plan_.neglect.is_rigid && (!is_zero(state.force_W) || !is_zero(state.H_W)))
     note(Word::kWatch, Cause::kRigid);
   if (!plan_.neglect.is_known) note(Word::kWatch, Cause::kUnknown);
+  if (now_.word != Word::kGood) name_responsible(state, by_pushes);
+}
+
+/// What a message names beside the cause. Nothing of it goes into the word.
+void Judgement::name_responsible(const State& state, double by_pushes) noexcept {
+  using Cause = Verdict::Cause;
+  const ModalErrors& errors = errors_[is_wide_ ? 1 : 0];
+  const ModalLeaders& leaders = errors.leaders();
+  Responsible& named = now_.responsible;
+  switch (now_.cause) {
+    case Cause::kStiffness:
+      named = responsible_.of_stiffness(errors, leaders.error, state);
+      break;
+    case Cause::kBuckling:
+      named = responsible_.of_buckling(errors, state);
+      break;
+    case Cause::kDeformation:
+    case Cause::kSize:
+      named = responsible_.of_displacement(leaders.displaced, state);
+      break;
+    case Cause::kUnseen:
+      named = responsible_.of_hidden(leaders, state);
+      break;
+    case Cause::kTruncation:
+      if (by_pushes > 0.0) named.agent = Responsible::Agent::kCommands;
+      break;
+    case Cause::kFastLoad:
+      named = {Responsible::Agent::kLoad, plan_.neglect.fast_loads.front(), 0, 0.0};
+      break;
+    case Cause::kStep:
+      named = turn_error_ > kGoodTurn    ? Responsible{Responsible::Agent::kSpin, -1, 0, 0.0}
+              : orbit_error_ > kGoodTurn ? Responsible{Responsible::Agent::kOrbit, -1, 0, 0.0}
+                                         : responsible_.of_vibration(unresolved_mode_, state);
+      break;
+    default:
+      break;
+  }
 }
 
 Verdict judge_steady(const Plan& plan, const State& state) {
   Judgement judgement(plan);
   judgement.take_steady(state);
   return judgement.now();
-}
-
-std::string describe(const Plan& plan, const Verdict& verdict) {
-  const std::string cause = text_of(plan, verdict);
-  return name_of(verdict.word) + (cause.empty() ? "" : ": " + cause);
-}
-
-std::string text_of(const Plan& plan, const Verdict& verdict) {
-  using Cause = Verdict::Cause;
-  const std::string error = "; elastic error " + number(verdict.error) + " m of " + number(verdict.scale) +
-                            " m, " + number(verdict.displacement_now) + " m at the moment";
-  switch (verdict.cause) {
-    case Cause::kNone:
-      return {};
-    case Cause::kStiffness:
-      return "model: what loads, spin and the deformation itself change of the stiffness, and Coriolis "
-             "forces" +
-             error;
-    case Cause::kBuckling:
-      return "model: loads or spin take half the stiffness of a mode away or more; without any it buckles, "
-             "from "
-             "however little";
-    case Cause::kSpinLoad:
-      return "model, by spin: the deformation by centrifugal forces is missing" + error;
-    case Cause::kDeformation:
-      return "model, by deformation: second order of the displacements" + error;
-    case Cause::kSize:
-      return "deformation: the displacement " + number(verdict.displacement_now) +
-             " m is not small beside the size of the body";
-    case Cause::kLost:
-      return "the full equations beside it left the numbers; raise the rate, or load less";
-    case Cause::kIntegration:
-      return "integration: raise the rate" + error;
-    case Cause::kStep:
-      return "integration: ticks are long for how the body, its orbit or what vibrates turns; raise the rate";
-    case Cause::kUnresolved:
-      return "integration: the rung beside the state does not resolve what vibrates, and may not see an "
-             "error "
-             "by spin; raise the rate";
-    case Cause::kTruncation:
-      return "truncation: modes left out; lower leave_out: tolerance" + error;
-    case Cause::kModel:
-      return "model" + error;
-    case Cause::kPosition:
-      return "position error " + number(verdict.position) + " m, added up over the horizons";
-    case Cause::kUnseen: {
-      const char* const what =
-          plan.neglect.has_unseen ? "the inside of a matrix or rigid link" : "modes left out";
-      return std::string(what) +
-             " may carry forces that change the stiffness, by order of magnitude; elastic "
-             "error up to " +
-             number(verdict.error + verdict.unseen) + " m of " + number(verdict.scale) + " m";
-    }
-    case Cause::kNotKept:
-      return "the lowest modes alone are kept: what loads do to the others is in no table; ask for more with "
-             "modes:, or compare with a plan that has more";
-    case Cause::kFastLoad: {
-      const auto load = static_cast<std::size_t>(plan.neglect.fast_loads.front());
-      const std::string& name = plan.histories[load].name;
-      return "load " + (name.empty() ? std::to_string(load + 1) : "'" + name + "'") +
-             " changes faster than ticks follow; raise the rate";
-    }
-    case Cause::kAttractor:
-      return "the attractor is near: its field is taken as far as its gradient, and the place may be off by "
-             "more than that tells";
-    case Cause::kRigid:
-      return "model: the rung is rigid, and all that deforms is missing";
-    case Cause::kUnknown:
-      return "the plan file is of an older version, without the tables that judge it; compile the scene "
-             "again";
-  }
-  return {};
 }
 
 }  // namespace freeflex

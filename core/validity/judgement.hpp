@@ -7,6 +7,7 @@
 
 #include "core/step/budget.hpp"
 #include "core/validity/modal_errors.hpp"
+#include "core/validity/responsible.hpp"
 
 namespace freeflex {
 
@@ -16,20 +17,20 @@ struct Verdict {
   /// What is most in the way of a better word.
   enum class Cause : std::int32_t {
     kNone,
-    kStiffness,    // internal forces of loads and spin, and Coriolis forces, change how it vibrates
+    kStiffness,    // stiffness by internal forces and spin, and Coriolis forces, that the rung neglects
     kBuckling,     // they take the stiffness of a mode away
-    kSpinLoad,     // centrifugal forces deform it
+    kSpinLoad,     // the centrifugal load
     kDeformation,  // second order of the displacements
     kSize,         // displacements beside the size of the body
-    kLost,         // the equations beside it left the numbers
-    kIntegration,
-    kStep,        // of the turning body and its orbit, which nothing beside the state tells
-    kUnresolved,  // the equations beside it do not resolve what vibrates
-    kTruncation,
-    kModel,     // by the equations beside it
-    kPosition,  // of points in space, by the equations beside it
-    kUnseen,    // what nothing tells: the inside of matrices, rigid links, what small modes carried
-    kNotKept,   // the others of the lowest modes that a set-up found
+    kLost,         // the reference solution diverged
+    kIntegration,  // by the reference solution
+    kStep,         // ticks are long for the turn of the body, for its orbit or for what vibrates
+    kUnresolved,   // the reference solution does not resolve what vibrates
+    kTruncation,   // modes that are left out
+    kModel,        // by the reference solution
+    kPosition,     // of points in space, by the reference solution
+    kUnseen,       // what no table tells: the inside of links, wheels, what small modes carried
+    kNotKept,      // the other modes of a structure of which the lowest alone were found
     kFastLoad,
     kAttractor,
     kRigid,
@@ -42,16 +43,23 @@ struct Verdict {
   double error = 0.0;             // estimate of the elastic displacement's error
   double unseen = 0.0;            // and what may come to it, by order of magnitude
   double displacement_now = 0.0;  // of the moment
-  double scale = 0.0;     // what the error is judged against: the tolerance or the fading peak, if larger
-  double position = 0.0;  // [m] error of points in space by the equations beside it, rms; 0: none
+  double scale = 0.0;       // what the error is judged against: the tolerance or the fading peak, if larger
+  double position = 0.0;    // [m] error of points in space by the reference solution, rms; 0: none
+  Responsible responsible;  // what the cause names; nothing where the word is good
 };
 
 /// "good", "watch", "outside".
 const char* name_of(Verdict::Word word);
-/// The cause in words, with the way out; empty when the word is good.
+/// Returns the cause in words, with what is responsible by its name and what to do; empty when the word is
+/// good.
 std::string text_of(const Plan& plan, const Verdict& verdict);
-/// "good", or the word and its cause.
+/// Returns "good", or the word and its cause.
 std::string describe(const Plan& plan, const Verdict& verdict);
+/// Returns the estimated error of the displacements in plain words, such as "0.12 % of the tolerance, 1e-05
+/// m".
+std::string error_text(const Plan& plan, const Verdict& verdict);
+/// Returns how much of `scale` an error is, both [m]: "0.12 % of", "more than 10 times".
+std::string share_text(double error, double scale);
 
 /// The word on a steady answer (X69): nothing rings, and loads of the scene take no part.  \pre quasi_static
 /// gave the state
@@ -81,6 +89,7 @@ class Judgement {
   void turn(const State& state) noexcept;
   void take_pushes(const State& state) noexcept;
   void judge(const State& state) noexcept;
+  void name_responsible(const State& state, double by_pushes) noexcept;
 
   const Plan& plan_;
   std::vector<ModalErrors> errors_;  // of the plan, of its wide one
@@ -103,6 +112,8 @@ class Judgement {
          orbit_error_ = 0.0;  // [rad] of attitude and orbit, by steps that are long for them
   // [m] what vibrates faster than steps resolve, [rad] how far the body has turned with such
   double unresolved_ = 0.0, unresolved_turn_ = 0.0;
+  std::int32_t unresolved_mode_ = -1;  // the largest of those
+  ResponsibleFinder responsible_;
   Verdict now_, worst_;
 };
 

@@ -125,6 +125,7 @@ void ModalErrors::clear() noexcept {
   chunk_ = since_ = 0;
   is_first_ = true;
   size_ = {};
+  leaders_ = next_leaders_ = {};
   shadow_.clear();
 }
 
@@ -298,7 +299,7 @@ void ModalErrors::look_at(std::size_t l, const MotionState& state) noexcept {
   next_quartic_ += own;
   stiffness += root * (1.5 * std::max(0.0, quartic_ - own) + 0.75 * own);
   const double share = stiffness * flexibility_[at];
-  softest_ = std::max(softest_, -share);
+  soften(share, static_cast<std::int32_t>(at), false);
   // a pulse that steps do not tell: stiffness that swings by e makes grow by omega e / 4 a second (Mathieu)
   const double pulse = is_resolved(l) ? 0.0 : std::abs(stiffness - mode.stiffness) * flexibility_[at];
   mode.stiffness = stiffness;
@@ -349,7 +350,7 @@ void ModalErrors::look_at_shadowed(std::size_t l, const MotionState& state) noex
   mode.most = std::max(length(swing_[l]) + std::abs(still_[l]), mode.most * mode.fade);
   next_quartic_ += neglect.root_quartic[l] * square(length(swing_[l]) + std::abs(still_[l]));
   const double share = stiffness * flexibility_[l];
-  softest_ = std::max(softest_, -share);
+  soften(share, static_cast<std::int32_t>(l), false);
   fastest_ = std::max(fastest_, 0.5 * omega * std::abs(share));
   mode.spread = std::sqrt(2.0 * std::max(0.0, coriolis_reach(l))) * length(swing_[l]);
   hide(l, 0.0, state);
@@ -417,8 +418,84 @@ void ModalErrors::look_at_left_out() noexcept {
     double share = 0.0;
     for (std::size_t u = 0; u < n; ++u) share += neglect.left_out_rows[l * n + u] * still_[u];
     for (std::size_t k = 0; k < 6; ++k) share += neglect.left_out_spin[6 * l + k] * products_[k];
-    softest_ = std::max(softest_, -share);
+    soften(share, static_cast<std::int32_t>(l), true);
   }
+}
+
+void ModalErrors::soften(double share, std::int32_t mode, bool is_left_out) noexcept {
+  if (!(-share > softest_)) return;
+  softest_ = -share;
+  next_leaders_.softest = mode;
+  next_leaders_.is_left_out = is_left_out;
+}
+
+/// [m] largest error that the axis of a wheel could hide, and of which wheel.
+double ModalErrors::wheel_error(const MotionState& state, std::int32_t& wheel) const noexcept {
+  double most = 0.0;
+  for (std::size_t k = 0; k < state.wheel_momentum.size() && !wheel_phases_.empty(); ++k)
+    for (std::size_t l = 0; l <= modes_.size(); ++l) {
+      const double swing = l < modes_.size() ? length(swing_[l]) : rest_hidden_;
+      const double each =
+          std::abs(state.wheel_momentum[k]) * wheel_phases_[k * (modes_.size() + 1) + l] * swing;
+      if (each > most) most = each, wheel = static_cast<std::int32_t>(k);
+    }
+  return most;
+}
+
+void ModalErrors::find_leaders(const MotionState& state) noexcept {
+  ModalLeaders& next = next_leaders_;
+  double error = 0.0, displaced = 0.0, hidden = 0.0, by_links = 0.0;
+  for (std::size_t u = 0; u < flexibility_.size(); ++u)
+    if (square(state.q[u]) > displaced)
+      displaced = square(state.q[u]), next.displaced = static_cast<std::int32_t>(u);
+  for (std::size_t l = 0; l < modes_.size(); ++l) {
+    const Mode& mode = modes_[l];
+    const std::int32_t at = plan_.neglect.pairs[l][0];
+    const auto place = static_cast<std::size_t>(at);
+    const double own =
+        square(mode.spread) + (l < shadow_.size()          ? shadow_.square_of(place)
+                               : plan_.omega[place] == 0.0 ? square(mode.ring.real())
+                                                           : std::norm(mode.ring + mode.still));
+    if (own > error) error = own, next.error = at;
+    if (plan_.omega[place] == 0.0) continue;
+    const double share = unseen_stiffness(l, unseen_share_),
+                 hides = square(mode.unseen) + square(mode.pumped) + square(share * still_[place]);
+    if (hides > hidden) hidden = hides, next.hidden = at;
+    by_links = std::max(by_links, 0.5 * plan_.omega[place] * share * length(swing_[l]));
+  }
+  if (!(wheel_error(state, next.wheel) > by_links)) next.wheel = -1;
+  leaders_ = std::exchange(next_leaders_, {});
+}
+
+/// [N/m] what would turn the phase of a mode as Coriolis forces between it and its partners do; 0 on rungs
+/// that have them.
+double ModalErrors::coriolis_stiffness(std::size_t l) const noexcept {
+  if (is_coupled(plan_)) return 0.0;
+  double most = 0.0;
+  for (std::size_t k = first_pair_[l]; k < first_pair_[l + 1]; ++k) {
+    const double* const s = plan_.neglect.coriolis_rows.data() + 3 * partners_[k].pair;
+    most = std::max(most, std::abs(s[0] * w_[0] + s[1] * w_[1] + s[2] * w_[2]));
+  }
+  return 2.0 * plan_.mass * plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])] * most;
+}
+
+StiffnessShares ModalErrors::shares_of(std::int32_t mode, const MotionState& state) const noexcept {
+  StiffnessShares shares;
+  std::size_t l = 0;
+  while (l < modes_.size() && plan_.neglect.pairs[l][0] != mode) ++l;
+  if (l == modes_.size()) return shares;
+  for (std::size_t k = 0; k < 6; ++k) shares.spin += plan_.neglect.spin_rows[6 * l + k] * products_[k];
+  shares.loads = stiffness_of(l) - shares.spin;
+  shares.spin = std::abs(shares.spin) + coriolis_stiffness(l);
+  shares.loads = std::abs(shares.loads);
+  const double* const row = plan_.neglect.load_rows.data() + l * flexibility_.size();
+  double sum = 0.0;
+  for (std::size_t u = 0; u < flexibility_.size(); ++u) {
+    const double rate = plan_.omega[u] > 0.0 ? state.q_dot[u] / plan_.omega[u] : 0.0;
+    sum += square(row[u]) * (square(state.q[u] - still_[u]) + square(rate));
+  }
+  shares.vibration = std::sqrt(sum);
+  return shares;
 }
 
 void ModalErrors::finish_round(const MotionState& state) noexcept {
@@ -476,6 +553,7 @@ void ModalErrors::finish_round(const MotionState& state) noexcept {
   hidden += square(rest_hidden_) + square(plan_.neglect.bodies.inner_load * dot(w_, w_));
   fastest_ = 0.0;
   quartic_ = std::exchange(next_quartic_, 0.0);
+  find_leaders(state);
   size_.softening = std::exchange(softest_, 0.0);
   size_.displacement = std::sqrt(all);
   size_.envelope = std::sqrt(envelope);

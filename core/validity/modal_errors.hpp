@@ -20,6 +20,21 @@ struct ModalErrorSize {
   double spin = 0.0;       // [m] of `seen`, the displacement by centrifugal forces that the rung leaves out
 };
 
+/// Modes that stand out in a round, by their place in the plan; -1: none. They are for messages alone.
+struct ModalLeaders {
+  std::int32_t error = -1;      // the largest error
+  std::int32_t displaced = -1;  // the largest displacement
+  std::int32_t softest = -1;    // loses the largest share of its stiffness
+  bool is_left_out = false;     // the softest mode is none of the plan
+  std::int32_t hidden = -1;     // the largest error that could be hidden
+  std::int32_t wheel = -1;      // the wheel that could hide more than links do; -1: none
+};
+
+/// What changes the stiffness of a mode [N/m], or its motion as much.
+struct StiffnessShares {
+  double loads = 0.0, spin = 0.0, vibration = 0.0;
+};
+
 /// Ringing errors that grow while modes ring, static ones, those of second order   (THEORY X142, X143).
 /// The lowest modes are integrated at every tick, some 6,000 multiplications of 16 and 430 a load; higher
 /// ones at every tick or every few, some 2,000, their partners in turn, some 600. Allocates nothing after
@@ -36,6 +51,11 @@ class ModalErrors {
   bool is_round_over() const noexcept { return chunk_ == 0; }
   double round() const noexcept { return round_; }  // [s] between two looks at a mode
   const ModalErrorSize& size() const noexcept { return size_; }
+  const ModalLeaders& leaders() const noexcept { return leaders_; }
+  /// Returns what changes the stiffness of a mode that the plan has and judges; zero for others.
+  StiffnessShares shares_of(std::int32_t mode, const MotionState& state) const noexcept;
+  /// [m/N] 1 / (M omega^2) of each mode, 0 of mechanisms.
+  const std::vector<double>& flexibility() const noexcept { return flexibility_; }
 
   void clear() noexcept;
   /// Goes on where another left off.  \param modes  of this plan, by those of the other
@@ -77,6 +97,10 @@ class ModalErrors {
   void hide(std::size_t l, double pulse, const MotionState& state) noexcept;
   void look_at_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept;
   double stiffness_of(std::size_t pair) const noexcept;
+  double coriolis_stiffness(std::size_t l) const noexcept;
+  void soften(double share, std::int32_t mode, bool is_left_out) noexcept;
+  void find_leaders(const MotionState& state) noexcept;
+  double wheel_error(const MotionState& state, std::int32_t& wheel) const noexcept;
   void look_at_left_out() noexcept;
   void finish_round(const MotionState& state) noexcept;
 
@@ -113,6 +137,7 @@ class ModalErrors {
   double fastest_ = 0.0;                       // [1/s] phase error of any judged mode
   double rest_ = 0.0;                          // [m] ringing error of all other modes
   ModalErrorSize size_;
+  ModalLeaders leaders_, next_leaders_;  // of the last round; the softest of the running one
 };
 
 }  // namespace freeflex

@@ -112,7 +112,7 @@ TEST(Budget, NoEstimateOfATurningBodyIsGoodWhereNoPartResolvesWhatVibrates) {
     const auto [verdict, cause] = verdict_of(scene_at(scene, Fidelity::kSpinLoaded, 50.0), 48);
     EXPECT_EQ(verdict.word, spin > 0.0 ? Verdict::Word::kWatch : Verdict::Word::kGood) << cause;
     if (spin > 0.0) {
-      EXPECT_EQ(cause.find("integration: the rung beside the state does not resolve what vibrates"), 0U)
+      EXPECT_EQ(cause.find("integration: the reference solution of the error budget does not resolve"), 0U)
           << cause;
     }
   }

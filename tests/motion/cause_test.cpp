@@ -1,0 +1,357 @@
+// Each cause of a verdict names what is in the scene, and which.
+#include <gtest/gtest.h>
+
+#include <algorithm>
+#include <cmath>
+#include <cstdio>
+#include <map>
+#include <set>
+
+#include "service/io/scene/input.hpp"
+#include "tests/motion/watched.hpp"
+#include "tests/motion/word_bodies.hpp"
+#include "tests/motion/word_cases.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Word = Verdict::Word;
+using Cause = Verdict::Cause;
+using Eigen::Vector3d;
+
+// Eleven points of 1 kg on ten beams of 1 m; the lowest bending is at 8.785 rad/s, EI / L^2 is 22 N.
+constexpr double kLowest = 8.785, kBend = 22.0;
+Scene free_beam(Fidelity rung) {
+  Scene scene;
+  for (int k = 0; k <= 10; ++k) add_point(scene, 1.0, {1.0 * k, 0.0, 0.0});
+  for (int k = 0; k < 10; ++k)
+    add_link(scene, {k, k + 1},
+             Beam{.EA = 1e7, .GJ = 2000.0, .EI_y = 2200.0, .EI_z = 2200.0, .y_axis = Vector3d::UnitY()});
+  scene.fidelity = rung;
+  scene.rate = 500.0;
+  scene.initial.modes = {{1, 1e-3, 0.0}, {2, 1e-3, 0.0}};
+  return scene;
+}
+void load(Scene& scene, const std::string& name, const std::vector<PointLoad>& forces,
+          Axes axes = Axes::kBody) {
+  Load each;
+  each.name = name;
+  each.axes = axes;
+  each.forces = forces;
+  scene.loads.push_back(each);
+}
+
+// What a text may mention, by what the plan has.
+void expect_only_what_is_there(const Plan& plan, const std::string& text) {
+  const auto has_kind = [&](const char* kind) {
+    return std::any_of(plan.links.begin(), plan.links.end(),
+                       [&](const PlanLink& link) { return link.kind == kind; });
+  };
+  const std::map<std::string, bool> mentioned = {
+      {"matrix", has_kind("matrix")},
+      {"rigid link", has_kind("rigid")},
+      {"plate", has_kind("plate")},
+      {"beam", has_kind("beam")},
+      {"bar ", has_kind("bar")},
+      {"spring", has_kind("spring")},
+      {"wheel", !plan.wheels.all.empty()},
+      {"attractor", plan.attractor_mu > 0.0},
+      {"gravity", plan.attractor_mu > 0.0},
+      {"orbit", plan.attractor_mu > 0.0},
+      {"load 1", !plan.histories.empty()},
+      {"error budget", !plan.budget.shadows.empty()},
+      {"left out", !plan.parts.empty() || plan.neglect.lacks_modes != LacksModes::kNone},
+      {"leave_out", plan.tolerance > 0.0},
+      {"tolerance", plan.tolerance > 0.0 || plan.neglect.tolerance > 0.0},
+      {"rung is rigid", plan.fidelity == Fidelity::kRigid},
+  };
+  for (const auto& [word, is_there] : mentioned)
+    if (!is_there) {
+      EXPECT_EQ(text.find(word), std::string::npos) << word << " in: " << text;
+    }
+  EXPECT_LT(text.size(), 256U) << "the interface for C has no room: " << text;
+  // a name in quotes is one of the plan
+  std::set<std::string> names;
+  for (const PlanHistory& history : plan.histories) names.insert(history.name);
+  for (const PlanLink& link : plan.links) names.insert(link.name);
+  for (const PlanWheel& wheel : plan.wheels.all) names.insert(wheel.name);
+  for (std::size_t open = text.find('\''); open != std::string::npos;) {
+    const std::size_t close = text.find('\'', open + 1);
+    ASSERT_NE(close, std::string::npos) << text;
+    EXPECT_TRUE(names.contains(text.substr(open + 1, close - open - 1))) << text;
+    open = text.find('\'', close + 1);
+  }
+}
+
+// The causes on the way over some ticks, each with its first text; every text is held to what is there.
+using Causes = std::map<Cause, std::string>;
+Causes causes_of(Watched& watched, int ticks, const Inputs& first = {}) {
+  Judgement judgement(watched.plan);
+  judgement.take(watched.state, watched.budget);
+  Causes causes;
+  for (int k = 0; k < ticks; ++k) {
+    step(watched.plan, watched.state, k == 0 ? first : Inputs{}, watched.workspace, watched.budget,
+         watched.report);
+    if (watched.report.status != StepStatus::kOk) break;
+    judgement.take(watched.state, watched.budget);
+    const Verdict& now = judgement.now();
+    if (now.word == Word::kGood) continue;
+    const std::string text = text_of(watched.plan, now);
+    expect_only_what_is_there(watched.plan, text);
+    causes.try_emplace(now.cause, text);
+  }
+  return causes;
+}
+void expect_cause(const char* what, const Causes& causes, Cause cause,
+                  const std::vector<std::string>& names) {
+  const auto found = causes.find(cause);
+  if (found == causes.end()) {
+    std::string all;
+    for (const auto& [each, text] : causes) all += std::to_string(static_cast<int>(each)) + " " + text + "\n";
+    ADD_FAILURE() << what << " has not cause " << static_cast<int>(cause) << " but\n" << all;
+    return;
+  }
+  std::printf("%-24s %s\n", what, found->second.c_str());
+  for (const std::string& name : names)
+    EXPECT_NE(found->second.find(name), std::string::npos)
+        << what << ": " << name << " in: " << found->second;
+}
+
+// A scene, a cause that it has on the way, and what the text must name.
+struct Case {
+  const char* what;
+  Scene scene;
+  double end;  // [s]
+  Cause cause;
+  std::vector<std::string> names;
+};
+
+Scene spun(Scene scene, double spin) {
+  scene.initial.angular_velocity = {0.0, 0.0, spin};
+  return scene;
+}
+
+std::vector<Case> cases_of_the_model() {
+  std::vector<Case> all;
+  Scene thrust = free_beam(Fidelity::kSpinLoaded);
+  load(thrust, "small", {{5, {0.0, 1e-9, 0.0}}});
+  load(thrust, "thrust", {{0, {20.0 * kBend, 0.0, 0.0}}});
+  all.push_back({"thrust", thrust, 4.0, Cause::kStiffness, {"load 'thrust'", "mode "}});
+  all.push_back({"spin",
+                 spun(free_beam(Fidelity::kSpinLoaded), 0.2 * kLowest),
+                 2.0,
+                 Cause::kStiffness,
+                 {"the spin", "mode "}});
+  Scene ends = free_beam(Fidelity::kSpinLoaded);
+  ends.initial.modes.clear();
+  const double buckles = 1.1 * M_PI * M_PI * kBend;
+  load(ends, "squeeze", {{0, {buckles, 0.0, 0.0}}, {10, {-buckles, 0.0, 0.0}}});
+  all.push_back({"buckling", ends, 1.0, Cause::kBuckling, {"load 'squeeze'", " (1.398 Hz)", "buckling"}});
+  Scene centrifugal = boxed_truss(0.5, 0.0);
+  centrifugal.loads.clear();
+  all.push_back({"centrifugal", centrifugal, 0.5, Cause::kSpinLoad, {"centrifugal", "spin"}});
+  Scene rigid = spun(free_beam(Fidelity::kRigid), 0.1);
+  rigid.initial.modes.clear();
+  all.push_back({"rigid", rigid, 0.1, Cause::kRigid, {"rigid"}});
+  Scene fast = free_beam(Fidelity::kCoupled);
+  load(fast, "hum", {{0, {0.0, 1e-6, 0.0}}});
+  fast.loads[0].history = SineHistory{fast.rate / 5.0, 0.0};
+  all.push_back({"fast load", fast, 0.1, Cause::kFastLoad, {"load 'hum'"}});
+  Scene nameless = fast;
+  nameless.loads[0].name.clear();
+  all.push_back({"fast load without a name", nameless, 0.1, Cause::kFastLoad, {"load 1 "}});
+  Scene near = free_beam(Fidelity::kCoupled);
+  near.attractor.mu = 1.0;
+  near.attractor.position = {0.0, 0.0, -150.0};
+  all.push_back({"attractor", near, 0.1, Cause::kAttractor, {"attractor"}});
+  Scene bent = free_beam(Fidelity::kSeparated);
+  publish_everything(bent);
+  bent.initial.modes = {{7, 0.05, 0.0}};
+  all.push_back({"deformation", bent, 0.05, Cause::kDeformation, {"mode 7 ("}});
+  Scene stretched = spring_pair(1.0, 1.0, 1.0, 100.0);
+  stretched.initial.points = {{0, {-0.02, 0.0, 0.0}, Vector3d::Zero()},
+                              {1, {0.02, 0.0, 0.0}, Vector3d::Zero()}};
+  all.push_back({"size", stretched, 0.1, Cause::kSize, {"mode 1 (2.251 Hz)", " m, "}});
+  return all;
+}
+
+// What is hidden: a kind of link each, a wheel, modes that are left out.
+std::vector<Case> cases_of_what_is_hidden() {
+  std::vector<Case> all;
+  all.push_back({"matrix",
+                 spun(as_matrix(free_beam(Fidelity::kCoupled)), 0.34 * kLowest),
+                 2.0,
+                 Cause::kUnseen,
+                 {"inside matrix 'K'", "the error may be up to "}});
+  Scene rigid = free_beam(Fidelity::kSpinLoaded);
+  rigid.links[4].kind = Rigid{};
+  rigid.links[4].name = "strut";
+  rigid.initial.modes = {{4, 0.03, 0.0}};
+  rigid.tolerance = 10.0;
+  all.push_back(
+      {"rigid link", rigid, 0.1, Cause::kUnseen, {"inside rigid link 'strut'", "the displacement of "}});
+  Scene heavy = free_beam(Fidelity::kCoupled);
+  std::get<Beam>(heavy.links[9].kind).mass_per_length = 0.5;
+  heavy.links[9].name = "boom tip";
+  all.push_back(
+      {"mass within a beam", spun(heavy, 0.3), 2.0, Cause::kUnseen, {"mass within beam 'boom tip'"}});
+  Scene wheel;
+  for (const double x : {0.0, 2.0}) {
+    add_point(wheel, 3.0, {x, 0.0, 0.0});
+    wheel.points.back().inertia = Vector3d(0.4, 0.5, 0.7).asDiagonal();
+  }
+  add_link(wheel, {0, 1},
+           Beam{.EA = 5e5, .GJ = 700.0, .EI_y = 900.0, .EI_z = 1300.0, .y_axis = Vector3d::UnitY()});
+  wheel.wheels = {{"spare", 1, Vector3d::UnitY(), 0.0, {}}, {"rotor", 0, Vector3d::UnitX(), 2.0, {}}};
+  wheel.initial.modes = {{5, 1e-4, 0.0}, {6, 1e-4, 0.0}};
+  wheel.rate = 2000.0;
+  wheel.tolerance = 1e-3;
+  all.push_back({"wheel", spun(wheel, 1.0), 2.0, Cause::kUnseen, {"axis of wheel 'rotor'"}});
+  Scene few = free_beam(Fidelity::kSeparated);
+  few.modes.count = 4;
+  few.initial.modes = {{1, 1e-3, 0.0}};
+  all.push_back({"lowest modes alone", few, 0.1, Cause::kNotKept, {"lowest modes"}});
+  return all;
+}
+
+Scene diverging() {
+  Scene scene = watched_truss(Fidelity::kSeparated, 10.0, 0.0);
+  scene.loads[0].forces = {{18, {1e120, 0.0, 0.0}}, {14, {-1e120, 0.0, 0.0}}};
+  return scene;
+}
+
+std::vector<Case> cases_of_the_tick_and_the_budget() {
+  std::vector<Case> all;
+  Scene tumble = octahedron(1e8);
+  for (PointMass& point : tumble.points) point.mass *= 1.0 + 0.2 * point.position.norm();
+  tumble.initial.angular_velocity = {3.0, 30.0, 2.0};
+  tumble.tolerance = 1.0;
+  tumble.fidelity = Fidelity::kCoupled;
+  tumble.rate = 100.0;
+  all.push_back({"tumble", tumble, 10.0, Cause::kStep, {"the body turns", "raise the rate"}});
+  Scene orbit = spring_pair(10.0, 10.0, 2.0, 1e6);
+  orbit.attractor.mu = 3.986e14;
+  orbit.attractor.position = {0.0, -6.7e6, 0.0};
+  orbit.initial.velocity = {std::sqrt(orbit.attractor.mu / 6.7e6), 0.0, 0.0};
+  orbit.rate = 1.0 / 200.0;
+  all.push_back({"orbit", orbit, 54000.0, Cause::kStep, {"the orbit turns"}});
+  Scene shaken = octahedron(1e8);
+  shaken.initial.angular_velocity = {0.0, 0.0, 1.0};
+  shaken.initial.modes = {{12, 1e-3, 0.0}};
+  shaken.tolerance = 1e-3;
+  shaken.fidelity = Fidelity::kCoupled;
+  shaken.rate = 1000.0;
+  all.push_back({"fast vibration", shaken, 2.0, Cause::kStep, {"mode ", "vibrates too fast"}});
+  all.push_back({"lost", diverging(), 0.05, Cause::kLost, {"diverged"}});
+  all.push_back({"model beside it",
+                 watched_truss(Fidelity::kSeparated, 0.5, 0.2),
+                 0.45,
+                 Cause::kModel,
+                 {"error budget"}});
+  Scene moved = watched_truss(Fidelity::kSeparated, 0.2, 2.0);
+  moved.tolerance = 10.0;
+  all.push_back({"position", moved, 2.0, Cause::kPosition, {"position", " m in space"}});
+  Scene coarse = boxed_truss(1.0, 0.0);
+  coarse.loads.clear();
+  for (const int point : {16, 18})
+    coarse.initial.points.push_back(
+        {point, {0.0, 1e-5 * (point - 17), 1e-5 * (point - 17)}, Vector3d::Zero()});
+  coarse.fidelity = Fidelity::kCoupled;
+  coarse.rate = 25.0;
+  coarse.error_budget.horizon = 10.0;
+  coarse.tolerance = 1e-5;
+  all.push_back({"integration", coarse, 4.0, Cause::kIntegration, {"raise the rate"}});
+  return all;
+}
+
+void expect_all(const std::vector<Case>& cases) {
+  for (const Case& each : cases) {
+    SCOPED_TRACE(each.what);
+    Watched watched(each.scene);
+    expect_cause(each.what, causes_of(watched, static_cast<int>(std::lround(each.end * each.scene.rate))),
+                 each.cause, each.names);
+  }
+}
+
+TEST(Cause, OfTheModelNamesTheLoadAndTheMode) { expect_all(cases_of_the_model()); }
+TEST(Cause, OfWhatIsHiddenNamesTheLinkOrTheWheel) { expect_all(cases_of_what_is_hidden()); }
+TEST(Cause, OfTheTickAndTheBudgetSaysWhatToDo) { expect_all(cases_of_the_tick_and_the_budget()); }
+
+TEST(Cause, OfACommandNamesTheCommandAndTheModesLeftOut) {
+  Scene scene = free_beam(Fidelity::kSeparated);
+  scene.publication.points = {10};
+  scene.pushable = {10};
+  scene.leave_out.tolerance = 0.2;
+  Watched watched(scene);
+  ForceCommand command = make_command(1, 1, Axes::kBody, 50);
+  add_force(command, 10, {0.0, 0.1, 0.0});
+  expect_cause("pushed modes left out", causes_of(watched, 500, {std::span(&command, 1)}), Cause::kTruncation,
+               {"modes that are left out", "small_modes", "commanded load", "leave_out: tolerance"});
+  Scene pushed = free_beam(Fidelity::kSpinLoaded);
+  pushed.pushable = {0};
+  Watched by_command(pushed);
+  ForceCommand thrust = make_command(0, 1, Axes::kBody);
+  add_force(thrust, 0, {20.0 * kBend, 0.0, 0.0});
+  expect_cause("commanded thrust", causes_of(by_command, 1000, {std::span(&thrust, 1)}), Cause::kStiffness,
+               {"the commanded load", "mode "});
+}
+
+TEST(Cause, OfAnOldPlanFileSaysSo) {
+  Watched watched(free_beam(Fidelity::kSeparated));
+  watched.plan.neglect = {};
+  expect_cause("old plan", causes_of(watched, 10), Cause::kUnknown, {"older version"});
+}
+
+// A verdict of a scene without a matrix or rigid link blamed one.
+TEST(Cause, OfEveryShippedSceneNamesOnlyWhatIsThere) {
+  for (const char* name : {"boom.yaml", "satellite.yaml", "rotor.yaml", "network.yaml", "ring.yaml",
+                           "mast.yaml", "truss104.yaml", "truss-s1.yaml", "truss-s4.yaml", "truss-s5.yaml"}) {
+    const io::SceneResult read = io::read_scene(std::string(FREEFLEX_SOURCE_DIR) + "/service/scenes/" + name);
+    ASSERT_TRUE(read.scene) << name;
+    for (const double spin : {0.0, 0.3}) {
+      SCOPED_TRACE(name);
+      Scene scene = *read.scene;
+      scene.tolerance = 0.0;
+      scene.initial.angular_velocity.z() += spin;
+      Watched watched(scene);
+      for (const auto& [cause, text] : causes_of(watched, static_cast<int>(1.5 * scene.rate)))
+        std::printf("%-15s %s\n", name, text.c_str());
+    }
+  }
+}
+
+TEST(Cause, OfRandomStructuresNamesOnlyWhatIsThere) {
+  for (std::uint64_t seed = 1; seed <= 12; ++seed) {
+    SCOPED_TRACE(seed);
+    for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
+      Scene scene = RandomScene(seed).judged();
+      scene.fidelity = rung;
+      Watched watched(scene);
+      causes_of(watched, 500);
+    }
+    Scene bodies = RandomBodies(seed).scene();
+    Watched watched(bodies);
+    causes_of(watched, 500);
+  }
+}
+
+TEST(Cause, OfAVerdictHasItsErrorInPlainWords) {
+  Plan plan = lean_plan_of(free_beam(Fidelity::kSeparated));
+  Verdict verdict;
+  verdict.error = 1.2e-6, verdict.scale = 1e-3, verdict.displacement_now = 1e-4;
+  EXPECT_EQ(error_text(plan, verdict), "0.12 % of the recent peak displacement, 0.001 m");
+  verdict.displacement_now = 1e-3;
+  EXPECT_EQ(error_text(plan, verdict), "0.12 % of the displacement, 0.001 m");
+  plan.neglect.tolerance = 1e-3;
+  EXPECT_EQ(error_text(plan, verdict), "0.12 % of the tolerance, 0.001 m");
+  verdict.error = 2.53e-3;
+  EXPECT_EQ(error_text(plan, verdict), "250 % of the tolerance, 0.001 m");
+  verdict.error = 0.5;
+  EXPECT_EQ(error_text(plan, verdict), "more than 10 times the tolerance, 0.001 m");
+  plan.neglect.is_known = false;
+  EXPECT_EQ(error_text(plan, verdict), "not known");
+  EXPECT_EQ(share_text(0.0, 0.0), "0 % of");
+}
+
+}  // namespace
+}  // namespace freeflex::testing
