@@ -12,6 +12,8 @@
 #include <sstream>
 #include <vector>
 
+#include "core/validity/judgement.hpp"
+#include "core/validity/validity.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/decode.hpp"
 #include "service/io/wire/reason.hpp"
@@ -253,10 +255,13 @@ std::string LiveView::validity_text() const {
     out += format_text("\n           was %s at tick %" PRId64 "  ", validity_name(s.worst_validity),
                        s.worst_validity_tick) +
            s.worst_validity_cause;
-  out += format_text("\n           displacement ratio %.1e, spin ratio %.1e (both must be small)\n",
-                     s.displacement_ratio, s.spin_ratio);
+  out += "\n";
+  if (s.error_scale > 0.0)
+    out += "error      about " + share_text(s.model_error, s.error_scale) +
+           format_text(" the displacements that count, %.2g m (good up to %g %%, outside above %g %%)\n",
+                       s.error_scale, 100.0 * kGoodElastic, 100.0 * kMostElastic);
   if (s.budget_horizon == 0.0) return out;
-  out += format_text("errors     over %.3g s (of %.3g)   position m   attitude rad   elastic\n", s.budget_age,
+  out += format_text("budget     over %.3g s (of %.3g)   position m   attitude rad   elastic\n", s.budget_age,
                      s.budget_horizon);
   static constexpr std::array kParts{"estimate", "integration", "truncation", "model"};
   for (std::size_t k = 0; k < kParts.size(); ++k)

@@ -176,7 +176,9 @@ void print_loads(const Plan& plan, const State& state) {
       std::printf("%s% .6e", k > 0 && k % 6 == 0 ? "\n                            " : " ", force.values[k]);
     std::printf("\n");
   }
-  std::printf("word: %s\n", describe(plan, judge_steady(plan, state)).c_str());
+  const Verdict verdict = judge_steady(plan, state);
+  std::printf("word: %s\n", describe(plan, verdict).c_str());
+  std::printf("estimated error: %s\n", error_text(plan, verdict).c_str());
 }
 
 /// The plan with every part in it: the load asked about need not be one that the scene knows. Prints the

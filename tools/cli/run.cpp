@@ -58,7 +58,8 @@ JSON fields:
   output       the file, null where none is asked for;  ticks, time [s]: how far it went;  complete: whether to the
                end, with all commands of --log
   displacement_ratio, spin_ratio
-               null when no points are published
+               orders of magnitude for scripts of before: the word and its error say how far to trust the
+               run; null when no points are published
   validity     0 good, 1 watch, 2 outside, at the end;  cause: why not good;  error, scale [m]: what the word
                compares;  worst: validity, tick and cause of the worst since the start
   errors       null without error_budget in the scene, else: age [s], lost, and estimate, integration,
@@ -101,13 +102,6 @@ class Extremes {
 
 /// [ticks] between two looks at the extremes: reading every point costs many times a tick.
 constexpr std::int64_t kLookEvery = 16;
-
-/// "displacement ratio 2.0e-04, spin ratio 2.8e-02"
-std::string ratios_text(const Extremes& extremes) {
-  if (!extremes.is_known()) return "displacement and spin ratio unknown (the scene publishes no points)";
-  return format_text("displacement ratio %.1e, spin ratio %.1e", extremes.displacement_ratio(),
-                     extremes.spin_ratio());
-}
 
 /// Says so when a run went beyond the method at any tick.
 void warn_beyond_limits(const Plan& plan, const Verdict& worst) {
@@ -245,8 +239,8 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
       if (feed != nullptr && feed->next_kind(tick) == applied_t::RESET) continue;
       extremes.take(state);
       return {kExitDiffers,
-              "the state after tick " + std::to_string(tick) + " is not finite (so far " +
-                  ratios_text(extremes) +
+              "the state after tick " + std::to_string(tick) + " is not finite (before it: " +
+                  describe(plan, judgement.worst().tick < 0 ? judgement.now() : judgement.worst()) +
                   "): " + (plan.feedbacks.empty() ? "" : "the feedback drives a motion without end, or ") +
                   (plan.attractor_mu > 0.0 ? "the body came too near to the attractor, or " : "") +
                   "loads or spin are far too large for this structure; check " +
@@ -274,9 +268,16 @@ Json json_of(const ErrorSize& error, bool is_lost) {
   return {{"position", error.position}, {"attitude", error.attitude}, {"elastic", error.elastic}};
 }
 
-/// The word at the end of a run, and the worst where that is another.
+/// Returns the estimated error and the limits it is held against.
+std::string error_line(const Plan& plan, const Verdict& verdict) {
+  return error_text(plan, verdict) +
+         format_text(" (good up to %g %%, outside above %g %%)", 100.0 * kGoodElastic, 100.0 * kMostElastic);
+}
+
+/// Prints the word at the end of a run, the error that it goes by, and the worst word where that is another.
 void print_word(std::FILE* to, const Plan& plan, const Verdict& verdict, const Verdict& worst) {
   std::fprintf(to, "word at the end: %s\n", describe(plan, verdict).c_str());
+  std::fprintf(to, "estimated error at the end: %s\n", error_line(plan, verdict).c_str());
   if (worst.word > verdict.word)
     std::fprintf(to, "the worst, at %.6g s: %s\n", static_cast<double>(worst.tick) * plan.period,
                  describe(plan, worst).c_str());
@@ -329,14 +330,13 @@ void report(const RunOptions& options, const std::string& name, const Result& re
                 {"errors", errors}});
   } else if (is_to_end) {
     std::FILE* const to = is_standard_output(options.out) ? stderr : stdout;
-    std::fprintf(to, "%s: %s, %.10g s; %s\n", name.c_str(), counted(result.ticks, "tick").c_str(), seconds,
-                 ratios_text(extremes).c_str());
+    std::fprintf(to, "%s: %s, %.10g s\n", name.c_str(), counted(result.ticks, "tick").c_str(), seconds);
     print_word(to, plan, result.verdict, result.worst);
     if (result.budget) print_budget(to, *result.budget);
   } else if (result.exit_code == kExitInterrupted) {
     const char* const verb = options.out.empty() ? "did" : "holds";
-    std::fprintf(stderr, "freeflex: interrupted: %s %s %" PRId64 " of %" PRId64 " ticks; %s\n", name.c_str(),
-                 verb, result.ticks, last, ratios_text(extremes).c_str());
+    std::fprintf(stderr, "freeflex: interrupted: %s %s %" PRId64 " of %" PRId64 " ticks\n", name.c_str(),
+                 verb, result.ticks, last);
   }
   warn_beyond_limits(plan, result.worst);
 }
