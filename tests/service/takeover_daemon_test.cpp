@@ -81,7 +81,13 @@ TEST(TakenOverDaemon, AppliesNothingAndRunsOn) {
   Process daemon({std::filesystem::read_symlink("/proc/self/exe"), "daemon", key});
   ASSERT_TRUE(client.meet()) << daemon.output();
   ASSERT_TRUE(client.until([&] { return client.statuses.back().mode == freeflex_msgs::status_t::RUNNING; }));
-  client.send(make_push(1));  // under no key
+  // One push, under no key, makes a life hostile. A busy machine kills a life whose beat stands still between
+  // two of its acts: the next one gets a push of its own.
+  std::int64_t num_lives = 0;
+  const auto provoke = [&] {
+    if (client.statuses.back().ingress_restarts < num_lives) return;
+    client.send(make_push(++num_lives));
+  };
   const auto num_refused = [&client] {
     std::int64_t count = 0;
     for (const auto& rejection : client.statuses.back().rejections)
@@ -91,6 +97,7 @@ TEST(TakenOverDaemon, AppliesNothingAndRunsOn) {
   // ten thousand entries of its making were looked at, over a second of ticks and more
   const std::int64_t from = client.statuses.back().tick;
   EXPECT_TRUE(client.until([&] {
+    provoke();
     return num_refused() > 10'000 && client.statuses.back().tick > from + 1000;
   })) << daemon.output();
   daemon.signal(SIGINT);
@@ -98,7 +105,6 @@ TEST(TakenOverDaemon, AppliesNothingAndRunsOn) {
   EXPECT_TRUE(client.until([&] { return client.statuses.back().mode == freeflex_msgs::status_t::STOPPED; }));
   EXPECT_EQ(client.statuses.back().commands_accepted, 0);
   EXPECT_EQ(client.statuses.back().epoch, 0);
-  EXPECT_EQ(client.statuses.back().ingress_restarts, 0) << "it was one hostile life";
   EXPECT_TRUE(client.applied.empty());
   EXPECT_TRUE(client.acks.empty()) << "nor does it answer in the daemon's name";
   std::filesystem::remove_all(folder);
