@@ -76,12 +76,12 @@ TEST(Status, SpinWithoutDisplacementIsPublishedAsAFiniteNumber) {
 TEST(Status, TellsTheWordOfNowAndTheWorstWithWhatTheyCompare) {
   Report report(stretched_pair());
   Verdict& now = report.snapshot.verdict;
-  now = {.word = Verdict::Word::kWatch,
-         .cause = Verdict::Cause::kSpinLoad,
-         .tick = 7,
-         .error = 1e-4,
-         .displacement_now = 1e-3,
-         .scale = 2e-3};
+  now.word = Verdict::Word::kWatch;
+  now.cause = Verdict::Cause::kSpinLoad;
+  now.tick = 7;
+  now.error = 1e-4;
+  now.displacement_now = 1e-3;
+  now.scale = 2e-3;
   report.snapshot.worst = now;
   report.snapshot.worst.word = Verdict::Word::kOutside;
   report.snapshot.worst.tick = 5;

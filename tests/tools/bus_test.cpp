@@ -244,7 +244,7 @@ TEST_F(OnTheBus, NoRateIsGivenBeforeItCanBeMeasured) {
 
 TEST_F(OnTheBus, ClearEndsWhatActsInTheSlot) {
   const Outcome outcome = with_daemon(
-      "$F push --point tip --force 0,0,1 --duration 100 && $F push --clear && "
+      "$F push --point tip --force 0,0,1 --duration 50 && $F push --clear && "
       "$F monitor --channel STATUS --json --count 1");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::size_t start = outcome.out.find('{');

@@ -42,7 +42,7 @@ TEST(Version, IsOneOfProgramsMessagesAndPackages) {
 
 TEST(Version, OfTheMessagesIsThatOfTheirDocumentAndOfTheExample) {
   const std::string messages = io::kMessagesVersion;
-  EXPECT_TRUE(contains(read_text(kSource + "/messages/README.md"), "these are of " + messages + ","));
+  EXPECT_TRUE(contains(read_text(kSource + "/messages/README.md"), "these are of " + messages + "."));
   EXPECT_TRUE(contains(read_text(kSource + "/tests/tools/controller/CMakeLists.txt"),
                        "find_package(freeflex " + messages + " "));
   EXPECT_TRUE(contains(read_text(kSource + "/tools/README.md"), "find_package(freeflex " + messages + " "));

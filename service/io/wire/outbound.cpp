@@ -210,8 +210,8 @@ freeflex_msgs::applied_t make_applied_end(std::int32_t kind, const Expiry& end, 
 freeflex_msgs::applied_t make_applied_expiry(const Expiry& expiry, std::int64_t tick,
                                              std::int64_t applied_sequence, const Stamp& stamp) {
   using freeflex_msgs::applied_t;
-  return make_applied_end(expiry.was_lease ? applied_t::LEASE_LOST : applied_t::EXPIRED, expiry, tick,
-                          applied_sequence, stamp);
+  const std::int32_t kind = expiry.was_lease ? std::int32_t{applied_t::LEASE_LOST} : applied_t::EXPIRED;
+  return make_applied_end(kind, expiry, tick, applied_sequence, stamp);
 }
 
 freeflex_msgs::applied_t make_applied_reset(std::int64_t tick, std::int64_t applied_sequence,
