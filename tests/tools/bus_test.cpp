@@ -21,10 +21,10 @@ class OnTheBus : public ::testing::Test {
   void SetUp() override {
     if (!refusal.empty()) GTEST_SKIP() << refusal;
   }
-  /// Runs a script with $F and $D for the programs and $T for a folder; the daemon runs the frame and is
-  /// stopped after.
+  /// Runs a script with $F and $D for the programs, $P for a push that waits longer than any machine needs
+  /// and $T for a folder; the daemon runs the frame and is stopped after.
   Outcome with_daemon(const std::string& script, const std::string& scene = kGolden + "frame.plan") {
-    return run("F=" + kFreeflex + "; D=" + kFreeflexd + "; T=" + folder_.path() +
+    return run("F=" + kFreeflex + "; P=\"$F push --timeout 60\"; D=" + kFreeflexd + "; T=" + folder_.path() +
                "; export XDG_RUNTIME_DIR=$T; $D " + scene + " --log-level error & daemon=$!; (" + script +
                "); code=$?; kill $daemon 2>/dev/null; wait $daemon; exit $code");
   }
@@ -32,7 +32,7 @@ class OnTheBus : public ::testing::Test {
 };
 
 TEST_F(OnTheBus, PushIsAcceptedWithItsTick) {
-  const Outcome outcome = with_daemon("$F push --json --point tip --force -1,0,0 --duration 0.1");
+  const Outcome outcome = with_daemon("$P --json --point tip --force -1,0,0 --duration 0.1");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json json = Json::parse(outcome.out);
   EXPECT_EQ(json["accepted"], true);
@@ -42,7 +42,7 @@ TEST_F(OnTheBus, PushIsAcceptedWithItsTick) {
 TEST_F(OnTheBus, OnePushHoldsAForceForEachPoint) {
   // far enough ahead for the monitor to listen when it takes effect
   const Outcome outcome = with_daemon(
-      "$F push --point tip=0,0.5,3 --point hub=0,-5e-1,-3 --point mid --force 1,2,3 --at-tick 4000 >&2 && "
+      "$P --point tip=0,0.5,3 --point hub=0,-5e-1,-3 --point mid --force 1,2,3 --at-tick 4000 >&2 && "
       "$F monitor --channel APPLIED --json --count 1 --duration 20");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json command = Json::parse(outcome.out)["message"]["command"];
@@ -54,7 +54,7 @@ TEST_F(OnTheBus, OnePushHoldsAForceForEachPoint) {
 
 // ticks of the golden plan last 1 ms
 TEST_F(OnTheBus, PushSaysWhatTicksMakeOfADuration) {
-  const std::string push = "$F push --point tip --force 0,0,1 ";
+  const std::string push = "$P --point tip --force 0,0,1 ";
   for (const auto& [asked, words] : std::vector<std::pair<std::string, std::string>>{
            {"--duration 1e-5", "--duration 1e-05 s is 0.01 ticks: it lasts 1 tick, 0.001 s"},
            {"--lease 0.0024", "--lease 0.0024 s is 2.4 ticks: it lasts 2 ticks, 0.002 s"}}) {
@@ -66,7 +66,7 @@ TEST_F(OnTheBus, PushSaysWhatTicksMakeOfADuration) {
 }
 
 TEST_F(OnTheBus, PushIsRejectedWithItsReason) {
-  const Outcome outcome = with_daemon("$F push --point tip --force 0,0,1 --at-tick 0");
+  const Outcome outcome = with_daemon("$P --point tip --force 0,0,1 --at-tick 0");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
   EXPECT_TRUE(contains(outcome.out, "rejected at tick ")) << outcome.out;
   EXPECT_TRUE(contains(outcome.out, ": late: ")) << outcome.out;
@@ -79,10 +79,10 @@ TEST_F(OnTheBus, RejectionsNamePointsAndOptions) {
       "  - {mass: 1, at: [0, 0, 1]}\nlinks: [{spring: ['1', '2', '3', '4', '1'], stiffness: 1000}]\n"
       "groups: {base: [1, 2, 3]}\ncommands: {points: [1, 2, 3], force_limit: 10}\n");
   const Outcome outcome = with_daemon(
-      "$F push --point 1=0,0,1 --point 3=0,0,20; $F push --point 4=0,0,1; $F push --group base --force "
+      "$P --point 1=0,0,1 --point 3=0,0,20; $P --point 4=0,0,1; $P --group base --force "
       "0,0,11; "
-      "$F push --point 1=0,0,1 --at-tick 0; $F push --control shapes=99; $F push --control step=5; "
-      "$F push --json --point 3=0,0,20",
+      "$P --point 1=0,0,1 --at-tick 0; $P --control shapes=99; $P --control step=5; "
+      "$P --json --point 3=0,0,20",
       folder_ / "four.yaml");
   EXPECT_EQ(outcome.exit_code, 1) << outcome.err;
   for (const char* part : {"over_limit: point '3': |force| 20 N", "not_pushable: point '4' may not be pushed",
@@ -94,13 +94,13 @@ TEST_F(OnTheBus, RejectionsNamePointsAndOptions) {
 }
 
 TEST_F(OnTheBus, PushToAnUnknownNameSaysWhatThereIs) {
-  const Outcome outcome = with_daemon("$F push --point nose --force 0,0,1");
+  const Outcome outcome = with_daemon("$P --point nose --force 0,0,1");
   EXPECT_EQ(outcome.exit_code, 2);
   EXPECT_TRUE(contains(outcome.err, "no point 'nose' in scene 'frame'")) << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "tip")) << outcome.err;
-  const Outcome near = with_daemon("$F push --point tpi --force 0,0,1");
+  const Outcome near = with_daemon("$P --point tpi --force 0,0,1");
   EXPECT_TRUE(contains(near.err, "did you mean 'tip'?")) << near.err;
-  EXPECT_EQ(with_daemon("$F push --group nose --torque 0,0,1").exit_code, 2);
+  EXPECT_EQ(with_daemon("$P --group nose --torque 0,0,1").exit_code, 2);
 }
 
 TEST_F(OnTheBus, PushWithoutADaemonNamesTheBus) {
@@ -113,9 +113,9 @@ TEST_F(OnTheBus, PushWithoutADaemonNamesTheBus) {
 
 TEST_F(OnTheBus, PushOverTheSocketFindsTheUsualPlace) {
   const Outcome outcome = with_daemon(
-      "while ! $F push --socket --point tip --force 0,0,1 2>$T/said; do grep -q 'no daemon at' $T/said || "
+      "while ! $P --socket --point tip --force 0,0,1 2>$T/said; do grep -q 'no daemon at' $T/said || "
       "exit 9; "
-      "sleep 0.05; done; $F push --socket --control hold; $F push --socket --point nose --force 0,0,1");
+      "sleep 0.05; done; $P --socket --control hold; $P --socket --point nose --force 0,0,1");
   EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
   EXPECT_TRUE(contains(outcome.out, "accepted: takes effect at tick")) << outcome.out << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "no point 'nose' in scene 'frame'")) << outcome.err;
@@ -124,7 +124,7 @@ TEST_F(OnTheBus, PushOverTheSocketFindsTheUsualPlace) {
 TEST_F(OnTheBus, ControlStopsTheDaemon) {
   const Outcome outcome =
       run("F=" + kFreeflex + "; " + kFreeflexd + " " + kGolden +
-          "frame.plan --log-level error & daemon=$!; $F push --control stop || kill $daemon; wait $daemon");
+          "frame.plan --log-level error & daemon=$!; $P --control stop || kill $daemon; wait $daemon");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
@@ -132,11 +132,11 @@ TEST_F(OnTheBus, PushSealsWithAKey) {
   const std::string key = folder_ / "pilot.key";
   ASSERT_EQ(run(kFreeflex + " keygen pilot --out " + key).exit_code, 0);
   const Outcome outcome = with_daemon(
-      "$F push --point tip --force -1,0,0 --key $T/pilot.key && $F push --control hold --key $T/pilot.key && "
-      "$F push --control run; $F keygen stranger --out $T/other.key && "
+      "$P --point tip --force -1,0,0 --key $T/pilot.key && $P --control hold --key $T/pilot.key && "
+      "$P --control run; $F keygen stranger --out $T/other.key && "
       "$F push --control run --key $T/other.key --timeout 1; "
       "$F monitor --channel CONTROL --json --count 1 --duration 60 & monitor=$!; "
-      "while kill -0 $monitor 2>/dev/null; do $F push --control hold --key $T/pilot.key; done",
+      "while kill -0 $monitor 2>/dev/null; do $P --control hold --key $T/pilot.key; done",
       kGolden + "frame.plan --keys " + key);
   EXPECT_TRUE(contains(outcome.out, "accepted: takes effect at tick ")) << outcome.out << outcome.err;
   EXPECT_TRUE(
@@ -182,7 +182,7 @@ TEST_F(OnTheBus, MonitorPrintsOneJsonObjectALineForAChannel) {
 }
 
 TEST_F(OnTheBus, JsonFieldsStandInTheHelp) {
-  const Json answer = Json::parse(with_daemon("$F push --json --point tip --force 0,0,1").out);
+  const Json answer = Json::parse(with_daemon("$P --json --point tip --force 0,0,1").out);
   EXPECT_EQ(unsaid(answer, run(kFreeflex + " push --help").out), "") << answer;
   const std::string help = run(kFreeflex + " monitor --help").out;
   Json table = Json::parse(with_daemon("$F monitor --json --count 3 --duration 30 --interval 20").out);
@@ -244,7 +244,7 @@ TEST_F(OnTheBus, NoRateIsGivenBeforeItCanBeMeasured) {
 
 TEST_F(OnTheBus, ClearEndsWhatActsInTheSlot) {
   const Outcome outcome = with_daemon(
-      "$F push --point tip --force 0,0,1 --duration 50 && $F push --clear && "
+      "$P --point tip --force 0,0,1 --duration 50 && $P --clear && "
       "$F monitor --channel STATUS --json --count 1");
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const std::size_t start = outcome.out.find('{');
@@ -271,9 +271,9 @@ end_record() { sleep 0.3; kill -INT $logger; wait $logger; }
 fly() {
   record $T/one.log
   $D $PLAN --log-level error & daemon=$!
-  $F push --point tip --force 0,0,5 --duration 0.2
-  $F push --group base --torque 0,0,1 --axes body --lease 0.1
-  $F push --control stop; wait $daemon
+  $P --point tip --force 0,0,5 --duration 0.2
+  $P --group base --torque 0,0,1 --axes body --lease 0.1
+  $P --control stop; wait $daemon
   end_record
 }
 play() { record $T/two.log; lcm-logplayer $T/one.log >&2; end_record; }
