@@ -181,10 +181,7 @@ void Simulation::push_applied(std::int32_t kind, const ForceCommand* command, co
 
 /// Drift of the invariants counts from the last tick at which anything pushed.
 void Simulation::note_load() noexcept {
-  const bool pushes =
-      state_.num_slots > 0 || !is_zero(state_.force_W) || !is_zero(state_.moment_B) ||
-      (!plan_.histories.empty() && std::ranges::any_of(state_.Q, [](double Q) { return Q != 0.0; }));
-  if (pushes) last_load_tick_ = state_.tick;
+  if (is_pushed(plan_, state_)) last_load_tick_ = state_.tick;
 }
 
 /// The state is as it was before the step; it is held. The commands of the tick stay pending, so that a

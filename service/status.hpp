@@ -6,10 +6,9 @@
 #include <cstdint>
 #include <string>
 
-#include "core/step/readout.hpp"
-#include "core/validity/validity.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "service/loop.hpp"
+#include "service/motion_status.hpp"
 #include "service/output.hpp"
 #include "service/shared.hpp"
 
@@ -49,36 +48,19 @@ class StatusReporter {
   void turn();
 
  private:
-  /// Conserved while nothing pushes; taken at the first report after the last load.
-  struct Baseline {
-    std::int64_t epoch = -1;
-    std::int64_t tick = -1;
-    double energy = 0.0;  // [J] kinetic, elastic and gravity
-    Vec3 H_W{};           // [kg m^2/s]
-  };
   void fill_counts(freeflex_msgs::status_t& status);
   void fill_timing(freeflex_msgs::status_t& status) const;
-  void fill_physics(const Snapshot& snapshot, freeflex_msgs::status_t& status);
-  void fill_drift(const Snapshot& snapshot, const Invariants& invariants, freeflex_msgs::status_t& status);
-  void fill_validity(const Snapshot& snapshot, const Invariants& invariants, freeflex_msgs::status_t& status);
-  void fill_budget(const Snapshot& snapshot, freeflex_msgs::status_t& status) const;
 
   const Plan& plan_;
   const Identity& identity_;
   const Output& output_;
   const SharedBlock& shared_;
   const IngressCounts& ingress_;
-  Validity validity_;
+  MotionStatus motion_;
   SlidingPercentiles lateness_, compute_, command_latency_;
   ReportedCount received_, dropped_answers_;
   std::array<ReportedCount, io::kNumReasons> rejected_;  // by reason
-  Baseline baseline_;
-  std::int32_t num_modes_ = 0;  // elastic modes of the scene, left out or not
-  bool is_damped_ = false;
 };
-
-/// Part that a command brought back, "rotation" or "out_of_plane"; empty when the plan is as it started.
-std::string replan_name(const MotionState& motion);
 
 /// Why the loop is in fault, in words; empty when it is not.
 std::string fault_text(const Snapshot& snapshot);

@@ -32,6 +32,21 @@ std::string stretched_and_spun(double displacement, double spin) {
               "]\n  points: {a: {displacement: [-" + d + ", 0, 0]}, b: {displacement: [" + d + ", 0, 0]}}\n");
 }
 
+/// Returns the last STATUS of a log, of which there must be more than two.
+freeflex_msgs::status_t last_status(const std::string& path) {
+  io::LogReader log(path);
+  io::LogEvent event;
+  freeflex_msgs::status_t status{};
+  int num_statuses = 0;
+  while (log.next(event)) {
+    if (event.channel != "FREEFLEX_STATUS") continue;
+    EXPECT_TRUE(io::decode_message(event.bytes, status));
+    ++num_statuses;
+  }
+  EXPECT_GT(num_statuses, 2);
+  return status;
+}
+
 class Run : public ::testing::Test {
  protected:
   Outcome run_scene(const std::string& scene, const std::string& arguments) {
@@ -57,16 +72,7 @@ TEST_F(Run, ALogHoldsTheVerdict) {
   ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
   const Json printed = Json::parse(outcome.out);
   ASSERT_GT(printed["worst"]["validity"], 0) << "a verdict that could be missed";
-  io::LogReader log(folder_ / "a.log");
-  io::LogEvent event;
-  freeflex_msgs::status_t status{};
-  int num_statuses = 0;
-  while (log.next(event)) {
-    if (event.channel != "FREEFLEX_STATUS") continue;
-    ASSERT_TRUE(io::decode_message(event.bytes, status));
-    ++num_statuses;
-  }
-  EXPECT_GT(num_statuses, 2);
+  const freeflex_msgs::status_t status = last_status(folder_ / "a.log");
   EXPECT_EQ(status.tick, printed["ticks"]);
   EXPECT_EQ(status.validity, printed["validity"]);
   EXPECT_EQ(status.validity_cause, printed["cause"]);
@@ -75,6 +81,23 @@ TEST_F(Run, ALogHoldsTheVerdict) {
   EXPECT_EQ(status.worst_validity, printed["worst"]["validity"]);
   EXPECT_EQ(status.worst_validity_tick, printed["worst"]["tick"]);
   EXPECT_EQ(status.worst_validity_cause, printed["worst"]["cause"]);
+}
+
+// what the daemon tells of a motion, a run tells too
+TEST_F(Run, ALogHoldsTheErrorBudgetAndTheDrifts) {
+  const Outcome outcome =
+      run_scene("rate: 50\nfidelity: coupled\nerror_budget: {horizon: 5}\n" + stretched_and_spun(0.01, 1.0),
+                "--until 2 --json --out a.log");
+  ASSERT_EQ(outcome.exit_code, 0) << outcome.err;
+  const freeflex_msgs::status_t status = last_status(folder_ / "a.log");
+  EXPECT_EQ(status.budget_horizon, 5.0);
+  EXPECT_EQ(status.budget_age, 2.0);
+  EXPECT_GT(status.error_elastic[0], 0.0);
+  EXPECT_EQ(status.error_elastic[0], Json::parse(outcome.out)["errors"]["estimate"]["elastic"]);
+  // nothing pushes, and 50 Hz are coarse for a vibration of 2.25 Hz
+  EXPECT_GT(status.energy_drift, 1e-12);
+  EXPECT_LT(status.energy_drift, 1e-2);
+  EXPECT_LT(status.eckart_residual, 1e-12);
 }
 
 TEST_F(Run, TableHasTheNamedColumnsInEveryRow) {

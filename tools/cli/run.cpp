@@ -217,7 +217,7 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
   if (plot != nullptr) plot->take(state);
   extremes.take(state);
   judgement.take(state, budget);
-  output.judge(state, judgement, true);
+  output.judge(state, judgement, budget, true);
   while (state.tick < last && !output.has_error()) {
     if (is_interrupted()) return {kExitInterrupted, "", state.tick};
     const std::int64_t tick = state.tick;
@@ -229,7 +229,7 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
         judgement.take(state, budget);
         output.applied_reset(tick);
         output.publish(state, true);
-        output.judge(state, judgement, true);
+        output.judge(state, judgement, budget, true);
       }
       const std::string error = feed->take_commands(tick, commands, ended);
       if (!error.empty()) return refuse_record(error, log.is_foreign, tick);
@@ -251,7 +251,7 @@ Result simulate(const Plan& plan, Commands& log, std::int64_t last, RunOutput& o
     judgement.take(state, budget);
     output.applied_step(tick, report, commands);
     output.publish(state, state.tick == last);
-    output.judge(state, judgement, state.tick == last);
+    output.judge(state, judgement, budget, state.tick == last);
     if (plot != nullptr) plot->take(state);
     if (state.tick % kLookEvery == 0 || state.tick == last) extremes.take(state);
     progress.update(static_cast<double>(state.tick) / static_cast<double>(last));

@@ -10,12 +10,12 @@
 
 #include "core/plan/plan_bytes.hpp"
 #include "core/step/readout.hpp"
-#include "core/validity/validity.hpp"
 #include "freeflex_msgs/status_t.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"
 #include "service/io/wire/log.hpp"
 #include "service/io/wire/outbound.hpp"
+#include "service/motion_status.hpp"
 #include "tools/bus/motion_columns.hpp"
 
 namespace freeflex::tools {
@@ -42,7 +42,7 @@ class LogOutput : public RunOutput {
         writer_(path),
         scene_every_(io::ticks_between(1.0, plan.period)),
         status_every_(io::ticks_between(std::max(plan.status_rate, kLeastStatusRate), plan.period)),
-        validity_(plan) {
+        motion_status_(plan) {
     for (std::size_t i = 0; i < every_.size(); ++i)
       every_[i] = io::ticks_between(plan.*io::kMotionChannels[i].rate, plan.period);
     std::error_code ignored;
@@ -63,10 +63,12 @@ class LogOutput : public RunOutput {
         writer_.write(prefix_ + channel.suffix, stamp_.utime, message);
     }
   }
-  void judge(const State& state, const Judgement& judgement, bool is_edge) override {
+  void judge(const State& state, const Judgement& judgement, Budget& budget, bool is_edge) override {
+    if (service::is_pushed(plan_, state) || state.tick == state.epoch_start_tick)
+      last_load_tick_ = state.tick;
     if (!is_due(status_every_, state.tick, is_edge)) return;
     stamp_.utime = utime(state.tick);
-    put(channels::kStatus, status_of(state, judgement));
+    put(channels::kStatus, status_of(state, judgement, budget));
   }
   void applied_reset(std::int64_t tick) override {
     stamp_.utime = utime(tick);
@@ -99,38 +101,25 @@ class LogOutput : public RunOutput {
     return std::llround(static_cast<double>(tick) * plan_.period * 1e6);
   }
 
-  /// What a run knows of the daemon's status: the motion and its verdict. The rest stays 0.
-  freeflex_msgs::status_t status_of(const State& state, const Judgement& judgement) const {
+  /// What a run knows of the daemon's status: the motion and its verdict. What needs a clock or a bus stays
+  /// 0.
+  freeflex_msgs::status_t status_of(const State& state, const Judgement& judgement, Budget& budget) {
     freeflex_msgs::status_t status{};
     status.utime = stamp_.utime;
     status.session = stamp_.session;
     status.plan_fingerprint = static_cast<std::int64_t>(stamp_.plan_fingerprint);
-    status.scene_hash = static_cast<std::int64_t>(plan_.scene_hash);
     status.mode = freeflex_msgs::status_t::RUNNING;
     status.time_mode = "asap";
-    status.rate = 1.0 / plan_.period;
-    status.epoch = state.epoch;
-    status.tick = state.tick;
     status.applied_count = stamp_.applied_count;
-    status.replan_tick = -1;
-    const Invariants invariants = read_invariants(plan_, state);
-    status.kinetic_rigid = invariants.kinetic_rigid;
-    status.kinetic_elastic = invariants.kinetic_elastic;
-    status.potential = invariants.potential;
-    status.max_displacement = validity_.max_displacement(state);
-    status.displacement_ratio = validity_.displacement_ratio(status.max_displacement);
-    status.spin_ratio = validity_.spin_ratio(norm(angular_velocity(plan_, state)), status.max_displacement);
-    const Verdict &now = judgement.now(), &worst = judgement.worst();
-    status.validity = static_cast<std::int32_t>(now.word);
-    status.validity_cause = text_of(plan_, now);
-    status.worst_validity = static_cast<std::int32_t>(worst.word);
-    status.worst_validity_tick = worst.tick;
-    status.worst_validity_cause = text_of(plan_, worst);
-    status.model_error = now.error;
-    status.displacement_now = now.displacement_now;
-    status.error_scale = now.scale;
-    const bool leaves_out = !plan_.mode_numbers.empty() || (!plan_.wide.empty() && !state.is_wide);
-    if (leaves_out) status.truncation_bound = -1.0;
+    status.num_slots = state.num_slots;
+    const BudgetReading reading =
+        plan_.budget.shadows.empty() ? BudgetReading{} : read_budget(plan_, state, budget);
+    motion_status_.fill({.motion = state,
+                         .now = judgement.now(),
+                         .worst = judgement.worst(),
+                         .budget = reading,
+                         .last_load_tick = last_load_tick_},
+                        status);
     return status;
   }
   template <class Message>
@@ -145,7 +134,8 @@ class LogOutput : public RunOutput {
   io::Stamp stamp_;
   std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks]
   std::int64_t scene_every_, status_every_;                   // [ticks]
-  Validity validity_;
+  std::int64_t last_load_tick_ = 0;
+  service::MotionStatus motion_status_;
 };
 
 class CsvOutput : public RunOutput {
@@ -193,7 +183,7 @@ class CsvOutput : public RunOutput {
     }
     writer_.row(state.tick, values_);
   }
-  void judge(const State&, const Judgement&, bool) override {}
+  void judge(const State&, const Judgement&, Budget&, bool) override {}
   void applied_reset(std::int64_t) override {}
   void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}
   bool has_error() const override { return writer_.has_error(); }
@@ -240,7 +230,7 @@ class CsvOutput : public RunOutput {
 class NoOutput : public RunOutput {
  public:
   void publish(const State&, bool) override {}
-  void judge(const State&, const Judgement&, bool) override {}
+  void judge(const State&, const Judgement&, Budget&, bool) override {}
   void applied_reset(std::int64_t) override {}
   void applied_step(std::int64_t, const StepReport&, std::span<const ForceCommand>) override {}
   bool has_error() const override { return false; }

@@ -18,7 +18,7 @@ class RunOutput {
   /// Writes what is due at the state's tick; everything when is_edge (start, end, reset).
   virtual void publish(const State& state, bool is_edge) = 0;
   /// Writes the verdict on a state where it is due; always when is_edge.
-  virtual void judge(const State& state, const Judgement& judgement, bool is_edge) = 0;
+  virtual void judge(const State& state, const Judgement& judgement, Budget& budget, bool is_edge) = 0;
   /// A reset took effect at a tick.
   virtual void applied_reset(std::int64_t tick) = 0;
   /// What a step at this tick took in.

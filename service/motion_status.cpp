@@ -1,0 +1,113 @@
+#include "service/motion_status.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+#include "core/step/scope.hpp"
+#include "core/step/vector.hpp"
+
+namespace freeflex::service {
+namespace {
+
+/// Returns the number of elastic modes of the plan and of those that it leaves out.
+std::int32_t count_modes(const Plan& plan) {
+  std::int32_t num_modes = plan.num_elastic;
+  for (const PlanPart& part : plan.parts) {
+    const bool is_of_modes = part.part == Part::kOutOfPlane || part.part == Part::kUnreachedModes ||
+                             part.part == Part::kSmallModes;
+    if (is_of_modes && part.is_left_out) num_modes += part.count;
+  }
+  return num_modes;
+}
+
+}  // namespace
+
+MotionStatus::MotionStatus(const Plan& plan) : plan_(plan), validity_(plan), num_modes_(count_modes(plan)) {
+  const auto damps = [](const Plan& of) {
+    return std::ranges::any_of(of.decay, [](double decay) { return decay > 0.0; });
+  };
+  is_damped_ = damps(plan) || std::ranges::any_of(plan.wide, damps);
+}
+
+void MotionStatus::fill(const JudgedMotion& judged, freeflex_msgs::status_t& status) {
+  const MotionState& motion = judged.motion;
+  status.scene_hash = static_cast<std::int64_t>(plan_.scene_hash);
+  status.rate = 1.0 / plan_.period;
+  status.epoch = motion.epoch;
+  status.tick = motion.tick;
+  status.replan_tick = motion.wide_tick;
+  status.replan = replan_name(motion);
+  const Invariants invariants = read_invariants(plan_, motion);
+  status.kinetic_rigid = invariants.kinetic_rigid;
+  status.kinetic_elastic = invariants.kinetic_elastic;
+  status.potential = invariants.potential;
+  fill_drift(judged, invariants, status);
+  fill_sizes(motion, invariants, status);
+  fill_verdict(judged, status);
+  fill_budget(judged.budget, status);
+}
+
+void MotionStatus::fill_drift(const JudgedMotion& judged, const Invariants& invariants,
+                              freeflex_msgs::status_t& status) {
+  // gravity moves energy between the centre of mass and its height, and nothing else
+  const double energy = invariants.kinetic_rigid + invariants.kinetic_elastic + invariants.potential -
+                        plan_.mass * dot(plan_.gravity_W, judged.motion.p_WB);
+  const Vec3& H_W = invariants.angular_momentum_W;
+  if (baseline_.epoch != judged.motion.epoch || judged.last_load_tick >= baseline_.tick)
+    baseline_ = {judged.motion.epoch, judged.motion.tick, energy, H_W};
+  if (!is_damped_)
+    status.energy_drift = bounded_ratio(std::abs(energy - baseline_.energy), std::abs(baseline_.energy));
+  const Vec3 change{H_W[0] - baseline_.H_W[0], H_W[1] - baseline_.H_W[1], H_W[2] - baseline_.H_W[2]};
+  status.momentum_drift = bounded_ratio(norm(change), norm(baseline_.H_W));
+}
+
+void MotionStatus::fill_sizes(const MotionState& motion, const Invariants& invariants,
+                              freeflex_msgs::status_t& status) const {
+  const double V = validity_.max_displacement(motion);
+  status.max_displacement = V;
+  status.displacement_ratio = validity_.displacement_ratio(V);
+  status.spin_ratio = validity_.spin_ratio(norm(angular_velocity(plan_, motion)), V);
+  if (active_plan(plan_, motion).num_elastic < num_modes_) status.truncation_bound = -1.0;
+  if (V > 0.0) {
+    const double translation = norm(invariants.eckart_translation) / (plan_.mass * V);
+    const double rotation = norm(invariants.eckart_rotation) / (plan_.mass * validity_.size() * V);
+    status.eckart_residual = std::max(translation, rotation);
+  }
+}
+
+void MotionStatus::fill_verdict(const JudgedMotion& judged, freeflex_msgs::status_t& status) const {
+  status.validity = static_cast<std::int32_t>(judged.now.word);
+  status.validity_cause = text_of(plan_, judged.now);
+  status.model_error = judged.now.error;
+  status.displacement_now = judged.now.displacement_now;
+  status.error_scale = judged.now.scale;
+  status.worst_validity = static_cast<std::int32_t>(judged.worst.word);
+  status.worst_validity_tick = judged.worst.tick;
+  status.worst_validity_cause = text_of(plan_, judged.worst);
+}
+
+void MotionStatus::fill_budget(const BudgetReading& reading, freeflex_msgs::status_t& status) const {
+  if (plan_.budget.shadows.empty()) return;
+  status.budget_horizon = plan_.budget.horizon;
+  status.budget_age = reading.age;
+  const ErrorSize* const parts[] = {&reading.total, &reading.integration, &reading.truncation,
+                                    &reading.model};
+  for (std::size_t k = 0; k < std::size(parts); ++k) {
+    status.error_position[k] = parts[k]->position;
+    status.error_attitude[k] = parts[k]->attitude;
+    status.error_elastic[k] = parts[k]->elastic;
+  }
+}
+
+bool is_pushed(const Plan& plan, const State& state) noexcept {
+  return state.num_slots > 0 || !is_zero(state.force_W) || !is_zero(state.moment_B) ||
+         (!plan.histories.empty() && std::ranges::any_of(state.Q, [](double Q) { return Q != 0.0; }));
+}
+
+std::string replan_name(const MotionState& motion) {
+  if (!motion.is_wide) return {};
+  return name_of(static_cast<Need>(motion.wide_need) == Need::kRotation ? Part::kRotation
+                                                                        : Part::kOutOfPlane);
+}
+
+}  // namespace freeflex::service
