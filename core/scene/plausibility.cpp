@@ -1,6 +1,7 @@
 #include "core/scene/plausibility.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/Geometry>
 #include <algorithm>
 #include <cmath>
 #include <limits>
@@ -17,11 +18,15 @@
 namespace freeflex {
 namespace {
 
-constexpr double kLeastModulus = 1e6;   // [Pa] rubber has about as much
-constexpr double kMostModulus = 1e13;   // [Pa] diamond has 1.2e12
-constexpr double kLeastDensity = 0.1;   // [kg/m^3] the lightest aerogel has 0.16
+constexpr double kLeastModulus = 1e6;  // [Pa] rubber has about as much
+constexpr double kMostModulus = 1e13;  // [Pa] diamond has 1.2e12
+constexpr double kLeastDensity =
+    10.0;  // [kg/m^3] the lightest foams in use have as much, metals in g/cm^3 less
 constexpr double kMostDensity = 30000;  // [kg/m^3] osmium has 22,590
 constexpr double kMostLengthRatio = 1e12;
+constexpr double kLeastThickness = 0.1;  // [m] a plate above it may be given in mm
+constexpr double kMostGyration = 5.0;    // [-] radius of gyration of a section over the length of its beam
+constexpr double kMostReach = 3.0;       // [-] of a body over the extent of all points
 
 /// A unit that people write in place of the SI one, and the exponent of ten that makes SI of it.
 struct OtherUnit {
@@ -79,7 +84,7 @@ class Causes {
   std::map<int, Cause> causes_;
 };
 
-enum : int { kSoft, kStiff, kLight, kHeavy, kThick };
+enum : int { kSoft, kStiff, kLight, kHeavy, kThick, kDeep };
 
 std::string link_at(const Scene& scene, std::size_t index) {
   return "link " + called(scene.links[index], static_cast<int>(index));
@@ -98,9 +103,51 @@ void look_at_material(const Scene& scene, std::size_t index, const Plate& plate,
   if (plate.E < kLeastModulus) causes.add(kSoft, link, [&] { return modulus("less than rubber has"); });
   if (plate.E > kMostModulus) causes.add(kStiff, link, [&] { return modulus("more than diamond has"); });
   if (plate.density > 0.0 && plate.density < kLeastDensity)
-    causes.add(kLight, link, [&] { return density("less than any solid has"); });
+    causes.add(kLight, link, [&] { return density("less than a light foam has"); });
   if (plate.density > kMostDensity)
     causes.add(kHeavy, link, [&] { return density("more than any metal has"); });
+}
+
+void look_at_section(const Scene& scene, std::size_t index, const Beam& beam, Causes& causes) {
+  const Link& link = scene.links[index];
+  const double length = (scene.points[static_cast<std::size_t>(link.points[1])].position -
+                         scene.points[static_cast<std::size_t>(link.points[0])].position)
+                            .stableNorm();
+  const double gyration = std::sqrt(std::max(beam.EI_y, beam.EI_z) / beam.EA);
+  if (gyration <= kMostGyration * length) return;
+  causes.add(kDeep, link, [&] {
+    return join_text(link_at(scene, index), ": EI of ", std::max(beam.EI_y, beam.EI_z), " N m^2 and EA of ",
+                     beam.EA, " N are those of a section with a radius of gyration of ", gyration,
+                     " m on a beam of ", length, " m; check the units of both");
+  });
+}
+
+void look_at_bodies(const Scene& scene, Faults& faults) {
+  Eigen::AlignedBox3d box;
+  for (const PointMass& point : scene.points) box.extend(point.position);
+  const double extent = box.diagonal().stableNorm();
+  if (extent == 0.0) return;
+  for (const PointMass& point : scene.points) {
+    const double offset = point.offset.stableNorm();
+    const double gyration = point.mass > 0.0 ? std::sqrt(point.inertia.trace() / 2.0 / point.mass) : 0.0;
+    if (offset > kMostReach * extent)
+      add_warning(faults, point.origin,
+                  join_text("point '", point.name, "': offset of ", offset, " m in a structure that spans ",
+                            extent, " m; it is in m"));
+    if (gyration > kMostReach * extent)
+      add_warning(faults, point.origin,
+                  join_text("point '", point.name, "': inertia and mass give a radius of gyration of ",
+                            gyration, " m in a structure that spans ", extent, " m; inertia is in kg m^2"));
+  }
+}
+
+void look_at_ratios(const Scene& scene, Faults& faults) {
+  double most = scene.damping.modal_ratio;
+  for (const auto& [mode, ratio] : scene.damping.mode_ratios) most = std::max(most, ratio);
+  if (most <= 1.0) return;
+  add_warning(faults, scene.damping.origin,
+              join_text("damping: a ratio of ", most,
+                        " is above 1, at which nothing swings; in per cent write ", 0.01 * most));
 }
 
 // plates that hang together by their points: the group of each link; -1 for one that is no plate
@@ -151,8 +198,9 @@ void look_at_thickness(const Scene& scene, Causes& causes) {
     if (plate->thickness <= width || width == 0.0) continue;  // on a line: an error of the set-up
     causes.add(kThick, scene.links[k], [&] {
       return join_text(link_at(scene, k), ": thickness of ", plate->thickness,
-                       " m is more than the width of the plate, ", width, " m; in mm write ",
-                       1e-3 * plate->thickness);
+                       " m is more than the width of the plate, ", width, " m",
+                       plate->thickness < kLeastThickness ? "" : "; in mm write ",
+                       plate->thickness < kLeastThickness ? "" : join_text(1e-3 * plate->thickness));
     });
   }
 }
@@ -184,11 +232,16 @@ void look_at_lengths(const Scene& scene, Faults& faults) {
 void warn_of_implausible(const Scene& scene, Faults& faults) {
   {
     Causes causes(faults);
-    for (std::size_t k = 0; k < scene.links.size(); ++k)
+    for (std::size_t k = 0; k < scene.links.size(); ++k) {
       if (const auto* plate = std::get_if<Plate>(&scene.links[k].kind))
         look_at_material(scene, k, *plate, causes);
+      if (const auto* beam = std::get_if<Beam>(&scene.links[k].kind))
+        look_at_section(scene, k, *beam, causes);
+    }
     look_at_thickness(scene, causes);
   }
+  look_at_bodies(scene, faults);
+  look_at_ratios(scene, faults);
   look_at_lengths(scene, faults);
 }
 
