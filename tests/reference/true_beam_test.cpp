@@ -111,32 +111,18 @@ TEST(TrueBeam, RocketMeetsItsDiscreteEigenvaluesThroughFlutter) {
   }
 }
 
-// critical thrust by the secant on the split of the pair
-template <typename Split>
-double critical_thrust(const Split& split) {
-  double low = 108.0, high = 110.0, at_low = split(low), at_high = split(high);
-  for (int step = 0; step < 2; ++step) {
-    const double next = low - at_low * (high - low) / (at_high - at_low);
-    low = high;
-    at_low = at_high;
-    high = next;
-    at_high = split(high);
-  }
-  return high - at_high * (high - low) / (at_high - at_low);
-}
-
 // Beal (1965) gives 109.9; 60 Hermite elements with consistent mass 109.7
 TEST(TrueBeam, RocketFluttersAtItsCriticalThrust) {
   constexpr int kElements = 60;
   const Eigen::VectorXd mass = Eigen::VectorXd::Constant(kElements + 1, 1.0 / kElements);
-  const double continuous = critical_thrust([&](double thrust) {
+  const double continuous = secant_root(108.0, 110.0, [&](double thrust) {
     const auto squares = squared_frequencies(hermite_rocket(1.0, 1.0 / kElements, mass, thrust, true));
     return 0.25 * ((squares[2] - squares[3]) * (squares[2] - squares[3])).real();
   });
   std::array<double, 2> found{};
   for (std::size_t k = 0; k < 2; ++k)
-    found[k] =
-        critical_thrust([&](double thrust) { return rocket_pair(k == 0 ? 20 : 40, thrust, kAxial).split(); });
+    found[k] = secant_root(
+        108.0, 110.0, [&](double thrust) { return rocket_pair(k == 0 ? 20 : 40, thrust, kAxial).split(); });
   const double limit = found[1] + (found[1] - found[0]) / 3.0;
   std::printf("critical thrust %.4f %.4f, limit %.4f for %.4f\n", found[0], found[1], limit, continuous);
   EXPECT_NEAR(continuous, 109.7, 0.05);

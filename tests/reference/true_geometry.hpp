@@ -28,6 +28,20 @@ inline SteadyMotion steady_motion_of(const Scene& scene) {
   return motion;
 }
 
+/// Returns the zero of a function that is nearly a straight line from low to high: three steps of the secant.
+template <typename Function>
+double secant_root(double low, double high, const Function& function) {
+  double at_low = function(low), at_high = function(high);
+  for (int step = 0; step < 2; ++step) {
+    const double next = low - at_low * (high - low) / (at_high - at_low);
+    low = high;
+    at_low = at_high;
+    high = next;
+    at_high = function(high);
+  }
+  return high - at_high * (high - low) / (at_high - at_low);
+}
+
 /// Frequencies above `least` [rad/s], ascending, of motions whose share of square displacement along an axis
 /// is at least 0.9.
 inline std::vector<double> frequencies_along(const SteadyMotion& motion, int axis, double least) {

@@ -23,16 +23,7 @@ TEST(TrueBeam, ColumnBucklesAtEulersLoad) {
       const Eigen::MatrixXd K = steady_motion_of(scene).stiffness;
       return Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd>(0.5 * (K + K.transpose())).eigenvalues()[0];
     };
-    // by the secant, which a nearly straight line asks for
-    double low = 9.5, high = 10.2, at_low = softest(low), at_high = softest(high);
-    for (int step = 0; step < 3; ++step) {
-      const double next = low - at_low * (high - low) / (at_high - at_low);
-      low = high;
-      at_low = at_high;
-      high = next;
-      at_high = softest(high);
-    }
-    critical[k] = high;
+    critical[k] = secant_root(9.5, 10.2, softest);
   }
   const double limit = critical[1] + (critical[1] - critical[0]) / 3.0;
   std::printf("Euler's load: %.6f %.6f, limit %.6f for %.6f\n", critical[0], critical[1], limit, M_PI * M_PI);

@@ -5,7 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <sstream>
 
-#include "tests/support/private_network.hpp"
+#include "tests/support/network_tests.hpp"
 #include "tests/tools/json_fields.hpp"
 #include "tests/tools/shell.hpp"
 
@@ -13,8 +13,6 @@ namespace freeflex::testing {
 namespace {
 
 using Json = nlohmann::json;
-
-std::string refusal;  // why there is no private network; empty: there is one
 
 class OnTheBus : public ::testing::Test {
  protected:
@@ -299,10 +297,4 @@ whole fly $T/one.log && whole play $T/two.log
 }  // namespace
 }  // namespace freeflex::testing
 
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  // listing the tests needs no network
-  if (!testing::GTEST_FLAG(list_tests))
-    freeflex::testing::refusal = freeflex::testing::enter_private_network();
-  return RUN_ALL_TESTS();
-}
+int main(int argc, char** argv) { return freeflex::testing::run_network_tests(argc, argv); }

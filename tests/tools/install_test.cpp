@@ -7,13 +7,11 @@
 #include <set>
 #include <utility>
 
-#include "tests/support/private_network.hpp"
+#include "tests/support/network_tests.hpp"
 #include "tests/tools/shell.hpp"
 
 namespace freeflex::testing {
 namespace {
-
-std::string refusal;  // why there is no private network; empty: there is one
 
 /// The installed tree, and the example controller built against it where Eigen and Boost are not to be had.
 struct Example {
@@ -221,10 +219,4 @@ TEST(Install, AProgramBuiltAgainstTheInstalledTreeSteps) {
 }  // namespace
 }  // namespace freeflex::testing
 
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  // listing the tests needs no network
-  if (!testing::GTEST_FLAG(list_tests))
-    freeflex::testing::refusal = freeflex::testing::enter_private_network();
-  return RUN_ALL_TESTS();
-}
+int main(int argc, char** argv) { return freeflex::testing::run_network_tests(argc, argv); }

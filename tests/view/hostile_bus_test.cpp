@@ -15,13 +15,11 @@
 #include "freeflex_msgs/scene_t.hpp"
 #include "messages/channels.hpp"
 #include "tests/service/bus_client.hpp"
-#include "tests/support/private_network.hpp"
+#include "tests/support/network_tests.hpp"
 #include "tests/view/connection.hpp"
 
 namespace freeflex::testing {
 namespace {
-
-std::string refusal;  // why there is no private network; empty: there is one
 
 constexpr std::int32_t kMost = std::numeric_limits<std::int32_t>::max();
 constexpr const char* kNotUtf8 = "tip\xC3\x28\xFF";
@@ -212,10 +210,4 @@ TEST_F(BesideStrangers, ViewLivesOnAndShowsTheDaemon) {
 }  // namespace
 }  // namespace freeflex::testing
 
-int main(int argc, char** argv) {
-  testing::InitGoogleTest(&argc, argv);
-  // listing the tests needs no network
-  if (!testing::GTEST_FLAG(list_tests))
-    freeflex::testing::refusal = freeflex::testing::enter_private_network();
-  return RUN_ALL_TESTS();
-}
+int main(int argc, char** argv) { return freeflex::testing::run_network_tests(argc, argv); }
