@@ -243,20 +243,17 @@ void Daemon::start_verifier(const io::NameTable& names) {
   verifying_ = start_thread("keys", [this] { verifier_->run(); });
 }
 
-/// The operator's way in. Where another daemon of this user has the usual path the bus is left to this one.
+/// The operator's way in. Where another daemon of this user has the usual path, `push --socket` would reach
+/// that one: this one does not start beside it.
 void Daemon::open_socket() {
   operator_ = std::make_unique<OperatorSocket>(plan_, identity_, output_, ingress_.block().senders);
   if (options_.socket == "none") return;
-  const bool is_default = options_.socket.empty();
   const OperatorPlace place =
-      is_default ? choose_operator_place(options_.prefix) : OperatorPlace{options_.socket, ""};
+      options_.socket.empty() ? choose_operator_place(options_.prefix) : OperatorPlace{options_.socket, ""};
   if (!place.fault.empty()) throw StartFault(kRuntimeFailure, place.fault);
   const std::string fault = operator_->open(place.path);
-  if (!fault.empty() && !is_default) throw StartFault(kRuntimeFailure, fault);
-  if (!fault.empty())
-    spdlog::warn("{}", fault);
-  else
-    spdlog::info("commands of this user are taken at {}", place.path);
+  if (!fault.empty()) throw StartFault(kRuntimeFailure, fault);
+  spdlog::info("commands of this user are taken at {}", place.path);
 }
 
 /// What simulation and publisher read: straight from the ingress, or what the verifier let through.

@@ -40,7 +40,11 @@ std::string clear_place(const std::string& path, const sockaddr_un& address) {
                        errno != ECONNREFUSED;
   close(probe);
   if (is_live)
-    return fmt::format("{}: another program has {}: give --socket PATH, or --socket none", kNoSocket, path);
+    return fmt::format(
+        "{}: another program has {}, and push --socket would reach that one: stop it, give this one --prefix "
+        "or "
+        "--socket PATH of its own, or do without it: --socket none",
+        kNoSocket, path);
   unlink(path.c_str());
   return {};
 }

@@ -12,8 +12,11 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include <cstdlib>
 #include <cstring>
+#include <filesystem>
 #include <string>
+#include <system_error>
 
 namespace freeflex::testing {
 
@@ -53,10 +56,29 @@ inline std::string set_up_loopback() {
   return fault;
 }
 
+/// A folder for the sockets of operators, until this process ends: a daemon of the same user outside has its
+/// own.
+class RuntimeFolder {
+ public:
+  RuntimeFolder() {
+    if (mkdtemp(path_) != nullptr) setenv("XDG_RUNTIME_DIR", path_, 1);
+  }
+  ~RuntimeFolder() {
+    std::error_code ignored;
+    if (getpid() == owner_) std::filesystem::remove_all(path_, ignored);
+  }
+  RuntimeFolder(const RuntimeFolder&) = delete;
+  RuntimeFolder& operator=(const RuntimeFolder&) = delete;
+
+ private:
+  char path_[32] = "/tmp/freeflex-runtime-XXXXXX";
+  pid_t owner_ = getpid();
+};
+
 /// Moves this process, and every process and thread it starts from now on, into a network namespace of its
-/// own, with a user namespace when it is not root. Call it in main, before any thread. Returns an empty
-/// string, or why the kernel refuses: then the process is where it was, and tests that need the network skip
-/// with that text.
+/// own, with a user namespace when it is not root, and gives it an XDG_RUNTIME_DIR. Call it in main, before
+/// any thread. Returns an empty string, or why the kernel refuses: then the process is where it was, and
+/// tests that need the network skip with that text.
 inline std::string enter_private_network() {
   const uid_t user = getuid();
   const gid_t group = getgid();
@@ -70,6 +92,7 @@ inline std::string enter_private_network() {
     write_file("/proc/self/uid_map", "0 " + std::to_string(user) + " 1");
     write_file("/proc/self/gid_map", "0 " + std::to_string(group) + " 1");
   }
+  static const RuntimeFolder runtime;
   const std::string fault = set_up_loopback();
   return fault.empty() ? fault : "no private network namespace: " + fault;
 }

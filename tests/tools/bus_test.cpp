@@ -115,14 +115,15 @@ TEST_F(OnTheBus, PushOverTheSocketFindsTheUsualPlace) {
       "exit 9; "
       "sleep 0.05; done; $P --socket --control hold; $P --socket --point nose --force 0,0,1");
   EXPECT_EQ(outcome.exit_code, 2) << outcome.err;
-  EXPECT_TRUE(contains(outcome.out, "accepted: takes effect at tick")) << outcome.out << outcome.err;
+  EXPECT_TRUE(contains(outcome.out, "accepted by the daemon of scene 'frame': takes effect at tick "))
+      << outcome.out << outcome.err;
   EXPECT_TRUE(contains(outcome.err, "no point 'nose' in scene 'frame'")) << outcome.err;
 }
 
 TEST_F(OnTheBus, ControlStopsTheDaemon) {
-  const Outcome outcome =
-      run("F=" + kFreeflex + "; " + kFreeflexd + " " + kGolden +
-          "frame.plan --log-level error & daemon=$!; $P --control stop || kill $daemon; wait $daemon");
+  const Outcome outcome = run("F=" + kFreeflex + "; " + kFreeflexd + " " + kGolden +
+                              "frame.plan --log-level error & daemon=$!; $F push --timeout 60 --control stop "
+                              "|| kill $daemon; wait $daemon");
   EXPECT_EQ(outcome.exit_code, 0) << outcome.err;
 }
 
@@ -284,8 +285,8 @@ whole() { # COMMAND LOG
 }
 whole fly $T/one.log && whole play $T/two.log
 )";
-  const Outcome outcome = run("F=" + kFreeflex + "; D=" + kFreeflexd + "; PLAN=" + kGolden +
-                              "frame.plan; T=" + folder_.path() + record);
+  const Outcome outcome = run("F=" + kFreeflex + "; P=\"$F push --timeout 60\"; D=" + kFreeflexd +
+                              "; PLAN=" + kGolden + "frame.plan; T=" + folder_.path() + record);
   EXPECT_EQ(outcome.exit_code, 0) << outcome.out << outcome.err;
   // once for each recording
   const std::size_t first = outcome.out.find("identical to the bit over ");

@@ -18,12 +18,16 @@ using io::Reason;
 
 /// The daemon's words for a loop's rejection, in push's.
 std::string loop_text(const service::AckEntry& entry) {
-  return tools::in_push_words(service::make_ack(entry, service::Identity{}).text, {}, {});
+  return tools::in_push_words(service::make_ack(entry, service::Identity{}).text,
+                              [](std::string_view, std::int64_t) { return std::string(); });
 }
 
-/// Point 19 is the second of a command, group 2 its first; names as a scene may have them.
-const std::vector<std::string> kPoints{"hub", "RUN.20"};
-const std::vector<std::string> kGroups{"start_tick"};
+/// Names as a scene may have them.
+std::string name_of(std::string_view kind, std::int64_t index) {
+  if (kind == "point") return index == 19 ? "RUN.20" : index == 4 ? "in point 19" : "";
+  if (kind == "group") return index == 2 ? "start_tick" : "";
+  return index == 1 ? "spin" : "";
+}
 
 /// What check_command says of a command, in push's words. The table has 20 points and 3 groups.
 std::string command_text(Reason reason, const std::function<void(ForceCommand&, io::NameTable&)>& change) {
@@ -45,7 +49,7 @@ std::string command_text(Reason reason, const std::function<void(ForceCommand&, 
   change(*command, *table);
   std::array<char, 160> text{};
   EXPECT_EQ(io::check_command(*command, *table, text), reason) << text.data();
-  return tools::in_push_words(text.data(), kPoints, kGroups);
+  return tools::in_push_words(text.data(), name_of);
 }
 
 TEST(PushWords, IndicesBecomeNames) {
@@ -64,6 +68,22 @@ TEST(PushWords, IndicesBecomeNames) {
   EXPECT_TRUE(command_text(Reason::kDuplicatePoint, [](auto& command, auto&) {
                 command.points[0].point = 19;
               }).starts_with("point 'RUN.20' is named twice"));
+  EXPECT_EQ(command_text(Reason::kPointTorque,
+                         [](auto& command, auto&) {
+                           command.num_torques = 1;
+                           command.torques[0].point = 4;
+                         }),
+            "point 'in point 19' has no inertia and takes no torque: use a wrench on a group");
+  EXPECT_EQ(command_text(Reason::kNotPushable,
+                         [](auto& command, auto& table) {
+                           table.num_pushable = 19;
+                           table.num_wheels = 2;
+                           table.wheel_points[1] = 19;
+                           command.num_points = 1;
+                           command.num_wheels = 1;
+                           command.wheels[0].wheel = 1;
+                         }),
+            "wheel 'spin' is in point 'RUN.20', which may not be pushed; add it to commands: points");
   EXPECT_EQ(command_text(Reason::kTooManyPoints, [](auto& command, auto&) { command.num_points = 257; }),
             "257 points, must be at most 256");
 }

@@ -302,10 +302,4 @@ std::string rounded_duration(const PushOptions& options, double rate) {
   return text.str();
 }
 
-std::vector<std::string> point_names(const PushOptions& options) {
-  std::vector<std::string> names;
-  for (const std::string& text : options.points) names.push_back(text.substr(0, text.find('=')));
-  return names;
-}
-
 }  // namespace freeflex::tools

@@ -52,7 +52,4 @@ std::optional<freeflex_msgs::force_t> make_force(const PushOptions& options, con
 /// \param rate  [Hz] of the daemon's ticks
 std::string rounded_duration(const PushOptions& options, double rate);
 
-/// Names of the points of the command, in the order of its forces.
-std::vector<std::string> point_names(const PushOptions& options);
-
 }  // namespace freeflex::tools

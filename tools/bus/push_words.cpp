@@ -8,23 +8,28 @@
 namespace freeflex::tools {
 namespace {
 
-/// "forces[2]: point 19" becomes "point 'tip'".
-std::string with_names(const std::string& text, const std::string& list, const std::string& kind,
-                       std::span<const std::string> names) {
-  std::smatch found;
-  const std::regex entry(list + R"(\[(\d+)\]: )" + kind + R"( -?\d+)");
-  std::size_t index = names.size();
-  if (!std::regex_search(text, found, entry)) return text;
-  const std::string number = found[1].str();
-  std::from_chars(number.data(), number.data() + number.size(), index);
-  if (index >= names.size()) return text;
-  return found.prefix().str() + kind + " '" + names[index] + "'" + found.suffix().str();
+/// "forces[2]: point 19" becomes "point 'tip'", "in point 3" becomes "in point 'hub'".
+std::string with_names(const std::string& text, const NameOf& name_of) {
+  static const std::regex entry(
+      R"((?:(?:forces|torques|wrenches|wheels)\[\d+\]: |\b(in ))(point|group|wheel) (\d+))");
+  std::string named;
+  auto from = text.begin();
+  for (std::sregex_iterator found(text.begin(), text.end(), entry), end; found != end; ++found) {
+    const std::string kind = (*found)[2], number = (*found)[3];
+    std::int64_t index = -1;
+    std::from_chars(number.data(), number.data() + number.size(), index);
+    const std::string name = name_of(kind, index);
+    if (name.empty()) continue;
+    named.append(from, (*found)[0].first);
+    named += (*found)[1].str() + kind + " '" + name + "'";
+    from = (*found)[0].second;
+  }
+  return named.append(from, text.end());
 }
 
 }  // namespace
 
-std::string in_push_words(std::string text, std::span<const std::string> points,
-                          std::span<const std::string> groups) {
+std::string in_push_words(std::string text, const NameOf& name_of) {
   static const std::array<std::pair<std::regex, const char*>, 17> kWords{
       {{std::regex("name a later one, -1, or late_policy 1"), "name a later one, none, or add --late-ok"},
        {std::regex(R"(\bstart_tick\b)"), "--at-tick"},
@@ -46,9 +51,7 @@ std::string in_push_words(std::string text, std::span<const std::string> points,
        {std::regex(R"(\bRESET\b)"), "--control reset"},
        {std::regex(R"(\bSTOP\b)"), "--control stop"}}};
   for (const auto& [wire, ours] : kWords) text = std::regex_replace(text, wire, ours);
-  // names last: they may look like anything
-  const std::string named = with_names(text, "forces", "point", points);
-  return named != text ? named : with_names(text, "wrenches", "group", groups);
+  return with_names(text, name_of);  // last: names may look like anything
 }
 
 }  // namespace freeflex::tools

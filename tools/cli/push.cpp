@@ -97,8 +97,22 @@ bool read_key(PushOptions& options, std::optional<SealingKey>& key) {
   return true;
 }
 
-int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack) {
-  const std::string text = printable(in_push_words(ack.text, point_names(options), options.groups));
+/// The name by index of what the scene lists.
+std::string name_in(const SceneCatalogue& scene, std::string_view kind, std::int64_t index) {
+  const auto name_at = [index](const auto& items) {
+    const auto at = static_cast<std::size_t>(index);
+    return at < items.size() ? items[at].name : std::string{};
+  };
+  if (!scene.is_complete()) return {};
+  if (kind == "point") return name_at(scene.points());
+  return kind == "group" ? name_at(scene.groups()) : name_at(scene.head().wheels);
+}
+
+int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack, const SceneCatalogue& scene) {
+  const auto name_of = [&scene](std::string_view kind, std::int64_t index) {
+    return name_in(scene, kind, index);
+  };
+  const std::string text = printable(in_push_words(ack.text, name_of));
   const bool is_accepted = ack.reason == 0;
   const bool is_known = ack.reason >= 0 && ack.reason < io::kNumReasons;
   const std::string reason = is_known ? io::reason_name(static_cast<io::Reason>(ack.reason))
@@ -111,7 +125,11 @@ int print_answer(const PushOptions& options, const freeflex_msgs::ack_t& ack) {
                 {"sequence", ack.sequence},
                 {"session", ack.session}});
   } else if (is_accepted) {
-    std::printf("accepted: takes effect at tick %" PRId64 "\n", ack.tick);
+    // the bus has one daemon of a prefix; the socket is whose it is
+    const std::string who = options.socket && scene.is_complete()
+                                ? " by the daemon of scene '" + printable(scene.head().name) + "'"
+                                : "";
+    std::printf("accepted%s: takes effect at tick %" PRId64 "\n", who.c_str(), ack.tick);
   } else {
     std::printf("rejected at tick %" PRId64 ": %s: %s\n", ack.tick, reason.c_str(), text.c_str());
   }
@@ -161,9 +179,9 @@ int push_over(const Line& line, const PushOptions& options, Exchange& known) {
   // sent once: an answer that is lost leaves it open whether the command was taken, and a second would act
   // twice
   if (!line.wait(timeout, [&] { return known.answer.has_value(); }) && known.answer_of_other)
-    return print_answer(options, *known.answer_of_other);
+    return print_answer(options, *known.answer_of_other, known.scene);
   if (!known.answer) return explain_silence(line, "sent, but no answer came", known.key.has_value());
-  return print_answer(options, *known.answer);
+  return print_answer(options, *known.answer, known.scene);
 }
 
 void take_answer(std::span<const std::byte> bytes, const PushOptions& options, Exchange& known) {

@@ -312,9 +312,9 @@ class Page {
     showRows($("status"), [...statusRows(this.body, this.mode === null ? frame : null, this.status, factor, this.mode, !!this.player),
       ...(this.player ? [recordedVerdict(this.player.recording.verdict())] : []), ["picture", `${drawn.rate.toFixed(1)} frames a second`], ...this.sampling()]);
     $("status").classList.toggle("stale", !!this.live && performance.now() / 1000 - this.heard > SILENCE);
-    const { scale } = this.picture;
-    if (scale !== this.legendScale) $("legend").replaceChildren(...colourLegend(this.body, scale, this.body.publishedLinks.length > 0));
-    this.legendScale = scale;
+    const scales = [...this.picture.loadScales], told = JSON.stringify(scales);
+    if (told !== this.toldScales) $("legend").replaceChildren(...colourLegend(this.body, scales));
+    this.toldScales = told;
     if (this.player) {
       $("bar").value = this.player.time;
       $("clock").textContent = digits(this.player.time, "s");

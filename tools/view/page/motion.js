@@ -1,5 +1,8 @@
 // The arithmetic of the page: where points are, how much to amplify, what lies between two frames.
 
+/** Largest load [N] for each kilogram of the body that is taken for rounding. */
+export const NO_LOAD = 1e-9;
+
 /** Elastic displacement [m] of one point, body axes: the sum over modes. */
 export function displacement(body, q, point) {
   const stride = 3 * body.points;

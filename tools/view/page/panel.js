@@ -1,5 +1,6 @@
 // What stands beside the picture: figures of the daemon, modes, signals, and notices.
 import { nameOf } from "./blob.js";
+import { NO_LOAD } from "./motion.js";
 import { modeName } from "./strips.js";
 
 const WORDS = ["good", "watch", "outside"];
@@ -90,12 +91,13 @@ export function markMoving(place, body, moving, buttons) {
   })));
 }
 
-/** What the colours of the picture mean: axes, and link loads up to `scale` with their units. */
-export function colourLegend(body, scale, hasLoads) {
+/** What the colours of the picture mean: axes, and link loads up to the largest so far, a bar for each unit. */
+export function colourLegend(body, scales) {
   const items = [element("span", {}, "axes ", ...["x", "y", "z"].map((name) => element("b", { className: `axis-${name}`, textContent: ` ${name}` })))];
-  const units = [...new Set(body.loadUnits)].join(", ");
-  if (hasLoads && scale > 0)
-    items.push(element("span", { className: "bar" }, `compression ${digits(-scale)}`, element("i"), `${digits(scale)} tension [${units}]`));
+  for (const [unit, scale] of scales) {
+    if (scale > NO_LOAD * body.mass)
+      items.push(element("span", { className: "bar" }, `compression ${digits(-scale)}`, element("i"), `${digits(scale)} tension [${unit}]`));
+  }
   return items;
 }
 

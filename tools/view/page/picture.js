@@ -1,7 +1,7 @@
 // The body in WebGL 2. The sum over modes is done on the graphics card once a point and frame, by a pass that writes
 // places into a texture; lines and triangles look their ends up there.
 import { multiply, rigid } from "./camera.js";
-import { rotation } from "./motion.js";
+import { NO_LOAD, rotation } from "./motion.js";
 
 const HEAD = "#version 300 es\nprecision highp float;\nprecision highp int;\nprecision highp sampler2DArray;\n" +
   "precision highp usampler2D;\n";
@@ -25,10 +25,10 @@ void main() {
 // blue for compression, grey for nothing, red for tension; grey too where the load is not known
 const COLOUR = `
 vec3 colour_of(uint link) {
-  if (scale <= 0.0) return plain;
+  if (!is_coloured) return plain;
   float value = texelFetch(figures, ivec2(int(link) % figures_width, int(link) / figures_width), 0).x;
   if (!(abs(value) < 3e38)) return plain * 0.6;
-  float share = clamp(value / scale, -1.0, 1.0);
+  float share = clamp(value, -1.0, 1.0);
   vec3 end = share < 0.0 ? vec3(0.25, 0.55, 1.0) : vec3(1.0, 0.35, 0.25);
   return mix(vec3(0.75), end, sqrt(abs(share)));
 }`;
@@ -36,7 +36,7 @@ const PLACES = `
 uniform sampler2D places, figures;
 uniform usampler2D items;
 uniform int places_width, items_width, figures_width;
-uniform float scale;
+uniform bool is_coloured;
 uniform vec3 plain;
 uniform mat4 camera;
 vec3 place_of(uint point) {
@@ -187,18 +187,21 @@ export class Picture {
     this.figures = new Float32Array(this.figuresWidth * Math.max(1, Math.ceil(links / this.figuresWidth)));
     this.figuresTexture = this.texture(gl.R32F, this.figuresWidth, this.figures.length / this.figuresWidth, gl.RED,
       gl.FLOAT, this.figures);
-    this.scale = 0;
+    this.isColoured = false;
+    /** The largest load seen so far, by unit: colours compare over time. */
+    this.loadScales = new Map();
   }
 
-  /** Figures of the published links, in their order; nothing: no colours. */
+  /** Loads of the published links, in their order; nothing: no colours. Each unit has a scale of its own. */
   setLoads(values) {
-    const { gl } = this;
-    this.scale = 0;
+    const { gl, body } = this;
+    this.isColoured = !!values;
     this.figures.fill(Infinity);
     if (values) {
-      this.body.publishedLinks.forEach((link, k) => {
-        this.figures[link] = values[k];
-        this.scale = Math.max(this.scale, Math.abs(values[k]));
+      body.loadUnits.forEach((unit, k) =>
+        this.loadScales.set(unit, Math.max(this.loadScales.get(unit) ?? 0, Number.isFinite(values[k]) ? Math.abs(values[k]) : 0)));
+      body.publishedLinks.forEach((link, k) => {
+        this.figures[link] = values[k] / Math.max(this.loadScales.get(body.loadUnits[k]), NO_LOAD * body.mass);
       });
     }
     gl.bindTexture(gl.TEXTURE_2D, this.figuresTexture);
@@ -244,7 +247,7 @@ export class Picture {
     gl.uniform1i(places.places_width, this.width);
     if (item) gl.uniform1i(places.items_width, item.width);
     gl.uniform1i(places.figures_width, this.figuresWidth);
-    gl.uniform1f(places.scale, isColoured ? this.scale : 0);
+    gl.uniform1i(places.is_coloured, isColoured && this.isColoured ? 1 : 0);
     gl.uniform3fv(places.plain, plain);
     gl.uniformMatrix4fv(places.camera, false, Float32Array.from(camera));
     gl.uniform1f(places.opacity, opacity);
