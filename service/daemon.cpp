@@ -397,7 +397,11 @@ int run_daemon(const DaemonOptions& options, SignalWatch& signals) {
       say_plainly("freeflexd: error: " + text);
     return fault.code;
   } catch (const std::bad_alloc&) {
-    spdlog::error("memory ran out before the first tick{}{}", kMoreMemory, explain_limits(ENOMEM));
+    spdlog::error(
+        "memory ran out before the first tick{}. A large scene takes less with modes: {{count: N}}, and with "
+        "fewer "
+        "points and links published and pushed",
+        explain_limits(ENOMEM));
     return kRuntimeFailure;
   } catch (const std::system_error& fault) {
     spdlog::error("{}{}", fault.what(), explain_limits(fault.code().value()));

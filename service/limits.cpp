@@ -52,7 +52,8 @@ class Explanation {
     const auto limit = limit_of(resource);
     if (limit && used <= *limit)
       add(std::string(what) + " is limited to " + megabytes(*limit) + ", " + megabytes(used) +
-          " are used: allow more with ulimit " + option);
+          " are used: allow more, as with ulimit " + option + " " +
+          std::to_string(std::llround(2.0 * *limit / 1024.0)));
   }
   void add_count(__rlimit_resource resource, const char* what, const char* option) {
     if (const auto limit = limit_of(resource))

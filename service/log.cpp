@@ -44,6 +44,7 @@ void say_plainly(const std::string& text) {
 
 void end_log(int status) {
   constexpr std::chrono::seconds kLongest{1};
+  constexpr std::chrono::milliseconds kWrites{20};  // a line, many times over
   auto is_written = std::make_shared<std::promise<void>>();
   std::future<void> written = is_written->get_future();
   try {
@@ -52,7 +53,13 @@ void end_log(int status) {
       is_written->set_value();
     }).detach();
   } catch (const std::system_error&) {
-    _exit(status);  // no thread to be had: the queue is lost, the status is not
+    // no thread to be had: what is queued is written by the one that there is
+    const auto pool = spdlog::thread_pool();
+    const auto end = std::chrono::steady_clock::now() + kLongest;
+    while (pool && pool->queue_size() > 0 && std::chrono::steady_clock::now() < end)
+      std::this_thread::sleep_for(kWrites);
+    std::this_thread::sleep_for(kWrites);  // the last line has left the queue and may be half written
+    _exit(status);
   }
   if (written.wait_for(kLongest) == std::future_status::timeout) _exit(status);
 }
