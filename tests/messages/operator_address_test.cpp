@@ -11,7 +11,7 @@ namespace freeflex::testing {
 namespace {
 
 using service::choose_operator_place;
-using service::operator_socket_paths;
+using service::operator_places;
 using service::OperatorRoots;
 
 /// A system of its own under a folder that goes with it.
@@ -34,7 +34,7 @@ class OperatorAddress : public ::testing::Test {
     ASSERT_EQ(chmod(folder.c_str(), mode), 0);
   }
   std::string chosen() const { return choose_operator_place("F", roots_).path; }
-  std::vector<std::string> found() const { return operator_socket_paths("F", roots_); }
+  std::vector<std::string> found() const { return operator_places("F", roots_).paths; }
 
   std::string root_;
   OperatorRoots roots_;
@@ -47,6 +47,8 @@ TEST_F(OperatorAddress, TheFirstFolderOfTheUserIsTakenAndLookedIntoFirst) {
   const std::string system = roots_.system + "/freeflexd-F.sock";
   const std::string last = roots_.temporary + "/freeflexd-" + uid_ + "/F.sock";
   EXPECT_EQ(found(), std::vector<std::string>{}) << "looking makes nothing";
+  EXPECT_NE(operator_places("F", roots_).faults.find(roots_.runtime + ": No such file"), std::string::npos)
+      << "and each folder that falls out is told: " << operator_places("F", roots_).faults;
   EXPECT_EQ(chosen(), last);
   struct stat made {};
   ASSERT_EQ(stat((roots_.temporary + "/freeflexd-" + uid_).c_str(), &made), 0);

@@ -15,9 +15,9 @@
 
 namespace freeflex::tools {
 
-OperatorLink::OperatorLink(const std::vector<std::string>& paths) : buffer_(channels::kMaxMessageBytes) {
+OperatorLink::OperatorLink(const service::OperatorPlaces& places) : buffer_(channels::kMaxMessageBytes) {
   std::string faults;
-  for (const std::string& path : paths) {
+  for (const std::string& path : places.paths) {
     const auto address = service::unix_address(path);
     fd_ = address ? socket(AF_UNIX, SOCK_SEQPACKET | SOCK_CLOEXEC, 0) : -1;
     if (fd_ >= 0 && connect(fd_, reinterpret_cast<const sockaddr*>(&*address), sizeof *address) == 0) {
@@ -30,6 +30,7 @@ OperatorLink::OperatorLink(const std::vector<std::string>& paths) : buffer_(chan
     fd_ = -1;
   }
   error_ = (faults.empty() ? "no folder in which a daemon of this user could listen" : faults) +
+           (places.faults.empty() ? "" : "\nNot looked at: " + places.faults) +
            "\nIs freeflexd running, of this user, with the same --prefix or --socket?";
 }
 

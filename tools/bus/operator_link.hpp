@@ -7,6 +7,8 @@
 #include <string>
 #include <vector>
 
+#include "service/io/wire/operator_address.hpp"
+
 namespace freeflex::tools {
 
 /// One connection. What the daemon sends is scene_t and ack_t, each message one packet. Not copyable, one
@@ -15,8 +17,8 @@ class OperatorLink {
  public:
   using Handler = std::function<void(std::span<const std::byte>)>;
 
-  /// Connects to the first of the paths at which a daemon listens.
-  explicit OperatorLink(const std::vector<std::string>& paths);
+  /// Connects to the first of the places at which a daemon listens.
+  explicit OperatorLink(const service::OperatorPlaces& places);
   ~OperatorLink();
   OperatorLink(const OperatorLink&) = delete;
   OperatorLink& operator=(const OperatorLink&) = delete;

@@ -221,8 +221,8 @@ int push_over_bus(PushOptions options) {
 }
 
 int push_over_socket(const PushOptions& options) {
-  OperatorLink link(options.socket->empty() ? service::operator_socket_paths(options.bus.prefix)
-                                            : std::vector{*options.socket});
+  OperatorLink link(options.socket->empty() ? service::operator_places(options.bus.prefix)
+                                            : service::OperatorPlaces{{*options.socket}, ""});
   if (!link.error().empty()) return print_error(link.error()), kExitDiffers;
   Exchange known;
   const auto take = [&](std::span<const std::byte> bytes) {

@@ -73,11 +73,16 @@ OperatorPlace choose_operator_place(const std::string& prefix, const OperatorRoo
                   "without it: --socket none"};
 }
 
-std::vector<std::string> operator_socket_paths(const std::string& prefix, const OperatorRoots& roots) {
-  std::vector<std::string> paths;
-  for (const Folder& folder : folders(roots))
-    if (find_fault(folder, true).empty()) paths.push_back(socket_path(folder, prefix));
-  return paths;
+OperatorPlaces operator_places(const std::string& prefix, const OperatorRoots& roots) {
+  OperatorPlaces places;
+  for (const Folder& folder : folders(roots)) {
+    const std::string fault = find_fault(folder, true);
+    if (fault.empty())
+      places.paths.push_back(socket_path(folder, prefix));
+    else
+      places.faults += (places.faults.empty() ? "" : "; ") + fault;
+  }
+  return places;
 }
 
 std::optional<sockaddr_un> unix_address(const std::string& path) {

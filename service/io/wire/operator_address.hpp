@@ -45,10 +45,13 @@ struct OperatorPlace {
 /// belongs to this user and that nobody else may write to, else in /tmp/freeflexd-UID, which is made where it
 /// is not there and must be like that too.
 OperatorPlace choose_operator_place(const std::string& prefix, const OperatorRoots& roots = operator_roots());
-/// Where a daemon of this user may listen, the likeliest first; empty when no folder may hold its socket.
-/// Root also finds the one of a service in /run/freeflex.
-std::vector<std::string> operator_socket_paths(const std::string& prefix,
-                                               const OperatorRoots& roots = operator_roots());
+/// Where a daemon of this user may listen, the likeliest first, and why it may not elsewhere (for a person).
+struct OperatorPlaces {
+  std::vector<std::string> paths;
+  std::string faults;
+};
+/// Root also finds the socket of a service in /run/freeflex.
+OperatorPlaces operator_places(const std::string& prefix, const OperatorRoots& roots = operator_roots());
 
 /// Empty when the path is too long for a socket (107 characters).
 std::optional<sockaddr_un> unix_address(const std::string& path);
