@@ -284,7 +284,12 @@ std::int64_t Daemon::control(std::int32_t command, std::int64_t count) {
 }
 std::int64_t Daemon::run() { return control(control_t::RUN, 0); }
 std::int64_t Daemon::hold() { return control(control_t::HOLD, 0); }
-std::int64_t Daemon::reset() { return control(control_t::RESET, 0); }
+std::int64_t Daemon::reset() {
+  const std::int64_t epoch = heard_->epoch() + 1;
+  const std::int64_t tick = control(control_t::RESET, 0);
+  heard_->begin_epoch(epoch);
+  return tick;
+}
 std::int64_t Daemon::stop() { return control(control_t::STOP, 0); }
 
 const state_t& Daemon::step(std::int64_t ticks) {

@@ -136,10 +136,11 @@ class Daemon {
 
   /// UnknownName: a name of the push.
   std::int64_t push(const Push& push);
-  std::int64_t run();    // ticks follow the clock
-  std::int64_t hold();   // stands at its tick
-  std::int64_t reset();  // back to the start, in a new epoch
-  std::int64_t stop();   // ends the daemon in order
+  std::int64_t run();   // ticks follow the clock
+  std::int64_t hold();  // stands at its tick
+  std::int64_t stop();  // ends the daemon in order
+  /// Back to the start, in a new epoch. Motion of earlier epochs is not returned any more.
+  std::int64_t reset();
   /// Steps a daemon that stands by so many ticks. Returns the STATE after them; the scene must publish it at
   /// that tick, or it comes within a second.
   const freeflex_msgs::state_t& step(std::int64_t ticks = 1);

@@ -36,7 +36,8 @@ void Daemon::Heard::take(std::string_view suffix, const service::BusMessage& mes
   if (suffix == channels::kLoads) return take_loads(message);
   if (suffix == channels::kState) {
     freeflex_msgs::state_t found;
-    if (!io::decode_message(message.bytes, found) || found.session != session) return;
+    if (!io::decode_message(message.bytes, found) || found.session != session || found.epoch < least_epoch)
+      return;
     state = std::move(found);
     has_new_state = true;
   } else if (suffix == channels::kScene) {
@@ -44,6 +45,22 @@ void Daemon::Heard::take(std::string_view suffix, const service::BusMessage& mes
     if (io::decode_message(message.bytes, page) && page.session == session)
       scene.take(page, message.bytes.size());
   }
+}
+
+std::int64_t Daemon::Heard::epoch() const {
+  return std::max({least_epoch, status.epoch, state ? state->epoch : 0});
+}
+
+void Daemon::Heard::begin_epoch(std::int64_t epoch) {
+  least_epoch = epoch;
+  const auto forget_earlier = [epoch](auto& heard, bool& is_new) {
+    if (!heard || heard->epoch >= epoch) return;
+    heard.reset();
+    is_new = false;
+  };
+  forget_earlier(state, has_new_state);
+  forget_earlier(points, has_new_points);
+  forget_earlier(loads, has_new_loads);
 }
 
 void Daemon::Heard::take_status(const service::BusMessage& message) {
@@ -54,6 +71,7 @@ void Daemon::Heard::take_status(const service::BusMessage& message) {
   }
   if (found.session != session) {
     session = found.session;
+    least_epoch = 0;
     scene = {};
     state.reset();
     points.reset();
@@ -68,7 +86,9 @@ void Daemon::Heard::take_status(const service::BusMessage& message) {
 
 void Daemon::Heard::take_points(const service::BusMessage& message) {
   freeflex_msgs::points_t page;
-  if (!scene.is_complete() || !io::decode_message(message.bytes, page) || page.session != session) return;
+  if (!scene.is_complete() || !io::decode_message(message.bytes, page) || page.session != session ||
+      page.epoch < least_epoch)
+    return;
   using freeflex_msgs::body_state_t, freeflex_msgs::group_pose_t, freeflex_msgs::point_state_t;
   const std::size_t num_points = scene.points().size();
   if (!are_within(page.points, &point_state_t::point, num_points) ||
@@ -93,7 +113,9 @@ void Daemon::Heard::take_points(const service::BusMessage& message) {
 
 void Daemon::Heard::take_loads(const service::BusMessage& message) {
   freeflex_msgs::loads_t page;
-  if (!scene.is_complete() || !io::decode_message(message.bytes, page) || page.session != session) return;
+  if (!scene.is_complete() || !io::decode_message(message.bytes, page) || page.session != session ||
+      page.epoch < least_epoch)
+    return;
   using freeflex_msgs::link_load_t;
   if (!are_within(page.links, &link_load_t::link, static_cast<std::size_t>(scene.head().total_links))) return;
   const io::PageSet::Taken taken =

@@ -15,9 +15,14 @@ namespace freeflex::client {
 struct Daemon::Heard {
   /// \param suffix  of the channel behind the prefix
   void take(std::string_view suffix, const service::BusMessage& message);
+  /// The epoch heard of last in this session.
+  std::int64_t epoch() const;
+  /// Forgets the motion of earlier epochs, and takes no more of it.
+  void begin_epoch(std::int64_t epoch);
 
-  std::int64_t session = 0;  // 0: none was heard
-  std::string unread;        // why the last STATUS could not be read
+  std::int64_t session = 0;      // 0: none was heard
+  std::int64_t least_epoch = 0;  // what is of an earlier one came before a reset by this client
+  std::string unread;            // why the last STATUS could not be read
   SceneCatalogue scene;
   freeflex_msgs::status_t status{};
   std::optional<freeflex_msgs::state_t> state;

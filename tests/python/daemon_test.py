@@ -229,6 +229,28 @@ class Daemon(unittest.TestCase):
             restarts.join()
             self.assertEqual((len(sessions), ack.session), (2, list(sessions)[1]))
 
+    def test_after_a_reset_nothing_of_the_epoch_before_is_returned(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = self.scene(folder, "publish: {state: 1000, points: {rate: 1000, of: [tip]}}\n")
+            with Started(path, "--time", "lockstep"), freeflex.connect() as daemon:
+                daemon.step(2000).point("tip")
+                daemon.reset()
+                self.assertTrue(daemon.points is None or daemon.points.epoch == 1)
+                state = daemon.state
+                self.assertEqual((state.epoch, state.tick, state.time), (1, 2000, 0.0))
+                state.point("tip")
+                times = []
+                last = freeflex.control(daemon, lambda state: times.append(state.time), every=0.1, until=1.0)
+                self.assertEqual((len(times), times[0], last.tick), (10, 0.0, 3000))
+                daemon.reset()
+                daemon.reset()
+                self.assertEqual(daemon.state.epoch, 3)
+            with Started(path), freeflex.connect() as daemon:
+                self.assertEqual(daemon.state.epoch, 0)
+                daemon.reset()
+                self.assertEqual(next(daemon.listen("STATE", timeout=10)).epoch, 1)
+                self.assertEqual(daemon.status().epoch, 1)
+
     def test_a_controller_without_states_is_said(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 0}\n")

@@ -95,6 +95,22 @@ TEST_F(ClientOfADaemon, StepReturnsTheStateOfThatTick) {
   EXPECT_EQ(pair.step(1000).tick, start + 1001);
 }
 
+TEST_F(ClientOfADaemon, NothingOfTheEpochBeforeAResetIsReturnedAfterIt) {
+  const Process daemon(line());
+  client::Daemon pair(options());
+  pair.push({.forces = {{"b", {2.0, 0.0, 0.0}}}, .duration = 0.5});
+  EXPECT_EQ(pair.step(1000).epoch, 0);
+  const std::int64_t tick = pair.reset();
+  EXPECT_EQ(tick, 1000);
+  EXPECT_TRUE(!pair.state() || pair.state()->epoch == 1);
+  const freeflex_msgs::state_t& state = pair.next_state();
+  EXPECT_EQ(state.epoch, 1);
+  EXPECT_EQ(state.time, 0.0);
+  EXPECT_EQ(pair.next_points().epoch, 1);
+  EXPECT_EQ(pair.next_loads().epoch, 1);
+  EXPECT_EQ(pair.step(10).time, 0.01);
+}
+
 TEST_F(ClientOfADaemon, APushByNameActsForItsDuration) {
   const Process daemon(line());
   client::Daemon pair(options());

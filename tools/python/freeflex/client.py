@@ -1,5 +1,7 @@
 """A daemon on the bus: heard, pushed, stepped."""
 
+import collections
+import functools
 import os
 import secrets
 import time
@@ -90,6 +92,8 @@ class Daemon:
         self._forget()
 
     def _forget(self):
+        self._gaps = collections.deque(maxlen=2)  # [ticks] between the last states, whoever took them
+        self._least_epoch = 0  # what is of an earlier one came before a reset of this Daemon
         self._state = self.points = self.loads = self._scene = self._shape = None
         self._scene_pages, self._point_pages, self._load_pages, self._shape_pages = Pages(), Pages(), Pages(), Pages()
 
@@ -118,8 +122,9 @@ class Daemon:
             yield received
 
     def status(self):
-        """The next STATUS that is not behind `tick`. TimeoutError without one."""
-        status = self._next(lambda suffix, m: suffix == "STATUS" and m.tick >= self.tick, self.timeout)
+        """The next STATUS that is not behind `tick` or a reset(). TimeoutError without one."""
+        status = self._next(lambda suffix, m: suffix == "STATUS" and m.tick >= self.tick and m.epoch >= self._least_epoch,
+                            self.timeout)
         if status is None:
             raise TimeoutError(f"no STATUS on {self.prefix}_STATUS: is freeflexd there, with --prefix {self.prefix}, on "
                                f"{self.bus.url}?")
@@ -132,7 +137,7 @@ class Daemon:
 
     @property
     def state(self):
-        """The State heard last in this session; waits for the first. TimeoutError without one."""
+        """The State heard last in this session and since reset(); waits for the first. TimeoutError without one."""
         end = time.monotonic() + self.timeout
         while self._state is None:
             if self.receive(max(0.0, end - time.monotonic())) is None:
@@ -180,6 +185,8 @@ class Daemon:
                 self._forget()
             self.last_status = message
         elif message.session != self.session:
+            return None
+        elif suffix in ("STATE", "POINTS", "LOADS") and message.epoch < self._least_epoch:
             return None
         elif suffix == "STATE":
             self._state = message = DaemonState(self, message)
@@ -263,8 +270,16 @@ class Daemon:
         return self._answered(self._control(messages.control_t.HOLD))
 
     def reset(self):
-        """Back to the start, in a new epoch."""
-        return self._answered(self._control(messages.control_t.RESET))
+        """Back to the start, in a new epoch. What is of the epoch before is not returned any more: `state` waits for the
+        new one."""
+        epochs = [heard.epoch for heard in (self._state, self.last_status) if heard is not None]
+        epoch = max(self._least_epoch, *epochs) + 1
+        ack = self._answered(self._control(messages.control_t.RESET))
+        self._least_epoch = epoch
+        for name in "_state", "points", "loads":
+            if (heard := getattr(self, name)) is not None and heard.epoch < epoch:
+                setattr(self, name, None)
+        return ack
 
     def stop(self):
         """Ends the daemon in order."""
