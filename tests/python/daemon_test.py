@@ -251,6 +251,49 @@ class Daemon(unittest.TestCase):
                 self.assertEqual(next(daemon.listen("STATE", timeout=10)).epoch, 1)
                 self.assertEqual(daemon.status().epoch, 1)
 
+    def test_what_the_controller_raises_comes_out(self):
+        def refuse(error):
+            def controller(state):
+                calls.append(state.tick)
+                raise error
+
+            return controller
+
+        errors = (TimeoutError("of a socket of its own"), freeflex.Gone("of another daemon"), OSError("of a file"),
+                  freeflex.Rejected(freeflex.ack_t(reason=3, text="by another daemon")))
+        for more in ("--time", "lockstep"), ():
+            with Started(BOOM, *more), freeflex.connect() as daemon:
+                for error in errors:
+                    calls = []
+                    with self.assertRaises(type(error)) as caught:
+                        freeflex.control(daemon, refuse(error), every=0.1, until=1e6)
+                    self.assertIs(caught.exception, error)
+                    self.assertEqual(len(calls), 1)
+
+    def test_a_controller_that_reads_points_takes_up_a_daemon_that_is_started_again(self):
+        with tempfile.TemporaryDirectory() as folder:
+            path = self.scene(folder, "publish: {state: 1000, points: {rate: 1000, of: [tip]}}\n")
+            sessions, daemons = [], contextlib.ExitStack()
+
+            def start():
+                return daemons.enter_context(Started(path, "--time", "lockstep"))
+
+            def read(state):
+                sessions.append(state.session)
+                if len(sessions) == 2:
+                    raise StopIteration
+                first.process.send_signal(signal.SIGTERM)
+                first.process.wait(60)
+                start()
+                daemon.points = None  # those of this state never come
+                state.point("tip")
+
+            with daemons:
+                first = start()
+                with freeflex.connect() as daemon, self.assertRaises(StopIteration):
+                    freeflex.control(daemon, read, every=0.1, until=1e6)
+            self.assertEqual(len(set(sessions)), 2)
+
     def test_a_controller_without_states_is_said(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 0}\n")

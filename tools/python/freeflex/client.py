@@ -33,7 +33,11 @@ class Rejected(RuntimeError):
 
 
 class Gone(RuntimeError):
-    """The daemon has ended, or another has taken its place."""
+    """The daemon has ended, or another has taken its place. `session`: of the daemon that ended."""
+
+    def __init__(self, text="", session=None):
+        super().__init__(text)
+        self.session = session
 
 
 _NO_STATE = "have the scene publish it: publish: {state: RATE}"
@@ -249,7 +253,7 @@ class Daemon:
             if suffix != "STATUS" or status.mode == status.RUNNING:
                 continue
             if self.session != session or status.mode == status.STOPPED and status.tick < target:
-                raise Gone(f"the daemon ended before tick {target}")
+                raise Gone(f"the daemon ended before tick {target}", session)
             if status.tick >= target:  # its state is on its way, or is repeated
                 give_up = give_up or time.monotonic() + _REPEATED
                 if time.monotonic() > give_up:
@@ -317,13 +321,16 @@ class Daemon:
 
     def _whole_of(self, state, name, suffix):
         """POINTS or LOADS of the tick of a state; waits for them."""
-        when, end = (state.epoch, state.tick), time.monotonic() + self.timeout
+        when, end, is_heard = (state.epoch, state.tick), time.monotonic() + self.timeout, False
         while (whole := getattr(self, name)) is None or (whole.epoch, whole.tick) < when:
             if state.session != self.session:
-                raise Gone("the daemon of this state has ended")
+                raise Gone("the daemon of this state has ended", state.session)
             if self.receive(max(0.0, end - time.monotonic())) is None or time.monotonic() > end:
+                if not is_heard or self.last_status.mode == self.last_status.STOPPED:
+                    raise Gone("the daemon of this state has ended, or is not heard", state.session)
                 raise TimeoutError(f"no whole {suffix} of tick {state.tick} within {self.timeout:g} s: have the scene publish "
                                    f"{name} at the rate of the state")
+            is_heard = True
         if (whole.epoch, whole.tick) != when:
             raise RuntimeError(f"the state is of tick {state.tick}, the newest {suffix} of tick {whole.tick}: read what "
                                f"belongs to a state before the next comes, and have the scene publish {name} at the rate "
@@ -347,7 +354,7 @@ class Daemon:
         ack = self._next(lambda suffix, m: self.session != session or (
             suffix == "ACK" and m.sequence == sequence and m.sender == self.sender), self.timeout)
         if self.session != session:
-            raise Gone("another daemon has taken the place of the one that the command was meant for")
+            raise Gone("another daemon has taken the place of the one that the command was meant for", session)
         if ack is None:
             raise TimeoutError(f"no answer within {self.timeout:g} s: the command was lost, the daemon has ended, or it does "
                                "not know the tag of the command")

@@ -1,6 +1,7 @@
 """One controller for a daemon on the bus and for a motion in this process."""
 
 import time
+import warnings
 
 from freeflex.client import Daemon, Gone, Rejected
 from freeflex.state import StepError, ticks_of
@@ -15,7 +16,11 @@ def control(owner, controller, *, every, until=None, patience=60.0):
     A Motion, and a daemon in lockstep, are stepped from one call to the next. Of any other daemon each published state
     that reaches the next multiple of `every` is taken, so a state that comes late or is lost delays one call alone; such
     a daemon may do without `until`, and Ctrl-C ends the controller. When the daemon ends and another takes its place on
-    the prefix, the controller goes on with that one. TimeoutError: none came within `patience` [s] of wall clock.
+    the prefix, the controller goes on with that one. TimeoutError: none came within `patience` [s] of wall clock. What the
+    controller raises comes out.
+
+    ValueError: `every` is not within 1 % of a number of ticks. RuntimeWarning: a daemon that is not in lockstep publishes
+    states less often than `every`, so the controller is called at their rate.
     """
     if isinstance(owner, Daemon):
         return _control_daemon(owner, controller, every, until, patience)
@@ -34,14 +39,22 @@ def _step_through(owner, controller, every, until):
 
 
 def _control_daemon(daemon, controller, every, until, patience):
+    raised = []  # by the controller, unless it read a state whose daemon has ended
+
+    def call(state):
+        try:
+            return controller(state)
+        except (Gone, Rejected, TimeoutError) as error:
+            if not isinstance(error, Gone) or error.session != state.session:
+                raised.append(error)
+            raise
+
     while True:
         try:
             is_lockstep = daemon.last_status.time_mode == "lockstep"
-            return (_step_through if is_lockstep else _listen_through)(daemon, controller, every, until)
-        except (Gone, TimeoutError):
-            pass
-        except Rejected as rejected:
-            if rejected.ack.reason != _WRONG_SESSION:
+            return (_step_through if is_lockstep else _listen_through)(daemon, call, every, until)
+        except (Gone, Rejected, TimeoutError) as error:
+            if raised or isinstance(error, Rejected) and error.ack.reason != _WRONG_SESSION:
                 raise
         _wait_for_daemon(daemon, patience)
 
@@ -66,7 +79,14 @@ def _listen_through(daemon, controller, every, until):
     if status.session == session and status.mode not in (status.STARTING, status.STOPPED):
         raise StepError(f"no STATE within {daemon.timeout:g} s of a daemon that is heard: have the scene publish it, publish: "
                         "{state: RATE}, or give connect() a longer timeout")
-    raise Gone("another daemon has taken its place")
+    raise Gone("another daemon has taken its place", session)
+
+
+def _warn_of_rate(every, rate, gap):
+    warnings.warn(f"every={every!r} s asks for {1 / every:.6g} states per simulated second, the daemon publishes "
+                  f"{rate / gap:.6g}: the controller is called at that rate. Publish states at a higher rate, publish: "
+                  f"{{state: {min(1 / every, rate):.6g}}}, or start freeflexd with --time lockstep", RuntimeWarning,
+                  stacklevel=5)
 
 
 def _wait_for_daemon(daemon, patience):
