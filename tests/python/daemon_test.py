@@ -294,6 +294,24 @@ class Daemon(unittest.TestCase):
                     freeflex.control(daemon, read, every=0.1, until=1e6)
             self.assertEqual(len(set(sessions)), 2)
 
+    def test_a_controller_that_is_called_less_often_than_it_asks_for_is_warned(self):
+        calls = []
+
+        def controller(state):
+            calls.append(state.tick)
+            if len(calls) == 10:
+                raise StopIteration
+
+        with Started(BOOM), freeflex.connect() as daemon:
+            with self.assertWarnsRegex(RuntimeWarning, r"every=0.001 s asks for 1000 states per simulated second, the daemon "
+                                       r"publishes [0-9.]+: .*publish: {state: 1000}, or start freeflexd with --time "
+                                       "lockstep") as caught:
+                with self.assertRaises(StopIteration):
+                    freeflex.control(daemon, controller, every=0.001)
+            self.assertEqual(caught.filename, __file__)
+            with self.assertRaisesRegex(ValueError, "every 0.00037 s is 0.37 ticks at 1000 Hz"):
+                freeflex.control(daemon, controller, every=0.00037)
+
     def test_a_controller_without_states_is_said(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 0}\n")

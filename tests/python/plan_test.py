@@ -78,6 +78,10 @@ class Plans(unittest.TestCase):
                 motion.push({"tip": (0, 0, 1)}, **times)
         with self.assertRaisesRegex(freeflex.StepError, "has no inertia and takes no torque"):
             motion.push({"tip": (0, 0, 1)}, torques={"hub": (0, 0, 1)}, duration=1)
+        for every, text in ((0.00037, "0.37 ticks at 1000 Hz, .* every=0.001 is"), (0.0025, "2.5 ticks")):
+            with self.assertRaisesRegex(ValueError, text):
+                freeflex.control(motion, lambda state: None, every=every, until=1.0)
+        freeflex.control(motion, lambda state: None, every=0.3333, until=0.1)
         with self.assertRaisesRegex(freeflex.StepError, "without a word"):
             motion.word
         with self.assertRaisesRegex(ValueError, "zero byte"):

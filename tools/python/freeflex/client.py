@@ -193,6 +193,8 @@ class Daemon:
         elif suffix in ("STATE", "POINTS", "LOADS") and message.epoch < self._least_epoch:
             return None
         elif suffix == "STATE":
+            if self._state is not None and message.epoch == self._state.epoch and message.tick > self._state.tick:
+                self._gaps.append(message.tick - self._state.tick)
             self._state = message = DaemonState(self, message)
         elif suffix in ("POINTS", "LOADS", "SCENE", "SHAPES"):
             self._take_page(suffix, message, len(data))

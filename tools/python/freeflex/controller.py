@@ -29,8 +29,17 @@ def control(owner, controller, *, every, until=None, patience=60.0):
     return _step_through(owner, controller, every, until)
 
 
+def _period(every, rate):
+    """[ticks] between two calls. ValueError: further than 1 % from what was asked for."""
+    ticks = ticks_of("every", every, rate)
+    if abs(ticks - every * rate) > 0.01 * every * rate:
+        raise ValueError(f"every {every!r} s is {every * rate:.6g} ticks at {rate:g} Hz, must be within 1 % of a whole "
+                         f"number of ticks: every={ticks / rate:.9g} is the nearest")
+    return ticks
+
+
 def _step_through(owner, controller, every, until):
-    ticks, state = ticks_of("every", every, owner.rate), owner.state
+    ticks, state = _period(every, owner.rate), owner.state
     while until is None or state.time < until:
         if (push := controller(state)) is not None:
             owner.push(**push)
@@ -60,8 +69,14 @@ def _control_daemon(daemon, controller, every, until, patience):
 
 
 def _listen_through(daemon, controller, every, until):
-    ticks, session, epoch, last = ticks_of("every", every, daemon.rate), daemon.session, None, None
+    ticks, session, epoch, last = _period(every, daemon.rate), daemon.session, None, None
+    is_judged, gaps = False, daemon._gaps
+    gaps.clear()
     for state in daemon.listen("STATE", timeout=daemon.timeout):
+        if not is_judged and len(gaps) == gaps.maxlen:  # a state that was lost makes one of them longer
+            is_judged = True
+            if min(gaps) > ticks:
+                _warn_of_rate(every, daemon.rate, min(gaps))
         if until is not None and state.time >= until:
             return state
         if state.epoch == epoch and state.tick // ticks <= last // ticks:
