@@ -312,6 +312,19 @@ class Daemon(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "every 0.00037 s is 0.37 ticks at 1000 Hz"):
                 freeflex.control(daemon, controller, every=0.00037)
 
+    def test_what_a_daemon_refuses_is_said_in_the_words_of_python(self):
+        with Started(BOOM), freeflex.connect() as daemon:
+            while daemon.tick == 0:
+                daemon.status()
+            for times, text in (({"lease": 70.0}, "held_too_long: lease of 70000 ticks, from the bus at most 60000 "),
+                                ({"duration": 70.0}, "held_too_long: duration of 70000 ticks, "),
+                                ({"duration": 1.0, "at_tick": 0}, "late: at_tick 0 has passed, .*None, or late=\"take\"")):
+                with self.assertRaisesRegex(freeflex.Rejected, text):
+                    daemon.push({"tip": (0, 0, 1)}, **times)
+            with self.assertRaisesRegex(freeflex.Rejected, r"wrong_mode: .*call daemon.hold\(\) first, or start freeflexd with "
+                                        "--time lockstep"):
+                daemon.step()
+
     def test_a_controller_without_states_is_said(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 0}\n")

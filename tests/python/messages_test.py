@@ -4,6 +4,7 @@ import glob
 import importlib
 import os
 import random
+import re
 import string
 import subprocess
 import sys
@@ -120,6 +121,14 @@ class Messages(unittest.TestCase):
             messages.force_t(forces=[1]).encode()
         with self.assertRaisesRegex(TypeError, "no field forse"):
             messages.force_t(forse=[])
+
+    def test_the_names_of_reasons_are_those_of_the_daemon(self):
+        path = os.path.join(os.environ["FREEFLEX_SOURCE"], "service", "io", "wire", "reason.cpp")
+        with open(path, encoding="utf-8") as file:
+            names = re.findall(r'\{Reason::k\w+, "(\w+)"\}', file.read())
+        self.assertEqual(list(freeflex.client.REASONS), names)
+        self.assertEqual(str(freeflex.Rejected(freeflex.ack_t(reason=len(names), text="of a later version"))),
+                         f"{len(names)}: of a later version")
 
     def test_the_documentation_has_the_units(self):
         self.assertIn("[m/s] centre of mass, world axes", messages.state_t.__doc__)

@@ -3,6 +3,7 @@
 import collections
 import functools
 import os
+import re
 import secrets
 import time
 
@@ -20,15 +21,26 @@ REASONS = (
     "too_many_points unknown_point not_pushable unknown_group duplicate_point not_finite over_limit "
     "unreachable_torque late too_far_ahead no_slot_free queue_full bad_control wrong_mode too_many_senders "
     "epoch_ended left_out point_torque no_keys too_old key_required unknown_key bad_tag expired valid_too_long "
-    "key_mismatch not_granted over_key_limit too_fast").split()
+    "key_mismatch not_granted over_key_limit too_fast held_too_long cleared").split()
+#: words of the protocol in a daemon's text, and what they are called here
+_WORDS = [(re.compile(wire), here) for wire, here in (
+    ("name a later one, -1, or late_policy 1", "name a later one, None, or late=\"take\""),
+    (r"\bstart_tick\b", "at_tick"),
+    (r"^(lease|duration)_ticks (\d+), from", r"\1 of \2 ticks, from"),
+    (r"\b(lease|duration)_ticks\b", r"\1"),
+    ("send HOLD first$", "call daemon.hold() first, or start freeflexd with --time lockstep"),
+    ("send STEP$", "call daemon.step()"))]
 
 
 class Rejected(RuntimeError):
-    """A command that the daemon did not take: `ack` is its answer."""
+    """A command that the daemon did not take: `ack` is its answer, whose text has the words of the protocol."""
 
     def __init__(self, ack):
-        name = REASONS[ack.reason] if ack.reason < len(REASONS) else str(ack.reason)
-        super().__init__(f"{name}: {ack.text}")
+        text = ack.text
+        for wire, here in _WORDS:
+            text = wire.sub(here, text)
+        name = REASONS[ack.reason] if 0 <= ack.reason < len(REASONS) else str(ack.reason)
+        super().__init__(f"{name}: {text}")
         self.ack = ack
 
 
