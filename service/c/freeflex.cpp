@@ -472,8 +472,11 @@ int freeflex_motion_push(freeflex_motion* motion, int slot, int axes, const free
     if (motion->pending.size() >= service::CommandDesk::kMaxPending)
       return fail(FREEFLEX_BAD_ARGUMENT,
                   std::to_string(service::CommandDesk::kMaxPending) +
-                      " pushes wait for the next step, as many as a daemon holds: step "
-                      "first");
+                      " pushes wait for the next step, the most that a motion holds: step first");
+    if (const std::int64_t most = io::max_hold_ticks(motion->data->plan); count > 0 && ticks > most)
+      return fail(FREEFLEX_BAD_ARGUMENT,
+                  std::to_string(ticks) + " ticks, must be at most " + std::to_string(most) +
+                      " (commands: max_hold of the scene): push again before they end");
     auto command = std::make_unique<ForceCommand>();
     *command = {};
     std::copy_n("c", 1, command->sender.begin());

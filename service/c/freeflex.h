@@ -149,9 +149,10 @@ typedef struct freeflex_load {
 #define FREEFLEX_WORLD 0
 #define FREEFLEX_BODY 1
 /* Puts loads into a slot, 0 to 63, in place of what is there, from the next step on; loads of all slots add.
- * axes: of the vectors. ticks: how long they act; 0: until another call takes their place. count 0: clears
- * the slot. Errors: BAD_ARGUMENT for what a command of a daemon would be refused for (messages/README.md,
- * section 6), and for a push that finds 256 others before it that wait for the next step. */
+ * axes: of the vectors. ticks: how long they act, at most commands: max_hold of the scene, 60 s by default;
+ * 0: until another call takes their place. count 0: clears the slot. Errors: BAD_ARGUMENT for what a command
+ * of a daemon would be refused for (messages/README.md, section 6), and for a push that finds 256 others
+ * before it that wait for the next step. */
 FREEFLEX_API int freeflex_motion_push(freeflex_motion *motion, int slot, int axes, const freeflex_load *loads,
                                       size_t count, int64_t ticks) FREEFLEX_NOEXCEPT;
 

@@ -364,14 +364,28 @@ TEST(CInterface, OneMotionTakesOneCallAtATime) {
   EXPECT_GT(resets, 0);
 }
 
-TEST(CInterface, PushesWithoutAStepAreRefusedAsByADaemon) {
+TEST(CInterface, APushLongerThanMaxHoldIsRefusedAsByADaemon) {
+  Handles c(kScenes + "boom.yaml");
+  const freeflex_load load{FREEFLEX_POINT, 3, {0.0, 0.0, 1.0}, {}};
+  const auto push = [&](std::int64_t ticks) {
+    return freeflex_motion_push(c.motion, 0, FREEFLEX_WORLD, &load, 1, ticks);
+  };
+  EXPECT_EQ(push(60'000), FREEFLEX_OK) << freeflex_last_error();
+  EXPECT_EQ(push(60'001), FREEFLEX_BAD_ARGUMENT);
+  EXPECT_STREQ(
+      freeflex_last_error(),
+      "60001 ticks, must be at most 60000 (commands: max_hold of the scene): push again before they end");
+  EXPECT_EQ(push(0), FREEFLEX_OK) << "until another call takes its place";
+}
+
+TEST(CInterface, PushesWithoutAStepAreRefused) {
   Handles c(kScenes + "boom.yaml");
   const freeflex_load load{FREEFLEX_POINT, 3, {0.0, 0.0, 1.0}, {}};
   const auto push = [&] { return freeflex_motion_push(c.motion, 0, FREEFLEX_WORLD, &load, 1, 1); };
   for (int k = 0; k < 256; ++k) ASSERT_EQ(push(), FREEFLEX_OK) << freeflex_last_error();
   EXPECT_EQ(push(), FREEFLEX_BAD_ARGUMENT);
   EXPECT_STREQ(freeflex_last_error(),
-               "256 pushes wait for the next step, as many as a daemon holds: step first");
+               "256 pushes wait for the next step, the most that a motion holds: step first");
   freeflex_motion_step(c.motion, 1);
   EXPECT_EQ(push(), FREEFLEX_OK);
 }

@@ -325,6 +325,19 @@ class Daemon(unittest.TestCase):
                                         "--time lockstep"):
                 daemon.step()
 
+    def test_a_step_takes_the_ticks_that_a_motion_takes(self):
+        motion = freeflex.Plan(BOOM).motion()
+        with Started(BOOM, "--time", "lockstep"), freeflex.connect() as daemon:
+            for ticks in -1, 1.5, 2**64, "1", None:
+                texts = []
+                for owner in daemon, motion:
+                    with self.assertRaises(ValueError) as caught:
+                        owner.step(ticks)
+                    texts.append(str(caught.exception))
+                self.assertEqual(texts[0], texts[1])
+            for ticks, tick in ((0, 0), (5, 5), (0, 5)):
+                self.assertEqual((daemon.step(ticks).tick, motion.step(ticks).tick), (tick, tick))
+
     def test_a_controller_without_states_is_said(self):
         with tempfile.TemporaryDirectory() as folder:
             path = self.scene(folder, "publish: {state: 0}\n")

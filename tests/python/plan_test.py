@@ -78,6 +78,10 @@ class Plans(unittest.TestCase):
                 motion.push({"tip": (0, 0, 1)}, **times)
         with self.assertRaisesRegex(freeflex.StepError, "has no inertia and takes no torque"):
             motion.push({"tip": (0, 0, 1)}, torques={"hub": (0, 0, 1)}, duration=1)
+        for times in ({"duration": 60.001}, {"lease": 70}):
+            with self.assertRaisesRegex(freeflex.StepError, r"ticks, must be at most 60000 \(commands: max_hold of the scene"):
+                motion.push({"tip": (0, 0, 1)}, **times)
+        motion.push({"tip": (0, 0, 1)}, lease=60)
         for every, text in ((0.00037, "0.37 ticks at 1000 Hz, .* every=0.001 is"), (0.0025, "2.5 ticks")):
             with self.assertRaisesRegex(ValueError, text):
                 freeflex.control(motion, lambda state: None, every=every, until=1.0)
@@ -206,11 +210,11 @@ class Threads(unittest.TestCase):
 
 
 class Memory(unittest.TestCase):
-    def test_pushes_without_a_step_are_refused_as_by_a_daemon(self):
+    def test_pushes_without_a_step_are_refused(self):
         motion = freeflex.Plan(BOOM).motion()
         for _ in range(256):
             motion.push({"tip": (0, 0, 1)}, duration=1.0)
-        with self.assertRaisesRegex(freeflex.StepError, "256 pushes wait for the next step, as many as a daemon holds"):
+        with self.assertRaisesRegex(freeflex.StepError, "256 pushes wait for the next step, the most that a motion holds"):
             motion.push({"tip": (0, 0, 2)}, duration=1.0)
         motion.step()
         motion.push({"tip": (0, 0, 2)}, duration=1.0)

@@ -236,9 +236,10 @@ class Daemon:
 
         `forces` {point: (x, y, z)} [N]; `torques` {point: (x, y, z)} [N m] on bodies; `wrenches` {group: (force,
         torque)}; `wheels` {wheel: torque} [N m] of motors; by name or index. `axes`: "world" or "body". Exactly one of
-        `duration` [s], after which it ends, and `lease` [s], within which it is to be renewed. `at_tick`: when, else at
-        once; `late`: "reject", or "take" when that has passed. Rejected: not taken. TimeoutError: no answer. Gone:
-        another daemon has taken the place of the one that it was meant for.
+        `duration` [s], after which it ends, and `lease` [s], within which it is to be renewed: both at most `commands:
+        max_hold` of the scene, 60 s by default. `at_tick`: when, else at once; `late`: "reject", or "take" when that has
+        passed. Rejected: not taken. TimeoutError: no answer. Gone: another daemon has taken the place of the one that it
+        was meant for.
         """
         push = Push(self.index, self.rate, forces, torques=torques, wrenches=wrenches, wheels=wheels, axes=axes,
                     slot=slot, duration=duration, lease=lease)

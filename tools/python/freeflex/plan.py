@@ -270,8 +270,9 @@ class Motion:
 
         `forces` {point: (x, y, z)} [N]; `torques` {point: (x, y, z)} [N m] on bodies; `wrenches` {group: (force,
         torque)}; `wheels` {wheel: torque} [N m] of motors; by name or index. `axes`: "world" or "body". Exactly one of
-        `duration` [s], after which it ends, and `lease` [s], within which it is to be renewed. StepError: not taken,
-        as by a daemon; or 256 pushes wait for the next step.
+        `duration` [s], after which it ends, and `lease` [s], within which it is to be renewed: both at most
+        `commands: max_hold` of the scene, 60 s by default. StepError: not taken, as by a daemon; or 256 pushes wait for
+        the next step.
         """
         push = Push(self.index, self.rate, forces, torques=torques, wrenches=wrenches, wheels=wheels, axes=axes,
                     slot=slot, duration=duration, lease=lease)
