@@ -324,6 +324,13 @@ class Daemon(unittest.TestCase):
             with self.assertRaisesRegex(freeflex.Rejected, r"wrong_mode: .*call daemon.hold\(\) first, or start freeflexd with "
                                         "--time lockstep"):
                 daemon.step()
+            with self.assertRaisesRegex(LookupError, "no kind 'points', must be one of point, link, group, wheel"):
+                daemon.index("points", "tip")
+            with self.assertRaisesRegex(TypeError, "'tip': '0.1' is text, must be a number"):
+                daemon.push({"tip": ("0.1", 0, 0)}, duration=1.0)
+        for call in daemon.step, daemon.status, lambda: daemon.push(slot=1), lambda: next(daemon.listen()):
+            with self.assertRaisesRegex(ValueError, r"the connection to the bus is closed: connect\(\) again"):
+                call()
 
     def test_a_step_takes_the_ticks_that_a_motion_takes(self):
         motion = freeflex.Plan(BOOM).motion()

@@ -82,6 +82,13 @@ class Plans(unittest.TestCase):
             with self.assertRaisesRegex(freeflex.StepError, r"ticks, must be at most 60000 \(commands: max_hold of the scene"):
                 motion.push({"tip": (0, 0, 1)}, **times)
         motion.push({"tip": (0, 0, 1)}, lease=60)
+        for loads in ({"forces": {"tip": ("0.1", 0, 0)}}, {"forces": {"tip": "123"}}, {"wrenches": {0: ("123", (0, 0, 0))}},
+                      {"wheels": {0: "1"}}):
+            with self.assertRaisesRegex(TypeError, "is text, must be a number"):
+                motion.push(**loads, duration=1)
+        for name in ("tip", 3):
+            with self.assertRaisesRegex(LookupError, "no kind 'points', must be one of point, link, group, wheel"):
+                motion.index("points", name)
         for every, text in ((0.00037, "0.37 ticks at 1000 Hz, .* every=0.001 is"), (0.0025, "2.5 ticks")):
             with self.assertRaisesRegex(ValueError, text):
                 freeflex.control(motion, lambda state: None, every=every, until=1.0)

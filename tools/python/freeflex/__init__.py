@@ -26,8 +26,8 @@ from freeflex.description import Scene
 from freeflex.keys import Key
 from freeflex.log import LogError, events
 from freeflex.messages import TYPES
-from freeflex.plan import Busy, Motion, Plan
-from freeflex.state import State, StepError
+from freeflex.plan import Motion, Plan
+from freeflex.state import Busy, State, StepError
 from freeflex.version import __version__
 
 globals().update(TYPES)

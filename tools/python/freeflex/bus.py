@@ -81,12 +81,15 @@ class Bus:
                           "  sudo ip route add 239.0.0.0/8 dev lo") from None
 
     def send(self, channel, data):
-        """Sends one message, bytes. OSError when the network does not take it."""
+        """Sends one message, bytes. OSError when the network does not take it. ValueError after close()."""
+        self._check_open()
         self._sequence += 1
         self._out.send(pack(channel, data, self._sequence))
 
     def receive(self, timeout=None):
-        """The next message as (channel, bytes). None when none came within `timeout` [s]; without one it waits."""
+        """The next message as (channel, bytes). None when none came within `timeout` [s]; without one it waits.
+        ValueError after close()."""
+        self._check_open()
         end = None if timeout is None else time.monotonic() + timeout
         while True:
             self._in.settimeout(None if end is None else max(0.0, end - time.monotonic()))
@@ -99,6 +102,10 @@ class Bus:
             self.num_ignored += 1
             if end is not None and time.monotonic() > end:
                 return None
+
+    def _check_open(self):
+        if self._in.fileno() < 0:
+            raise ValueError("the connection to the bus is closed: connect() again")
 
     def fileno(self):
         """Of the socket that receives, for select."""

@@ -12,8 +12,8 @@ from freeflex.bus import Bus
 from freeflex.codec import DecodeError
 from freeflex.keys import Key
 from freeflex.log import CHANNELS, decode
-from freeflex.scene import MOST_PAGES, Listing, Loads, Pages, Points
-from freeflex.state import VECTORS, BodyState, GroupPose, PointState, Push, State, StepError, vector
+from freeflex.scene import MOST_PAGES, Listing, Loads, Pages, Points, check_kind
+from freeflex.state import VECTORS, BodyState, Busy, GroupPose, PointState, Push, State, StepError, vector, whole
 
 #: names of ack_t.reason (messages/README.md, section 6)
 REASONS = (
@@ -252,14 +252,16 @@ class Daemon:
             wheels=[messages.wheel_torque_t(wheel=k, torque=t) for k, t in push.wheels]))
 
     def step(self, ticks=1):
-        """Advances a daemon that stands by so many ticks. Returns the State of the last of them, once it is there.
+        """Advances a daemon that stands by so many ticks. Returns the State of the last of them, once it is there; of 0
+        ticks that where it stands.
 
         However long that takes, as long as the daemon is heard. Rejected: not taken. StepError: it stands at that
         tick, but publishes no state; or before it, for a fault, or because it was held or reset. Gone: it has ended.
         TimeoutError: nothing is heard any more.
         """
-        ack = self._answered(self._control(messages.control_t.STEP, ticks))
-        session, target, num_standing, give_up = self.session, ack.tick + ticks, 0, None
+        ticks = whole("ticks", ticks, 0, 2**63 - 1)
+        start = self._answered(self._control(messages.control_t.STEP, ticks)) if ticks else self.status()
+        session, target, num_standing, give_up = self.session, start.tick + ticks, 0, None
         while self._state is None or self._state.tick < target:
             heard = self.receive(self.timeout)
             if heard is None:
@@ -317,6 +319,7 @@ class Daemon:
 
     def index(self, kind, name):
         """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
+        check_kind(kind)
         return name if isinstance(name, int) else self.scene.index(kind, name)
 
     def _read_of(self, state, kind, name):

@@ -7,8 +7,8 @@ import threading
 
 from freeflex.description import Scene
 from freeflex.location import LIBRARY
-from freeflex.scene import index_in, indices_of
-from freeflex.state import BodyState, GroupPose, PointState, Push, State, StepError, vector, whole
+from freeflex.scene import check_kind, index_in, indices_of
+from freeflex.state import BodyState, Busy, GroupPose, PointState, Push, State, StepError, vector, whole
 
 #: words of a motion: how far it can be trusted
 WORDS = ("good", "watch", "outside")
@@ -26,11 +26,7 @@ Word = collections.namedtuple("Word", "word cause error scale tick")
 Energy = collections.namedtuple("Energy", "kinetic_rigid kinetic_elastic potential")
 
 
-class Busy(RuntimeError):
-    """A motion that another thread steps or reads at this moment."""
-
-    def __init__(self, why="another thread steps this motion"):
-        super().__init__(f"{why}: give each thread a copy() of its own, or have them take turns")
+_IN_USE = "another thread steps this motion: give each thread a copy() of its own, or have them take turns"
 
 
 class _Setting(ctypes.Structure):
@@ -117,7 +113,7 @@ def _check(code):
     if code == 0:
         return
     if code == _BUSY:
-        raise Busy
+        raise Busy(_IN_USE)
     raise (MemoryError if code == _NO_MEMORY else StepError)(library().last_error().decode(errors="replace").strip())
 
 
@@ -198,6 +194,7 @@ class Plan:
 
     def index(self, kind, name):
         """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
+        check_kind(kind)
         if isinstance(name, int):
             return whole(kind, name, 0, 2**31 - 1)
         return index_in(self._indices[kind], kind, name)
@@ -239,7 +236,7 @@ class Motion:
     def handle(self):
         """For the C interface. Busy while another thread steps the motion, between two calls of C as well."""
         if self._steps.locked():
-            raise Busy
+            raise Busy(_IN_USE)
         return self._handle
 
     def step(self, ticks=1):
@@ -247,7 +244,7 @@ class Motion:
         stands at the last that is."""
         ticks = whole("ticks", ticks, 0, 2**63 - 1)
         if not self._steps.acquire(blocking=False):
-            raise Busy
+            raise Busy(_IN_USE)
         try:
             self._version += 1
             while True:  # in pieces, so that Ctrl-C is heard

@@ -5,6 +5,7 @@ import difflib
 from freeflex.state import vector
 
 
+KINDS = ("point", "link", "group", "wheel")
 #: [bytes] of pages that one thing may have: a tick of 200,000 points has 22 MB
 MOST_BYTES = 64 << 20
 #: pages of a thing while the scene is not known that says how many items there are
@@ -72,6 +73,7 @@ class Listing:
 
     def index(self, kind, name):
         """Index of a point, link, group or wheel by its name; an index is itself. LookupError: none of it."""
+        check_kind(kind)
         if isinstance(name, int):
             return name
         return index_in(self._indices[kind], kind, name)
@@ -83,6 +85,12 @@ def indices_of(numbered):
     for k, name in numbered:
         indices.setdefault(name, k)
     return indices
+
+
+def check_kind(kind):
+    """LookupError: not one of KINDS."""
+    if kind not in KINDS:
+        raise LookupError(f"no kind {kind!r}, must be one of {', '.join(KINDS)}")
 
 
 def index_in(indices, kind, name):

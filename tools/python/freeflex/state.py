@@ -4,6 +4,7 @@ Vectors are arrays of numpy where it is installed, else tuples.
 """
 
 import collections
+import operator
 
 try:
     from numpy import array as vector
@@ -24,6 +25,10 @@ GroupPose = collections.namedtuple("GroupPose", "position attitude velocity angu
 
 class StepError(RuntimeError):
     """A plan or a step that was refused, or that failed; the text says why."""
+
+
+class Busy(RuntimeError):
+    """A motion or a Daemon that another thread uses at this moment."""
 
 
 class State:
@@ -84,7 +89,7 @@ class Push:
         self.forces = [(index("point", k), _three(k, f)) for k, f in (forces or {}).items()]
         self.torques = [(index("point", k), _three(k, t)) for k, t in (torques or {}).items()]
         self.wrenches = [(index("group", k), _three(k, f), _three(k, t)) for k, (f, t) in (wrenches or {}).items()]
-        self.wheels = [(index("wheel", k), float(t)) for k, t in (wheels or {}).items()]
+        self.wheels = [(index("wheel", k), _number(k, t)) for k, t in (wheels or {}).items()]
         if axes not in AXES:
             raise ValueError(f"axes {axes!r}, must be one of {', '.join(AXES)}")
         self.axes, self.slot = AXES.index(axes), whole("slot", slot, 0, 63)
@@ -99,7 +104,13 @@ class Push:
 def _three(name, values):
     if len(values) != 3:
         raise ValueError(f"{name!r}: a force and a torque have three components")
-    return [float(x) for x in values]
+    return [_number(name, x) for x in values]
+
+
+def _number(name, value):
+    if isinstance(value, (str, bytes)):
+        raise TypeError(f"{name!r}: {value!r} is text, must be a number")
+    return float(value)
 
 
 def ticks_of(what, seconds, rate):
@@ -111,6 +122,9 @@ def ticks_of(what, seconds, rate):
 
 def whole(what, value, least, most):
     """A whole number within bounds. ValueError of any other."""
-    if not isinstance(value, int) or not least <= value <= most:
-        raise ValueError(f"{what} {value!r}, must be a whole number from {least} to {most}")
-    return value
+    try:
+        if least <= (number := operator.index(value)) <= most:
+            return number
+    except TypeError:
+        pass
+    raise ValueError(f"{what} {value!r}, must be a whole number from {least} to {most}")
