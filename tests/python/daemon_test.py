@@ -312,6 +312,34 @@ class Daemon(unittest.TestCase):
             with self.assertRaisesRegex(ValueError, "every 0.00037 s is 0.37 ticks at 1000 Hz"):
                 freeflex.control(daemon, controller, every=0.00037)
 
+    def test_a_second_thread_in_a_daemon_is_refused(self):
+        with Started(BOOM, "--time", "lockstep"), freeflex.connect() as daemon:
+            calls = (daemon.step, lambda: daemon.push(slot=1), daemon.hold, daemon.reset, daemon.receive, daemon.status,
+                     lambda: daemon.shape(0), lambda: next(daemon.listen("STATE")))
+            results, is_in, is_over = [], threading.Event(), threading.Event()
+            daemon.timeout = 60.0
+            receive = daemon.bus.receive
+
+            def wait(timeout):  # holds the first thread in its step until the second was refused
+                is_in.set()
+                is_over.wait(60)
+                return receive(timeout)
+
+            daemon.bus.receive = wait
+            worker = threading.Thread(target=lambda: results.append(daemon.step(3).tick))
+            worker.start()
+            is_in.wait(60)
+            for call in calls:
+                with self.assertRaisesRegex(freeflex.Busy, r"another thread uses this Daemon: connect\(\) in each thread"):
+                    call()
+            is_over.set()
+            worker.join()
+            daemon.bus.receive = receive
+            self.assertEqual(results, [3])
+            for _ in daemon.listen("STATUS", timeout=10):  # what is done in the loop is no second user
+                self.assertEqual(daemon.step().tick, 4)
+                break
+
     def test_what_a_daemon_refuses_is_said_in_the_words_of_python(self):
         with Started(BOOM), freeflex.connect() as daemon:
             while daemon.tick == 0:

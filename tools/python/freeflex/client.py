@@ -5,6 +5,7 @@ import functools
 import os
 import re
 import secrets
+import threading
 import time
 
 from freeflex import messages
@@ -56,6 +57,20 @@ _NO_STATE = "have the scene publish it: publish: {state: RATE}"
 _REPEATED = 2.0  # [s] within which a daemon that stands repeats its state, which it does once a second
 
 
+def _alone(method):
+    """Returns the method with a Busy for each thread but the one that uses the Daemon."""
+    @functools.wraps(method)
+    def alone(self, *arguments, **options):
+        if not self._turn.acquire(blocking=False):
+            raise Busy("another thread uses this Daemon: connect() in each thread, or have them take turns")
+        try:
+            return method(self, *arguments, **options)
+        finally:
+            self._turn.release()
+
+    return alone
+
+
 def connect(prefix="FREEFLEX", *, url=None, sender=None, key=None, timeout=5.0):
     """The daemon with this prefix, once its STATUS came: a Daemon. TimeoutError when none is there.
 
@@ -96,6 +111,8 @@ class Daemon:
     daemon stands now is for `tick`, `state` and `status()`; `points`, `loads`: the last tick that is whole, None before;
     `num_undecodable`: messages on its channels that were damaged. When another daemon takes its place on the prefix,
     `session` changes with its STATUS and all else begins anew.
+
+    It belongs to one thread at a time. Busy: another thread waits for a message or an answer in it.
     """
 
     def __init__(self, bus, prefix="FREEFLEX", *, sender=None, key=None, timeout=5.0):
@@ -105,6 +122,7 @@ class Daemon:
         self.session, self.last_status = 0, None
         self.num_undecodable = 0
         self._sequence = time.time_ns() // 1000
+        self._turn = threading.RLock()  # of the thread that uses this; its methods call each other
         self._forget()
 
     def _forget(self):
@@ -115,6 +133,7 @@ class Daemon:
 
     # ---- what is heard
 
+    @_alone
     def receive(self, timeout=None):
         """The next message of this daemon, as (suffix of its channel, message): None after `timeout` [s]."""
         end = None if timeout is None else time.monotonic() + timeout
@@ -178,6 +197,7 @@ class Daemon:
             raise TimeoutError(f"no whole scene on {self.prefix}_SCENE within {self.timeout:g} s")
         return self._scene
 
+    @_alone
     def _next(self, is_wanted, timeout):
         end = None if timeout is None else time.monotonic() + timeout
         while True:
@@ -230,6 +250,7 @@ class Daemon:
 
     # ---- commands
 
+    @_alone
     def push(self, forces=None, *, torques=None, wrenches=None, wheels=None, axes="world", slot=0, duration=None,
              lease=None, at_tick=None, late="reject"):
         """Puts loads into a slot of this sender in the place of what was there; without any clears it. Returns the ack.
@@ -251,6 +272,7 @@ class Daemon:
             wrenches=[messages.wrench_t(group=k, force=f, torque=t) for k, f, t in push.wrenches],
             wheels=[messages.wheel_torque_t(wheel=k, torque=t) for k, t in push.wheels]))
 
+    @_alone
     def step(self, ticks=1):
         """Advances a daemon that stands by so many ticks. Returns the State of the last of them, once it is there; of 0
         ticks that where it stands.
@@ -290,6 +312,7 @@ class Daemon:
         """Stands at its tick."""
         return self._answered(self._control(messages.control_t.HOLD))
 
+    @_alone
     def reset(self):
         """Back to the start, in a new epoch. What is of the epoch before is not returned any more: `state` waits for the
         new one."""
@@ -306,6 +329,7 @@ class Daemon:
         """Ends the daemon in order."""
         return self._answered(self._control(messages.control_t.STOP))
 
+    @_alone
     def shape(self, mode):
         """Mode shape: {index of a point: displacement [-] per elastic coordinate, body axes}. Modes count from 0, as in
         a state's `q`."""
@@ -337,6 +361,7 @@ class Daemon:
                               + ": name it in publish: points: of")
         return of(*(vector(getattr(table[index], field)) for field in of._fields))
 
+    @_alone
     def _whole_of(self, state, name, suffix):
         """POINTS or LOADS of the tick of a state; waits for them."""
         when, end, is_heard = (state.epoch, state.tick), time.monotonic() + self.timeout, False
@@ -367,6 +392,7 @@ class Daemon:
         self.bus.send(channel, self.key.seal(command, channel) if self.key else command.encode())
         return command
 
+    @_alone
     def _answered(self, command):
         sequence, session = self._send(command).sequence, self.session
         ack = self._next(lambda suffix, m: self.session != session or (
