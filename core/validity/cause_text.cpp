@@ -52,6 +52,8 @@ std::string agent_text(const Plan& plan, const Responsible& named) {
       return called("load", plan.histories, named.item);
     case Agent::kCommands:
       return "the commanded load";
+    case Agent::kWheel:
+      return called("wheel", plan.wheels.all, named.item);
     case Agent::kSpin:
       return "the spin of the body";
     case Agent::kOrbit:
@@ -123,6 +125,9 @@ std::string step_text(const Plan& plan, const Responsible& named) {
 }
 
 std::string stiffness_text(const Plan& plan, const Responsible& named) {
+  if (named.agent == Agent::kWheel)
+    return "model: " + agent_text(plan, named) + " adds gyroscopic forces to " + mode_text(named) +
+           ", which this rung neglects";
   const bool is_spin = named.agent == Agent::kSpin;
   return "model: " + agent_text(plan, named) +
          (is_spin && !is_coupled(plan) ? " adds Coriolis forces and stiffness to "

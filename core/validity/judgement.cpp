@@ -231,6 +231,12 @@ void Judgement::name_responsible(const State& state, double by_pushes) noexcept 
   const ModalErrors& errors = errors_[is_wide_ ? 1 : 0];
   const ModalLeaders& leaders = errors.leaders();
   Responsible& named = now_.responsible;
+  if (is_steady_ && (now_.cause == Cause::kStiffness || now_.cause == Cause::kBuckling)) {
+    const bool buckles = now_.cause == Cause::kBuckling;
+    named = responsible_.of_steady(
+        errors, {buckles ? leaders.softest : leaders.error, buckles && leaders.is_left_out}, state);
+    return;
+  }
   switch (now_.cause) {
     case Cause::kStiffness:
       named = responsible_.of_stiffness(errors, leaders.error, state);

@@ -30,6 +30,17 @@ double square(double x) { return x * x; }
 // without the care of std::abs for what overflows, which takes longer than all else
 double length(const std::complex<double>& z) { return std::sqrt(std::norm(z)); }
 
+/// [N/m] stiffness of a pair of modes by followers at amplitude 1 that the plan is taken to have.
+double followed(const PlanHistory& history, std::int32_t l, std::int32_t u) noexcept {
+  const std::vector<std::int32_t>& modes = history.stiffening.modes;
+  const auto at_l = std::lower_bound(modes.begin(), modes.end(), l),
+             at_u = std::lower_bound(modes.begin(), modes.end(), u);
+  if (at_l == modes.end() || *at_l != l || at_u == modes.end() || *at_u != u) return 0.0;
+  const auto row = static_cast<std::size_t>(at_l - modes.begin()),
+             column = static_cast<std::size_t>(at_u - modes.begin());
+  return kFollowerShare * history.stiffening.rows[row * modes.size() + column];
+}
+
 double dot(const double* a, const double* b, std::size_t n) {
   double sums[4] = {};
   std::size_t k = 0;
@@ -106,10 +117,10 @@ double ModalErrors::wheel_phase(std::size_t l, const MotionState& state) const n
   return sum;
 }
 
-/// Judged mode of a mode of the plan.
-std::size_t ModalErrors::judged_place(std::int32_t mode) const {
+/// Judged mode of a mode of the plan; their number: it is not judged.
+std::size_t ModalErrors::judged_place(std::int32_t mode) const noexcept {
   std::size_t l = 0;
-  while (plan_.neglect.pairs[l][0] != mode) ++l;
+  while (l < modes_.size() && plan_.neglect.pairs[l][0] != mode) ++l;
   return l;
 }
 
@@ -218,16 +229,7 @@ double ModalErrors::stiffness_of(std::size_t pair) const noexcept {
       sum += rows[6 * pair + k] * push_[k] + rows[6 * pair + 3 + k] * w_dot_[k];
   // what followers add stands in the plan, to first order and of the lowest modes
   const auto [l, u] = plan_.neglect.pairs[pair];
-  for (const Follower& follower : followers_) {
-    const std::vector<std::int32_t>& modes = follower.history->stiffening.modes;
-    const auto at_l = std::lower_bound(modes.begin(), modes.end(), l),
-               at_u = std::lower_bound(modes.begin(), modes.end(), u);
-    if (at_l == modes.end() || *at_l != l || at_u == modes.end() || *at_u != u) continue;
-    const auto row = static_cast<std::size_t>(at_l - modes.begin()),
-               column = static_cast<std::size_t>(at_u - modes.begin());
-    sum -=
-        kFollowerShare * follower.amplitude * follower.history->stiffening.rows[row * modes.size() + column];
-  }
+  for (const Follower& follower : followers_) sum -= follower.amplitude * followed(*follower.history, l, u);
   return sum;
 }
 
@@ -471,30 +473,76 @@ void ModalErrors::find_leaders(const MotionState& state) noexcept {
 /// that have them.
 double ModalErrors::coriolis_stiffness(std::size_t l) const noexcept {
   if (is_coupled(plan_)) return 0.0;
+  const std::int32_t mode = plan_.neglect.pairs[l][0];
   double most = 0.0;
-  for (std::size_t k = first_pair_[l]; k < first_pair_[l + 1]; ++k) {
-    const double* const s = plan_.neglect.coriolis_rows.data() + 3 * partners_[k].pair;
+  for (std::size_t pair = modes_.size(); pair < plan_.neglect.pairs.size(); ++pair) {
+    if (plan_.neglect.pairs[pair][0] != mode && plan_.neglect.pairs[pair][1] != mode) continue;
+    const double* const s = plan_.neglect.coriolis_rows.data() + 3 * pair;
     most = std::max(most, std::abs(s[0] * w_[0] + s[1] * w_[1] + s[2] * w_[2]));
   }
-  return 2.0 * plan_.mass * plan_.omega[static_cast<std::size_t>(plan_.neglect.pairs[l][0])] * most;
+  return 2.0 * plan_.mass * plan_.omega[static_cast<std::size_t>(mode)] * most;
 }
 
-StiffnessShares ModalErrors::shares_of(std::int32_t mode, const MotionState& state) const noexcept {
+/// The wheel that does most to a mode on rungs that do not couple: gyroscopic forces between it and its
+/// partners, as Coriolis forces (X167), and its torque on the body that turns with the mode (X148).
+void ModalErrors::find_wheel(std::size_t l, const MotionState& state,
+                             StiffnessShares& shares) const noexcept {
+  if (is_coupled(plan_)) return;
+  const std::int32_t mode = plan_.neglect.pairs[l][0];
+  const auto at = static_cast<std::size_t>(mode), padded = static_cast<std::size_t>(plan_.num_padded);
+  for (std::size_t k = 0; k < state.wheel_momentum.size(); ++k) {
+    const PlanWheel& wheel = plan_.wheels.all[k];
+    const double* const rows = turn_rows(plan_, wheel.turning);
+    const Vec3 across = cross(wheel.axis, {rows[at], rows[padded + at], rows[2 * padded + at]});
+    const double h = std::abs(state.wheel_momentum[k]);
+    double most = 0.0;
+    for (std::size_t pair = modes_.size(); pair < plan_.neglect.pairs.size(); ++pair)
+      if (plan_.neglect.pairs[pair][0] == mode || plan_.neglect.pairs[pair][1] == mode)
+        most = std::max(most, std::abs(wheel.gyroscopic[pair]));
+    const double share =
+        h * plan_.omega[at] * most + h * h * dot(across, multiply(plan_.inverse_inertia, across));
+    if (share > shares.wheel) shares.wheel = share, shares.largest_wheel = static_cast<std::int32_t>(k);
+  }
+}
+
+/// (num_elastic) stiffness of a mode per static elastic coordinate; null where it is not judged.
+const double* ModalErrors::load_row(const JudgedMode& named) const noexcept {
+  const std::size_t n = flexibility_.size();
+  if (named.mode < 0) return nullptr;
+  if (named.is_left_out) return plan_.neglect.left_out_rows.data() + static_cast<std::size_t>(named.mode) * n;
+  const std::size_t l = judged_place(named.mode);
+  return l < modes_.size() ? plan_.neglect.load_rows.data() + l * n : nullptr;
+}
+
+double ModalErrors::stiffness_by(const JudgedMode& named, const double* Q) const noexcept {
+  const double* const row = load_row(named);
+  double sum = 0.0;
+  for (std::size_t u = 0; u < flexibility_.size() && row != nullptr; ++u)
+    sum += row[u] * Q[u] * flexibility_[u];
+  return sum;
+}
+
+double ModalErrors::followed_by(const JudgedMode& named, const PlanHistory& history) const noexcept {
+  return named.mode < 0 || named.is_left_out ? 0.0 : followed(history, named.mode, named.mode);
+}
+
+StiffnessShares ModalErrors::shares_of(const JudgedMode& named, const MotionState& state) const noexcept {
   StiffnessShares shares;
-  std::size_t l = 0;
-  while (l < modes_.size() && plan_.neglect.pairs[l][0] != mode) ++l;
-  if (l == modes_.size()) return shares;
-  for (std::size_t k = 0; k < 6; ++k) shares.spin += plan_.neglect.spin_rows[6 * l + k] * products_[k];
-  shares.loads = stiffness_of(l) - shares.spin;
-  shares.spin = std::abs(shares.spin) + coriolis_stiffness(l);
-  shares.loads = std::abs(shares.loads);
-  const double* const row = plan_.neglect.load_rows.data() + l * flexibility_.size();
+  const double* const row = load_row(named);
+  if (row == nullptr) return shares;
+  const std::size_t l = named.is_left_out ? static_cast<std::size_t>(named.mode) : judged_place(named.mode);
+  const Array& spin_rows = named.is_left_out ? plan_.neglect.left_out_spin : plan_.neglect.spin_rows;
+  for (std::size_t k = 0; k < 6; ++k) shares.spin += spin_rows[6 * l + k] * products_[k];
+  shares.spin = std::abs(shares.spin);
   double sum = 0.0;
   for (std::size_t u = 0; u < flexibility_.size(); ++u) {
     const double rate = plan_.omega[u] > 0.0 ? state.q_dot[u] / plan_.omega[u] : 0.0;
     sum += square(row[u]) * (square(state.q[u] - still_[u]) + square(rate));
   }
   shares.vibration = std::sqrt(sum);
+  if (named.is_left_out) return shares;
+  shares.spin += coriolis_stiffness(l);
+  find_wheel(l, state, shares);
   return shares;
 }
 

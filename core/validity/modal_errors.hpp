@@ -30,9 +30,17 @@ struct ModalLeaders {
   std::int32_t wheel = -1;      // the wheel that could hide more than links do; -1: none
 };
 
-/// What changes the stiffness of a mode [N/m], or its motion as much.
+/// A mode by its place in the plan, or one of the lowest that are left out; -1: none.
+struct JudgedMode {
+  std::int32_t mode = -1;
+  bool is_left_out = false;
+};
+
+/// What changes the stiffness of a mode beside loads [N/m], or its motion as much; [-] of one that is left
+/// out.
 struct StiffnessShares {
-  double loads = 0.0, spin = 0.0, vibration = 0.0;
+  double spin = 0.0, vibration = 0.0, wheel = 0.0;
+  std::int32_t largest_wheel = -1;  // the wheel whose share it is; -1: none
 };
 
 /// Ringing errors that grow while modes ring, static ones, those of second order   (THEORY X142, X143).
@@ -52,8 +60,13 @@ class ModalErrors {
   double round() const noexcept { return round_; }  // [s] between two looks at a mode
   const ModalErrorSize& size() const noexcept { return size_; }
   const ModalLeaders& leaders() const noexcept { return leaders_; }
-  /// Returns what changes the stiffness of a mode that the plan has and judges; zero for others.
-  StiffnessShares shares_of(std::int32_t mode, const MotionState& state) const noexcept;
+  /// Returns what changes the stiffness of a mode beside loads; zero where it is not judged.
+  StiffnessShares shares_of(const JudgedMode& named, const MotionState& state) const noexcept;
+  /// Returns the stiffness [N/m] that the static answer to generalized forces gives a mode, [-] of one that
+  /// is left out; 0 where it is not judged.  \param Q  [N] (num_elastic)
+  double stiffness_by(const JudgedMode& named, const double* Q) const noexcept;
+  /// Returns what of it the plan has where the forces follow their points   (THEORY X145).
+  double followed_by(const JudgedMode& named, const PlanHistory& history) const noexcept;
   /// [m/N] 1 / (M omega^2) of each mode, 0 of mechanisms.
   const std::vector<double>& flexibility() const noexcept { return flexibility_; }
 
@@ -82,7 +95,8 @@ class ModalErrors {
     const PlanHistory* history;
     double amplitude;  // of the round
   };
-  std::size_t judged_place(std::int32_t mode) const;
+  std::size_t judged_place(std::int32_t mode) const noexcept;
+  const double* load_row(const JudgedMode& named) const noexcept;
   void look_at(std::size_t l, const MotionState& state) noexcept;
   bool is_resolved(std::size_t l) const noexcept;
   double unseen_stiffness(std::size_t l, double share) const noexcept;
@@ -98,6 +112,7 @@ class ModalErrors {
   void look_at_mechanism(std::size_t l, double stiffness, const MotionState& state) noexcept;
   double stiffness_of(std::size_t pair) const noexcept;
   double coriolis_stiffness(std::size_t l) const noexcept;
+  void find_wheel(std::size_t l, const MotionState& state, StiffnessShares& shares) const noexcept;
   void soften(double share, std::int32_t mode, bool is_left_out) noexcept;
   void find_leaders(const MotionState& state) noexcept;
   double wheel_error(const MotionState& state, std::int32_t& wheel) const noexcept;

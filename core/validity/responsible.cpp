@@ -4,6 +4,8 @@
 #include <cmath>
 
 #include "core/step/history.hpp"
+#include "core/step/kernels.hpp"
+#include "core/step/loads.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 
@@ -14,34 +16,6 @@ using Agent = Responsible::Agent;
 
 double squared(double x) { return x * x; }
 
-/// [m] size of the static answer of the modes to a load at amplitude 1, whatever the attitude.
-double answer_to(const Plan& plan, const LoadPattern& pattern) noexcept {
-  const auto n = static_cast<std::size_t>(plan.num_elastic),
-             padded = static_cast<std::size_t>(plan.num_padded);
-  double sum = 0.0;
-  for (std::size_t l = 0; l < n; ++l) {
-    if (plan.omega[l] == 0.0) continue;
-    double Q = 0.0;  // square of the generalized force
-    if (pattern.has_body && l < pattern.Q_B.size()) Q += squared(pattern.Q_B[l]);
-    if (pattern.uses_table)
-      for (std::size_t ab = 0; ab < 9; ++ab) Q += squared(pattern.table[ab * padded + l]);
-    else
-      for (std::size_t k = 0; k < static_cast<std::size_t>(pattern.num_direct); ++k) {
-        const double force = dot(pattern.direct_force_W[k], pattern.direct_force_W[k]);
-        for (std::size_t axis = 0; axis < 3; ++axis)
-          Q += force * squared(plan.rows[(3 * index(pattern.direct_row[k]) + axis) * padded + l]);
-      }
-    for (std::size_t k = 0; k < pattern.wheels.torque.size(); ++k) {
-      const PlanWheel& wheel = plan.wheels.all[k];
-      const double* const rows = turn_rows(plan, wheel.turning);
-      Q += squared(pattern.wheels.torque[k] *
-                   dot(wheel.axis, Vec3{rows[l], rows[padded + l], rows[2 * padded + l]}));
-    }
-    sum += Q / squared(plan.mass * squared(plan.omega[l]));
-  }
-  return std::sqrt(sum);
-}
-
 std::int32_t largest_wheel(const State& state) noexcept {
   std::size_t largest = 0;
   for (std::size_t k = 1; k < state.wheel_momentum.size(); ++k)
@@ -51,6 +25,15 @@ std::int32_t largest_wheel(const State& state) noexcept {
 
 }  // namespace
 
+ResponsibleFinder::ResponsibleFinder(const Plan& plan) : plan_(plan) {
+  const std::size_t num_parts = plan.points.size() + plan.particles.all.size();
+  std::size_t padded = index(plan.num_padded);
+  for (const Plan& wide : plan.wide) padded = std::max(padded, index(wide.num_padded));
+  Q_.resize(padded);
+  rest_.resize(padded);  // of the state, whatever its plan
+  if (is_coupled(plan)) forces_.resize(num_parts);
+}
+
 void ResponsibleFinder::name_mode(std::int32_t mode, const State& state, Responsible& named) const noexcept {
   if (mode < 0) return;
   const Plan& plan = active_plan(plan_, state);
@@ -59,66 +42,153 @@ void ResponsibleFinder::name_mode(std::int32_t mode, const State& state, Respons
   named.frequency = plan.omega[l] / (2.0 * M_PI);
 }
 
-/// The load that bends most at the moment; of those that bend nothing, none.
-Responsible ResponsibleFinder::acting_load(const State& state) const noexcept {
+void ResponsibleFinder::name_mode(const JudgedMode& mode, const State& state,
+                                  Responsible& named) const noexcept {
+  if (!mode.is_left_out) return name_mode(mode.mode, state, named);
+  const PlanNamed& names = active_plan(plan_, state).neglect.named;
+  if (const auto l = static_cast<std::size_t>(mode.mode); l < names.left_out.size()) {
+    named.mode = names.left_out[l];
+    named.frequency = names.left_out_frequency[l];
+  }
+}
+
+/// Overwrites Q_ with the generalized forces of a load at amplitude 1.
+void ResponsibleFinder::project_load(const Plan& plan, const LoadPattern& pattern,
+                                     const Mat3& R_WB) noexcept {
+  const std::size_t padded = index(plan.num_padded);
+  std::fill(Q_.begin(), Q_.end(), 0.0);
+  if (is_coupled(plan)) {
+    std::fill(forces_.begin(), forces_.end(), Vec3{});
+    add_point_forces(plan, pattern, R_WB, 1.0, forces_);
+    for (std::size_t i = 0; i < forces_.size(); ++i)
+      if (!is_zero(forces_[i]))
+        combine_rows(point_rows(plan, mass_point(plan, static_cast<std::int32_t>(i)).row), forces_[i], true,
+                     padded, Q_.data());
+    for (std::size_t k = 0; k < pattern.sums.torque.W.size(); ++k)
+      combine_rows(turn_rows(plan, static_cast<std::int32_t>(k)),
+                   add(multiply_transposed(R_WB, pattern.sums.torque.W[k]), pattern.sums.torque.B[k]), true,
+                   padded, Q_.data());
+  } else {
+    project(plan, pattern, R_WB, 1.0, false, Q_.data());
+  }
+  for (std::size_t k = 0; k < pattern.wheels.torque.size(); ++k)
+    if (const double torque = pattern.wheels.torque[k]; torque != 0.0) {
+      const PlanWheel& wheel = plan.wheels.all[k];
+      combine_rows(turn_rows(plan, wheel.turning), scale(-torque, wheel.axis), true, padded, Q_.data());
+    }
+}
+
+/// Calls visit(load, history, now, most) for each load that acts, with its forces in Q_: its amplitude at the
+/// moment, and the one that counts, which of a sine is its peak. Commands have no history.
+template <typename Visit>
+void ResponsibleFinder::for_each_load(const State& state, const Visit& visit) noexcept {
   const Plan& plan = active_plan(plan_, state);
-  Responsible found;
-  double most = 0.0;
+  const Mat3 R_WB = rotation_matrix(state.q_WB);
   // before the first step no load has acted
   const std::int64_t age = state.tick - state.epoch_start_tick;
   for (std::size_t k = 0; k < plan.histories.size() && age > 0; ++k) {
-    const double amplitude = std::abs(amplitude_left(plan.histories[k], plan.period, age));
-    if (amplitude == 0.0) continue;
-    const double size = amplitude * answer_to(plan, plan.histories[k].pattern);
-    if (size > most) most = size, found = {Agent::kLoad, static_cast<std::int32_t>(k), 0, 0.0};
+    const PlanHistory& history = plan.histories[k];
+    const double now = amplitude_left(history, plan.period, age);
+    const bool is_sine = history.kind == PlanHistory::Kind::kSine;
+    if (now == 0.0 && !is_sine) continue;
+    project_load(plan, history.pattern, R_WB);
+    visit(Responsible{Agent::kLoad, static_cast<std::int32_t>(k), 0, 0.0}, &history, now,
+          is_sine ? 1.0 : now);
   }
-  if (state.num_slots > 0 && answer_to(plan, state.commands_pattern) > most)
-    found = {Agent::kCommands, -1, 0, 0.0};
-  return found;
+  if (state.num_slots == 0) return;
+  project_load(plan, state.commands_pattern, R_WB);
+  visit(Responsible{Agent::kCommands, -1, 0, 0.0}, nullptr, 1.0, 1.0);
 }
 
-Responsible ResponsibleFinder::of_buckling(const ModalErrors& errors, const State& state) const noexcept {
+Responsible ResponsibleFinder::of_buckling(const ModalErrors& errors, const State& state) noexcept {
   const ModalLeaders& leaders = errors.leaders();
-  if (!leaders.is_left_out) return of_stiffness(errors, leaders.softest, state);
-  Responsible found = of_stiffness(errors, -1, state);
-  const PlanNamed& names = active_plan(plan_, state).neglect.named;
-  if (const auto l = static_cast<std::size_t>(leaders.softest); l < names.left_out.size()) {
-    found.mode = names.left_out[l];
-    found.frequency = names.left_out_frequency[l];
-  }
-  return found;
+  return most_of_stiffness(errors, {leaders.softest, leaders.is_left_out}, true, state);
 }
 
 Responsible ResponsibleFinder::of_stiffness(const ModalErrors& errors, std::int32_t mode,
-                                            const State& state) const noexcept {
-  const StiffnessShares shares = errors.shares_of(mode, state);
-  const Vec3 w = angular_velocity(active_plan(plan_, state), state);
-  const bool spins = dot(w, w) > 0.0;
-  Responsible found = acting_load(state);
-  const bool loads = found.agent != Agent::kNone;
-  if (!loads || (mode >= 0 && shares.loads < std::max(shares.spin, shares.vibration))) {
-    // without a load, what stands is bent by the spin or by the gradient of a field
-    const double standing = loads ? 0.0 : shares.loads;
-    found = {};
-    if (spins && shares.spin + standing >= shares.vibration)
-      found.agent = Agent::kSpin;
-    else if (!spins && plan_.attractor_mu > 0.0 && standing > shares.vibration)
-      found.agent = Agent::kOrbit;
-    else
-      found.agent = Agent::kVibration;
-  }
+                                            const State& state) noexcept {
+  return most_of_stiffness(errors, {mode, false}, false, state);
+}
+
+Responsible ResponsibleFinder::most_of_stiffness(const ModalErrors& errors, const JudgedMode& mode,
+                                                 bool is_softened, const State& state) noexcept {
+  const Plan& plan = active_plan(plan_, state);
+  const std::vector<double>& flexibility = errors.flexibility();
+  Responsible found;
+  double most = 0.0;
+  std::copy(state.Q.begin(), state.Q.end(), rest_.begin());
+  for_each_load(state, [&](const Responsible& load, const PlanHistory* history, double now, double largest) {
+    for (std::size_t u = 0; u < rest_.size(); ++u) rest_[u] -= now * Q_[u];
+    double share = 0.0;
+    if (mode.mode < 0) {  // of no mode: the load that bends most
+      for (std::size_t u = 0; u < flexibility.size(); ++u) share += squared(Q_[u] * flexibility[u]);
+      share = std::abs(largest) * std::sqrt(share);
+    } else {
+      const double of_plan = history != nullptr ? errors.followed_by(mode, *history) : 0.0;
+      share = largest * (errors.stiffness_by(mode, Q_.data()) - of_plan);
+      // what stiffens does not take stiffness; a sine does both
+      const bool swings = history != nullptr && history->kind == PlanHistory::Kind::kSine;
+      share = is_softened && !swings ? -share : std::abs(share);
+    }
+    if (share > most) most = share, found = load;
+  });
+  StiffnessShares shares = errors.shares_of(mode, state);
+  if (is_softened) shares.vibration = shares.wheel = 0.0;  // what stands takes the stiffness
+  // what stands without loads is bent by the spin or by the gradient of a field
+  const double standing = std::abs(errors.stiffness_by(mode, rest_.data()));
+  const Vec3 w = angular_velocity(plan, state), rho = sub(state.p_WB, plan.attractor_W);
+  const double distance = std::sqrt(dot(rho, rho));
+  const bool has_attractor = plan.attractor_mu > 0.0,
+             spins = dot(w, w) > 0.0 &&
+                     (!has_attractor || dot(w, w) * distance * distance * distance >= plan.attractor_mu);
+  const double by_spin = shares.spin + (spins ? standing : 0.0),
+               by_orbit = has_attractor && !spins ? standing : 0.0;
+  const auto propose = [&](Agent agent, std::int32_t item, double share) {
+    if (share > most) most = share, found = {agent, item, 0, 0.0};
+  };
+  propose(Agent::kWheel, shares.largest_wheel, shares.wheel);
+  propose(Agent::kSpin, -1, by_spin);
+  propose(Agent::kOrbit, -1, by_orbit);
+  propose(Agent::kVibration, -1, shares.vibration);
+  if (found.agent == Agent::kNone) found.agent = Agent::kVibration;
   name_mode(mode, state, found);
   return found;
 }
 
-Responsible ResponsibleFinder::of_displacement(std::int32_t mode, const State& state) const noexcept {
+Responsible ResponsibleFinder::of_steady(const ModalErrors& errors, const JudgedMode& mode,
+                                         const State& state) noexcept {
+  const Plan& plan = active_plan(plan_, state);
+  std::copy(state.Q.begin(), state.Q.end(), rest_.begin());
+  std::fill(Q_.begin(), Q_.end(), 0.0);
+  if (plan.has_spin_load && !is_zero(state.H_W)) {
+    const Vec3 w = angular_velocity(plan, state);
+    const double square = dot(w, w);
+    const std::size_t padded = index(plan.num_padded);
+    combine_rows(plan.field_rows.data(), {square - w[0] * w[0], square - w[1] * w[1], square - w[2] * w[2]},
+                 true, padded, Q_.data());
+    combine_rows(plan.field_rows.data() + 3 * padded,
+                 {-2.0 * w[0] * w[1], -2.0 * w[0] * w[2], -2.0 * w[1] * w[2]}, true, padded, Q_.data());
+    for (std::size_t u = 0; u < rest_.size(); ++u) rest_[u] -= Q_[u];
+  }
+  const double by_load = std::abs(errors.stiffness_by(mode, rest_.data())),
+               by_spin = std::abs(errors.stiffness_by(mode, Q_.data())) + errors.shares_of(mode, state).spin;
+  Responsible found{by_spin > by_load ? Agent::kSpin : Agent::kCommands, -1, 0, 0.0};
+  name_mode(mode, state, found);
+  return found;
+}
+
+Responsible ResponsibleFinder::of_displacement(std::int32_t mode, const State& state) noexcept {
   Responsible found;
   if (mode >= 0) {
     const Plan& plan = active_plan(plan_, state);
     const auto l = static_cast<std::size_t>(mode);
     const double stiffness = plan.mass * squared(plan.omega[l]),
                  still = stiffness > 0.0 ? state.Q[l] / stiffness : 0.0;
-    if (std::abs(still) > std::abs(state.q[l] - still)) found = acting_load(state);
+    double most = 0.0;
+    if (std::abs(still) > std::abs(state.q[l] - still))
+      for_each_load(state, [&](const Responsible& load, const PlanHistory*, double now, double) {
+        if (const double force = std::abs(now * Q_[l]); force > most) most = force, found = load;
+      });
   }
   if (found.agent == Agent::kNone) found.agent = Agent::kVibration;
   name_mode(mode, state, found);

@@ -31,15 +31,17 @@ struct Responsible {
 /// Finds what is responsible. Allocates nothing after construction.
 class ResponsibleFinder {
  public:
-  explicit ResponsibleFinder(const Plan& plan) : plan_(plan) {}
+  explicit ResponsibleFinder(const Plan& plan);
 
-  /// Returns what changes the stiffness of a mode most. \param mode  of the active plan; -1: one that is left
-  /// out
-  Responsible of_stiffness(const ModalErrors& errors, std::int32_t mode, const State& state) const noexcept;
+  /// Returns what changes the stiffness of a mode most.  \param mode  of the active plan
+  Responsible of_stiffness(const ModalErrors& errors, std::int32_t mode, const State& state) noexcept;
   /// Returns what takes the stiffness of the softest mode, be it left out of the plan.
-  Responsible of_buckling(const ModalErrors& errors, const State& state) const noexcept;
+  Responsible of_buckling(const ModalErrors& errors, const State& state) noexcept;
+  /// Returns which of the commanded load and the spin changes the stiffness of a mode of a steady answer
+  /// most.
+  Responsible of_steady(const ModalErrors& errors, const JudgedMode& mode, const State& state) noexcept;
   /// Returns the load that holds a mode displaced, or its vibration.
-  Responsible of_displacement(std::int32_t mode, const State& state) const noexcept;
+  Responsible of_displacement(std::int32_t mode, const State& state) noexcept;
   Responsible of_vibration(std::int32_t mode, const State& state) const noexcept;
   /// Returns what could hide an error: a wheel, a link whose inside no table tells, or modes that are left
   /// out.
@@ -47,9 +49,16 @@ class ResponsibleFinder {
 
  private:
   void name_mode(std::int32_t mode, const State& state, Responsible& named) const noexcept;
-  Responsible acting_load(const State& state) const noexcept;
+  void name_mode(const JudgedMode& mode, const State& state, Responsible& named) const noexcept;
+  template <typename Visit>
+  void for_each_load(const State& state, const Visit& visit) noexcept;
+  void project_load(const Plan& plan, const LoadPattern& pattern, const Mat3& R_WB) noexcept;
+  Responsible most_of_stiffness(const ModalErrors& errors, const JudgedMode& mode, bool is_softened,
+                                const State& state) noexcept;
 
   const Plan& plan_;
+  Array Q_, rest_;            // [N] of one load at amplitude 1, and of what is no load
+  std::vector<Vec3> forces_;  // [N] on each point, on rungs that couple
 };
 
 }  // namespace freeflex

@@ -7,6 +7,7 @@
 #include <map>
 #include <set>
 
+#include "core/plan/quasi_static.hpp"
 #include "service/io/scene/input.hpp"
 #include "tests/motion/watched.hpp"
 #include "tests/motion/word_bodies.hpp"
@@ -175,6 +176,43 @@ std::vector<Case> cases_of_the_model() {
   return all;
 }
 
+// Of several things that act the one that changes the stiffness of the mode, not the one that bends most.
+std::vector<Case> cases_of_several() {
+  std::vector<Case> all;
+  const std::vector<PointLoad> pair = {{0, {kBend, 0.0, 0.0}}, {10, {-kBend, 0.0, 0.0}}},
+                               trim = {{0, {0.0, 0.1, 0.0}}, {5, {0.0, -0.2, 0.0}}, {10, {0.0, 0.1, 0.0}}};
+  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
+    Scene both = free_beam(rung);
+    load(both, "squeeze", pair);
+    load(both, "trim", trim);
+    all.push_back({"squeeze beside trim", both, 2.0, Cause::kStiffness, {"load 'squeeze'", "mode "}});
+    both.loads[0].history = SineHistory{2.0 * kLowest / (2.0 * M_PI), 0.0};
+    all.push_back({"sine beside trim", both, 4.0, Cause::kStiffness, {"load 'squeeze'", "mode "}});
+  }
+  Scene held = free_beam(Fidelity::kSeparated);
+  held.initial.modes.clear();
+  load(held, "trim", trim);
+  load(held, "squeeze",
+       {{0, {0.8 * M_PI * M_PI * kBend, 0.0, 0.0}}, {10, {-0.8 * M_PI * M_PI * kBend, 0.0, 0.0}}});
+  load(held, "pull", {{4, {-3.0 * kBend, 0.0, 0.0}}, {6, {3.0 * kBend, 0.0, 0.0}}});
+  all.push_back({"buckling beside a pull", held, 0.5, Cause::kBuckling, {"load 'squeeze'"}});
+  Scene wheels;
+  for (const double mass : {10.0, 1.0, 1.0}) {
+    add_point(wheels, mass, {static_cast<double>(wheels.points.size()), 0.0, 0.0});
+    wheels.points.back().inertia = 0.1 * mass * Eigen::Matrix3d::Identity();
+  }
+  for (int k = 0; k < 2; ++k)
+    add_link(wheels, {k, k + 1},
+             Beam{.EA = 1e5, .GJ = 100.0, .EI_y = 100.0, .EI_z = 100.0, .y_axis = Vector3d::UnitY()});
+  wheels.wheels = {{"idle", 1, Vector3d::UnitY(), 0.0, {}}, {"big", 0, Vector3d::UnitZ(), 5.0, {}}};
+  wheels.initial.modes = {{1, 1e-3, 0.0}};
+  all.push_back({"wheel", wheels, 5.0, Cause::kStiffness, {"wheel 'big' adds gyroscopic forces", "mode "}});
+  load(wheels, "tiny", {{2, {0.0, 0.0, 1e-6}}});
+  all.push_back({"wheel beside a tiny load", wheels, 5.0, Cause::kStiffness, {"wheel 'big'"}});
+  all.push_back({"wheel beside a slow spin", spun(wheels, 1e-3), 5.0, Cause::kStiffness, {"wheel 'big'"}});
+  return all;
+}
+
 // What is hidden: a kind of link each, a wheel, modes that are left out.
 std::vector<Case> cases_of_what_is_hidden() {
   std::vector<Case> all;
@@ -274,6 +312,23 @@ void expect_all(const std::vector<Case>& cases) {
 }
 
 TEST(Cause, OfTheModelNamesTheLoadAndTheMode) { expect_all(cases_of_the_model()); }
+TEST(Cause, OfSeveralNamesTheOneThatChangesTheStiffnessOfTheMode) { expect_all(cases_of_several()); }
+TEST(Cause, OfASteadyAnswerNamesTheCommandedLoadOrTheSpin) {
+  Scene scene = free_beam(Fidelity::kSpinLoaded);
+  publish_everything(scene);
+  const Plan plan = lean_plan_of(scene);
+  const auto text_of_steady = [&](const std::vector<PointForce>& forces, double spin) {
+    std::string error;
+    const std::optional<State> state = quasi_static(plan, {forces, {}, {0.0, spin, 0.0}}, error);
+    return state ? text_of(plan, judge_steady(plan, *state)) : error;
+  };
+  const std::string by_load = text_of_steady(
+      {{0, 0, {kBend, 0.0, 0.0}}, {10, 0, {-kBend, 0.0, 0.0}}, {5, 0, {0.0, -0.01, 0.0}}}, 0.0);
+  EXPECT_NE(by_load.find("the commanded load changes"), std::string::npos) << by_load;
+  const std::string by_spin = text_of_steady(
+      {{0, 0, {0.0, 0.01, 0.0}}, {10, 0, {0.0, 0.01, 0.0}}, {5, 0, {0.0, -0.02, 0.0}}}, 0.3 * kLowest);
+  EXPECT_NE(by_spin.find("the spin of the body"), std::string::npos) << by_spin;
+}
 TEST(Cause, OfWhatIsHiddenNamesTheLinkOrTheWheel) { expect_all(cases_of_what_is_hidden()); }
 TEST(Cause, OfTheTickAndTheBudgetSaysWhatToDo) { expect_all(cases_of_the_tick_and_the_budget()); }
 
