@@ -40,6 +40,12 @@ bool bends_between_ticks(const PlanHistory& table, double period) {
   return false;
 }
 
+bool is_empty(const LoadPattern& pattern) {
+  return !pattern.has_world && !pattern.has_body &&
+         std::all_of(pattern.wheels.torque.begin(), pattern.wheels.torque.end(),
+                     [](double torque) { return torque == 0.0; });
+}
+
 bool outruns_ticks(const PlanHistory& history, const Plan& plan) {
   if (history.kind == PlanHistory::Kind::kSine)
     return history.frequency * plan.period > kMostCycles || meets_image(history.frequency, plan);
@@ -51,7 +57,7 @@ bool outruns_ticks(const PlanHistory& history, const Plan& plan) {
 void find_fast_loads(Plan& plan) {
   plan.neglect.fast_loads.clear();
   for (std::size_t k = 0; k < plan.histories.size(); ++k)
-    if (outruns_ticks(plan.histories[k], plan))
+    if (!is_empty(plan.histories[k].pattern) && outruns_ticks(plan.histories[k], plan))
       plan.neglect.fast_loads.push_back(static_cast<std::int32_t>(k));
 }
 

@@ -14,7 +14,7 @@ namespace {
 using Agent = Responsible::Agent;
 using Cause = Verdict::Cause;
 
-// [bytes] of a name: longer ones are cut
+// [bytes] of a name: longer ones are cut in the middle, since names that begin alike differ at the end
 constexpr std::size_t kMostOfName = 32;
 
 std::string number(double value, int digits = 2) {
@@ -26,9 +26,13 @@ std::string number(double value, int digits = 2) {
 
 std::string quoted(const std::string& name) {
   if (name.size() <= kMostOfName) return "'" + name + "'";
-  std::size_t end = kMostOfName - 3;
-  while (end > 0 && (static_cast<unsigned char>(name[end]) & 0xC0) == 0x80) --end;  // no half of a character
-  return "'" + name.substr(0, end) + "...'";
+  const auto is_within = [&](std::size_t at) {  // a character
+    return (static_cast<unsigned char>(name[at]) & 0xC0) == 0x80;
+  };
+  std::size_t end = (kMostOfName - 3) / 2, begin = name.size() - (kMostOfName - 3 - end);
+  while (end > 0 && is_within(end)) --end;
+  while (begin < name.size() && is_within(begin)) ++begin;
+  return "'" + name.substr(0, end) + "..." + name.substr(begin) + "'";
 }
 
 // "load 'thrust'", "load 2" of one without a name
@@ -81,6 +85,9 @@ std::string unseen_text(const Plan& plan, const Responsible& named) {
   if (named.agent == Agent::kWheel)
     return "not modelled: how the deformation turns the axis of " +
            called("wheel", plan.wheels.all, named.item);
+  if (named.agent == Agent::kRate)
+    return "integration: " + mode_text(named) +
+           " swings too fast for the tick, and its stiffness changes meanwhile; raise the rate";
   if (named.agent == Agent::kModes) return "not modelled: forces that the modes left out carry";
   if (named.item < 0 || static_cast<std::size_t>(named.item) >= plan.links.size())
     return "not modelled: what a link with hidden or distributed mass does inside";
@@ -151,7 +158,12 @@ std::string share_text(double error, double scale) {
   if (error <= 0.0) return "0 % of";
   const double percent = 100.0 * error / scale;
   if (!(percent < 1000.0)) return "more than 10 times";
-  return (percent < 100.0 ? number(percent) : std::to_string(10 * std::lround(0.1 * percent))) + " % of";
+  // what is above a limit of the verdict does not read as the limit
+  int digits = 2;
+  for (const double limit : {100.0 * kGoodElastic, 100.0 * kMostElastic})
+    while (percent > limit && digits < 6 && number(percent, digits) == number(limit)) ++digits;
+  return (percent < 100.0 ? number(percent, digits) : std::to_string(10 * std::lround(0.1 * percent))) +
+         " % of";
 }
 
 std::string error_text(const Plan& plan, const Verdict& verdict) {

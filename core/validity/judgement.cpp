@@ -252,10 +252,11 @@ void Judgement::name_responsible(const State& state, double by_pushes) noexcept 
       named = responsible_.of_hidden(leaders, state);
       break;
     case Cause::kTruncation:
-      if (by_pushes > 0.0) named.agent = Responsible::Agent::kCommands;
+      if (by_pushes > std::max(plan_.neglect.left_out, reading_.truncation.elastic))
+        named.agent = Responsible::Agent::kCommands;
       break;
     case Cause::kFastLoad:
-      named = {Responsible::Agent::kLoad, plan_.neglect.fast_loads.front(), 0, 0.0};
+      named = responsible_.of_fast_load(state);
       break;
     case Cause::kStep:
       named = turn_error_ > kGoodTurn    ? Responsible{Responsible::Agent::kSpin, -1, 0, 0.0}

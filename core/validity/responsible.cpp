@@ -8,6 +8,7 @@
 #include "core/step/loads.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
+#include "core/validity/validity.hpp"
 
 namespace freeflex {
 namespace {
@@ -195,6 +196,24 @@ Responsible ResponsibleFinder::of_displacement(std::int32_t mode, const State& s
   return found;
 }
 
+Responsible ResponsibleFinder::of_fast_load(const State& state) noexcept {
+  const Plan& plan = active_plan(plan_, state);
+  const Mat3 R_WB = rotation_matrix(state.q_WB);
+  Responsible found;
+  double most = -1.0;
+  for (const std::int32_t load : plan.neglect.fast_loads) {
+    const PlanHistory& history = plan.histories[index(load)];
+    project_load(plan, history.pattern, R_WB);
+    double size = norm(history.pattern.force_W) + norm(history.pattern.force_B);
+    for (std::size_t l = 0; l < index(plan.num_elastic); ++l) size = std::hypot(size, Q_[l]);
+    double amplitude = history.values.empty() ? 1.0 : 0.0;
+    for (const double value : history.values) amplitude = std::max(amplitude, std::abs(value));
+    size *= amplitude;
+    if (size > most) most = size, found = {Agent::kLoad, load, 0, 0.0};
+  }
+  return found;
+}
+
 Responsible ResponsibleFinder::of_vibration(std::int32_t mode, const State& state) const noexcept {
   Responsible found{Agent::kVibration, -1, 0, 0.0};
   name_mode(mode, state, found);
@@ -208,7 +227,7 @@ Responsible ResponsibleFinder::of_hidden(const ModalLeaders& leaders, const Stat
   if (leaders.wheel >= 0)
     found = {Agent::kWheel, leaders.wheel, 0, 0.0};
   else if (!neglect.has_unseen)
-    found.agent = Agent::kModes;
+    found.agent = neglect.lacks_modes != LacksModes::kNone ? Agent::kModes : Agent::kRate;
   if (found.agent == Agent::kNone) {
     // a mode that hides nothing: the links as in the lowest one
     std::size_t l = 0;

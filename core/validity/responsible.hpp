@@ -21,6 +21,7 @@ struct Responsible {
     kLink,
     kWheel,
     kModes,  // modes that are left out
+    kRate,   // a mode that swings too fast for the rate
   };
   Agent agent = Agent::kNone;
   std::int32_t item = -1;  // index of the load, link or wheel; -1: none, or not known which
@@ -42,9 +43,11 @@ class ResponsibleFinder {
   Responsible of_steady(const ModalErrors& errors, const JudgedMode& mode, const State& state) noexcept;
   /// Returns the load that holds a mode displaced, or its vibration.
   Responsible of_displacement(std::int32_t mode, const State& state) noexcept;
+  /// Returns the largest of the loads that change faster than ticks follow.
+  Responsible of_fast_load(const State& state) noexcept;
   Responsible of_vibration(std::int32_t mode, const State& state) const noexcept;
-  /// Returns what could hide an error: a wheel, a link whose inside no table tells, or modes that are left
-  /// out.
+  /// Returns what could hide an error: a wheel, a link whose inside no table tells, modes that are left out,
+  /// or a mode whose stiffness pulsates faster than ticks follow.
   Responsible of_hidden(const ModalLeaders& leaders, const State& state) const noexcept;
 
  private:

@@ -408,5 +408,82 @@ TEST(Cause, OfAVerdictHasItsErrorInPlainWords) {
   EXPECT_EQ(share_text(0.0, 0.0), "0 % of");
 }
 
+TEST(Cause, OfFastLoadsNamesTheLargestAndNoneThatIsNothing) {
+  Scene scene = free_beam(Fidelity::kCoupled);
+  scene.initial.modes.clear();
+  const auto fast_load = [&](const char* name, double force) {
+    load(scene, name, {{0, {0.0, force, 0.0}}});
+    scene.loads.back().history = SineHistory{0.4 * scene.rate, 0.0};
+  };
+  fast_load("nothing", 0.0);
+  Watched none(scene);
+  EXPECT_TRUE(causes_of(none, 50).empty());
+  fast_load("hum", 1e-12);
+  fast_load("buzz", 10.0);
+  for (const Fidelity rung : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kCoupled}) {
+    scene.fidelity = rung;
+    Watched watched(scene);
+    expect_cause("fast loads", causes_of(watched, 50), Cause::kFastLoad, {"load 'buzz'"});
+  }
+}
+
+TEST(Cause, OfModesLeftOutNamesACommandOnlyWhereItMovesMost) {
+  Scene scene = free_beam(Fidelity::kSeparated);
+  scene.publication.points = {10};
+  scene.pushable = {10};
+  scene.leave_out.tolerance = 0.2;
+  Watched watched(scene);
+  watched.plan.neglect.left_out = 1e-4;
+  ForceCommand command = make_command(1, 1, Axes::kBody, 50);
+  add_force(command, 10, {0.0, 1e-12, 0.0});
+  const Causes causes = causes_of(watched, 100, {std::span(&command, 1)});
+  expect_cause("a push of nothing", causes, Cause::kTruncation, {"would move"});
+}
+
+// No mode is left out and no link is hidden: what is not known is how stiffness changes between two ticks.
+TEST(Cause, OfAModeTooFastForTheTickSaysSoAndNamesNoModesLeftOut) {
+  Scene scene = free_beam(Fidelity::kSeparated);
+  Watched watched(scene);
+  ResponsibleFinder finder(watched.plan);
+  ModalLeaders leaders;
+  leaders.hidden = 17;
+  Verdict verdict;
+  verdict.word = Word::kWatch, verdict.cause = Cause::kUnseen, verdict.scale = 1e-3, verdict.unseen = 1e-4;
+  ASSERT_FALSE(watched.plan.neglect.has_unseen);
+  verdict.responsible = finder.of_hidden(leaders, watched.state);
+  const std::string fast = text_of(watched.plan, verdict);
+  EXPECT_NE(fast.find("mode 18 ("), std::string::npos) << fast;
+  EXPECT_NE(fast.find("raise the rate"), std::string::npos) << fast;
+  EXPECT_EQ(fast.find("left out"), std::string::npos) << fast;
+  watched.plan.neglect.lacks_modes = LacksModes::kSmallOnes;
+  verdict.responsible = finder.of_hidden(leaders, watched.state);
+  EXPECT_NE(text_of(watched.plan, verdict).find("modes left out"), std::string::npos);
+}
+
+TEST(Cause, TellsLongNamesApartThatBeginAlike) {
+  Scene scene = free_beam(Fidelity::kSeparated);
+  const std::string name = "main-engine-thrust-of-the-upper-stage-";
+  for (const char* end : {"A", "B"}) load(scene, name + end, {{0, {0.0, 1.0, 0.0}}});
+  const Plan plan = lean_plan_of(scene);
+  Verdict verdict;
+  verdict.word = Word::kWatch, verdict.cause = Cause::kStiffness, verdict.scale = 1.0;
+  std::set<std::string> texts;
+  for (const std::int32_t load : {0, 1}) {
+    verdict.responsible = {Responsible::Agent::kLoad, load, 1, 1.0};
+    texts.insert(text_of(plan, verdict));
+  }
+  EXPECT_EQ(texts.size(), 2U) << *texts.begin();
+}
+
+// "watch: ... 2 %" beside "good up to 2 %"
+TEST(Cause, HasNoFigureThatReadsAsTheLimitItIsAbove) {
+  EXPECT_EQ(share_text(0.0203, 1.0), "2.03 % of");
+  EXPECT_EQ(share_text(0.02003, 1.0), "2.003 % of");
+  EXPECT_EQ(share_text(0.2012, 1.0), "20.1 % of");
+  EXPECT_EQ(share_text(0.02, 1.0), "2 % of");
+  EXPECT_EQ(share_text(0.0197, 1.0), "2 % of");
+  EXPECT_EQ(share_text(0.0213, 1.0), "2.1 % of");
+}
+
 }  // namespace
 }  // namespace freeflex::testing
