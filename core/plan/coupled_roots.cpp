@@ -273,7 +273,7 @@ bool is_loose(const CoupledModes& modes, Index l) {
 bool find_coupled_roots(const CoupledModes& modes, const std::function<void(const CoupledRoot&)>& take) {
   const double work = Secular::work(modes);
   const bool has_dense = modes.omega.size() <= kMostDenseModes;
-  if (work <= kQuick || (!has_dense && work <= kMostWork)) {
+  if (!modes.is_gyroscopic && (work <= kQuick || (!has_dense && work <= kMostWork))) {
     Secular secular(modes);
     if (secular.solve()) return secular.visit(take), true;
   }

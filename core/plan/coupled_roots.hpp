@@ -11,6 +11,8 @@ namespace freeflex {
 struct CoupledModes {
   Eigen::VectorXd omega, decay;         // [rad/s], [1/s] (n)
   Eigen::MatrixXd out, by_q, by_q_dot;  // (forces x n)
+  // wheels: eigenvalues that are zero, of the body about its momentum, which need the dense problem
+  bool is_gyroscopic = false;
 };
 
 /// An eigenvalue with its right and left eigenvectors, of any scale.

@@ -6,7 +6,7 @@
 #include <optional>
 
 #include "core/plan/coupled_roots.hpp"
-#include "core/plan/mixing.hpp"
+#include "core/plan/free_forces.hpp"
 #include "core/plan/split_step.hpp"
 #include "core/structure/decompositions.hpp"
 
@@ -19,6 +19,12 @@ using Complex = std::complex<double>;
 constexpr double kEqualModes = 1e-12;
 // [-] singular values of what couples equal modes, over the largest: below, a mode among them is free
 constexpr double kFree = 1e-12;
+// [-] of the larger of two real eigenvalues: a smaller one is rounding, and grows in no way
+constexpr double kZeroRate = 1e-12;
+// [-] damping ratios that are rounding
+constexpr double kUndamped = 1e-15;
+// modes whose growth the set-up looks at, the lowest: their eigenvalues take some 0.3 s
+constexpr std::size_t kMostGrowing = 128;
 
 DampedMode uncoupled(double omega, double decay) {
   DampedMode mode;
@@ -40,13 +46,16 @@ struct Cluster {
   Eigen::MatrixXd turn;             // (modes x coupled combinations)
 };
 
-// the coupled equations without the combinations of equal modes that nothing couples
+// the coupled equations without the combinations of equal modes that nothing couples; the axes of the body
+// stand last
 class Coupled {
  public:
-  explicit Coupled(const Plan& plan) {
-    const MixingForces forces = mixing_forces(plan);
-    const std::vector<std::int32_t> mixed = mixed_modes(plan);
-    const auto n = static_cast<Eigen::Index>(mixed.size());
+  /// \param most  modes to take, the lowest
+  Coupled(const Plan& plan, const FreeForces& forces, std::size_t most) {
+    const std::vector<std::int32_t> mixed(
+        forces.modes.begin(),
+        forces.modes.begin() + static_cast<std::ptrdiff_t>(std::min(most, forces.modes.size())));
+    const Eigen::Index n = static_cast<Eigen::Index>(mixed.size()) + forces.num_body;
     modes_.omega.resize(n), modes_.decay.resize(n);
     for (auto* rows : {&modes_.out, &modes_.by_q, &modes_.by_q_dot}) rows->resize(forces.out.rows(), n);
     for (std::size_t first = 0; first < mixed.size();) {
@@ -62,12 +71,20 @@ class Coupled {
           forces, omega, decay);
       first = last;
     }
-    modes_.omega.conservativeResize(size()), modes_.decay.conservativeResize(size());
-    for (auto* rows : {&modes_.out, &modes_.by_q, &modes_.by_q_dot})
-      rows->conservativeResize(Eigen::NoChange, size());
+    const Eigen::Index all = size() + forces.num_body;
+    modes_.is_gyroscopic = forces.num_body > 0;
+    modes_.omega.conservativeResize(all), modes_.decay.conservativeResize(all);
+    modes_.omega.tail(forces.num_body).setZero(), modes_.decay.tail(forces.num_body).setZero();
+    for (auto [rows, from] : {std::pair{&modes_.out, &forces.out},
+                              {&modes_.by_q, &forces.by_q},
+                              {&modes_.by_q_dot, &forces.by_q_dot}}) {
+      rows->conservativeResize(Eigen::NoChange, all);
+      rows->rightCols(forces.num_body) = from->rightCols(forces.num_body);
+    }
   }
 
   const CoupledModes& modes() const { return modes_; }
+  /// Returns the number of coupled combinations of modes, without the axes of the body.
   Eigen::Index size() const { return static_cast<Eigen::Index>(mode_.size()); }
   /// Mode of the plan in whose place a coupled combination stands.
   std::int32_t mode(Eigen::Index l) const { return mode_[static_cast<std::size_t>(l)]; }
@@ -83,7 +100,7 @@ class Coupled {
   }
 
  private:
-  void add(Cluster cluster, const MixingForces& forces, double omega, double decay) {
+  void add(Cluster cluster, const FreeForces& forces, double omega, double decay) {
     const Eigen::MatrixXd* const blocks[] = {&forces.out, &forces.by_q, &forces.by_q_dot};
     Eigen::Index rank = 1;
     cluster.turn = Eigen::MatrixXd::Identity(1, 1);
@@ -136,111 +153,184 @@ struct Found {
   Complex s;
   double step_error = 0.0;
   bool is_known = true, is_taken = false;
+  bool is_pair() const { return !is_real_root(s); }
 };
 struct Claim {
   double share = 0.0;
   std::size_t root = 0;
-  Eigen::Index mode = 0;  // of the coupled ones
+  std::size_t place = 0;
 };
 
+// Gives every eigenvalue a place: a mode has room for a pair or two real ones, one without stiffness for one
+// real one, the body for as many real ones as it has axes, of which a pair takes two.
 class Matching {
  public:
-  explicit Matching(const CoupledModes& modes)
-      : modes_(modes), roots_of_(static_cast<std::size_t>(modes.omega.size())) {}
-
-  void add(const CoupledRoot& root, double error) {
-    constexpr Eigen::Index kClaims = 8;
-    const double off = root.error;
-    const bool is_known = off <= std::max(1e-3 * std::abs(root.s.real()), 1e-9 * std::abs(root.s));
-    found_.push_back({root.s, error, is_known, false});
-    const Eigen::ArrayXd energy =
-        modes_.omega.array().square() * root.q.array().abs2() + root.q_dot.array().abs2();
-    const double sum = energy.sum();
-    std::vector<Eigen::Index> order(static_cast<std::size_t>(energy.size()));
-    for (std::size_t l = 0; l < order.size(); ++l) order[l] = static_cast<Eigen::Index>(l);
-    const auto end = order.begin() + std::min<std::ptrdiff_t>(kClaims, energy.size());
-    std::partial_sort(order.begin(), end, order.end(),
-                      [&](Eigen::Index a, Eigen::Index b) { return energy[a] > energy[b]; });
-    for (auto l = order.begin(); l != end; ++l) claims_.push_back({energy[*l] / sum, found_.size() - 1, *l});
+  Matching(const CoupledModes& modes, Eigen::Index num_body)
+      : modes_(modes), num_modes_(modes.omega.size() - num_body) {
+    for (Eigen::Index l = 0; l < num_modes_; ++l) places_.push_back({is_loose(modes, l) ? 1 : 2, {}});
+    places_.push_back({static_cast<int>(num_body), {}});
   }
 
-  // every eigenvalue to a mode that has room, the largest shares first; what is left by frequency
+  void add(const CoupledRoot& root, double error) {
+    constexpr std::ptrdiff_t kClaims = 8;
+    const double off = root.error;
+    const bool is_known = off <= std::max(1e-3 * std::abs(root.s.real()), 1e-9 * std::abs(root.s));
+    // what rounding may have made of no damping is none
+    const bool is_undamped =
+        !is_real_root(root.s) && std::abs(root.s.real()) <= std::max(off, kUndamped * std::abs(root.s));
+    found_.push_back({is_undamped ? Complex(0.0, root.s.imag()) : root.s, error, is_known, false});
+    const Eigen::ArrayXd each =
+        modes_.omega.array().square() * root.q.array().abs2() + root.q_dot.array().abs2();
+    Eigen::ArrayXd energy(num_modes_ + 1);
+    energy << each.head(num_modes_), each.tail(each.size() - num_modes_).sum();
+    const double sum = energy.sum();
+    std::vector<std::size_t> order(places_.size());
+    for (std::size_t l = 0; l < order.size(); ++l) order[l] = l;
+    const auto end = order.begin() + std::min<std::ptrdiff_t>(kClaims, energy.size());
+    std::partial_sort(order.begin(), end, order.end(), [&](std::size_t a, std::size_t b) {
+      return energy[static_cast<Eigen::Index>(a)] > energy[static_cast<Eigen::Index>(b)];
+    });
+    for (auto l = order.begin(); l != end; ++l)
+      claims_.push_back({energy[static_cast<Eigen::Index>(*l)] / sum, found_.size() - 1, *l});
+  }
+
+  // pairs first, for a real eigenvalue in half of a mode would leave no room for one; of each kind the
+  // largest shares first, and what is left by frequency
   void match() {
     std::stable_sort(claims_.begin(), claims_.end(),
                      [](const Claim& a, const Claim& b) { return a.share > b.share; });
-    for (const Claim& claim : claims_)
-      if (!found_[claim.root].is_taken && has_room(claim.mode, claim.root)) give(claim.root, claim.mode);
-    for (std::size_t root = 0; root < found_.size(); ++root) {
-      Eigen::Index nearest = -1;
-      for (Eigen::Index l = 0; l < modes_.omega.size() && !found_[root].is_taken; ++l)
-        if (has_room(l, root) && (nearest < 0 || distance(root, l) < distance(root, nearest))) nearest = l;
-      if (nearest >= 0) give(root, nearest);
+    for (const bool is_pair : {true, false}) {
+      for (const Claim& claim : claims_)
+        if (found_[claim.root].is_pair() == is_pair && !found_[claim.root].is_taken &&
+            has_room(claim.place, claim.root))
+          give(claim.root, claim.place);
+      for (std::size_t root = 0; root < found_.size(); ++root) {
+        if (found_[root].is_pair() != is_pair || found_[root].is_taken) continue;
+        std::size_t nearest = places_.size();
+        for (std::size_t l = 0; l < places_.size(); ++l)
+          if (has_room(l, root) && (nearest == places_.size() || distance(root, l) < distance(root, nearest)))
+            nearest = l;
+        if (nearest < places_.size()) give(root, nearest);
+      }
     }
   }
 
   DampedMode motion(Eigen::Index l) const {
-    const std::vector<std::size_t>& mine = roots_of_[static_cast<std::size_t>(l)];
+    const Place& place = places_[static_cast<std::size_t>(l)];
+    const std::vector<std::size_t>& mine = place.roots;
     DampedMode mode;
-    if (is_loose(modes_, l)) return mode;
-    const bool is_whole = !mine.empty() && (mine.size() == 2 || !is_real_root(found_[mine[0]].s));
-    mode.is_known = is_whole && std::all_of(mine.begin(), mine.end(),
-                                            [&](std::size_t root) { return found_[root].is_known; });
-    if (!mode.is_known) return mode;
+    mode.is_known = place.room == 0 && std::all_of(mine.begin(), mine.end(),
+                                                   [&](std::size_t root) { return found_[root].is_known; });
+    if (!mode.is_known || mine.empty()) return mode;
     const Found &one = found_[mine.front()], &other = found_[mine.back()];
     const Found& slow = -one.s.real() <= -other.s.real() ? one : other;
-    mode.rate = -slow.s.real();
-    mode.step_error = slow.step_error;
-    if (mine.size() == 1) {
+    const double largest = std::max(std::abs(one.s), std::abs(other.s));
+    if (one.is_pair()) {
+      mode.rate = -one.s.real() + 0.0;
       mode.frequency = one.s.imag();
       mode.ratio = mode.rate / std::abs(one.s);
-    } else if (const double product = std::abs(one.s.real() * other.s.real()); product > 0.0) {
-      mode.ratio = -0.5 * (one.s.real() + other.s.real()) / std::sqrt(product);
+    } else if (slow.s.real() > kZeroRate * largest) {
+      mode.rate = -slow.s.real();
+      mode.ratio = -1.0;
+    } else if (is_loose(modes_, l)) {
+      return mode;  // it comes to rest, and its displacement stays
+    } else {
+      mode.rate = -slow.s.real() + 0.0;
+      if (const double product = one.s.real() * other.s.real(); product > 0.0)
+        mode.ratio = -0.5 * (one.s.real() + other.s.real()) / std::sqrt(product);
     }
+    mode.step_error = slow.step_error;
     return mode;
   }
 
+  /// Returns the pair of the body, 0 without one [rad/s].
+  double nutation() const {
+    for (const std::size_t root : places_.back().roots)
+      if (found_[root].is_pair()) return found_[root].s.imag();
+    return 0.0;
+  }
+
  private:
-  // a pair takes a whole mode, a real eigenvalue one half of it
-  bool has_room(Eigen::Index l, std::size_t root) const {
-    const std::vector<std::size_t>& mine = roots_of_[static_cast<std::size_t>(l)];
-    if (mine.empty()) return is_real_root(found_[root].s) || !is_loose(modes_, l);
-    return mine.size() == 1 && is_real_root(found_[mine[0]].s) && is_real_root(found_[root].s) &&
-           !is_loose(modes_, l);
+  struct Place {
+    int room = 0;  // for real eigenvalues
+    std::vector<std::size_t> roots;
+  };
+
+  bool has_room(std::size_t l, std::size_t root) const {
+    if (!found_[root].is_pair()) return places_[l].room > 0;
+    return places_[l].room >= 2 ||
+           (places_[l].room == 1 && is_single(l) && second_single(l) < places_.size());
   }
-  void give(std::size_t root, Eigen::Index l) {
+  void give(std::size_t root, std::size_t l) {
     found_[root].is_taken = true;
-    roots_of_[static_cast<std::size_t>(l)].push_back(root);
+    places_[l].roots.push_back(root);
+    places_[l].room -= 1;
+    if (found_[root].is_pair()) places_[places_[l].room > 0 ? l : second_single(l)].room -= 1;
   }
-  double distance(std::size_t root, Eigen::Index l) const {
-    return std::abs(std::abs(found_[root].s) - modes_.omega[l]);
+  // a pair may take two modes without stiffness, or one and an axis of the body
+  bool is_single(std::size_t l) const {
+    return l + 1 == places_.size() || is_loose(modes_, static_cast<Eigen::Index>(l));
+  }
+  std::size_t second_single(std::size_t l) const {
+    for (std::size_t k = places_.size(); k-- > 0;)
+      if (k != l && is_single(k) && places_[k].room > 0) return k;
+    return places_.size();
+  }
+  double distance(std::size_t root, std::size_t l) const {
+    const double omega = l + 1 == places_.size() ? 0.0 : modes_.omega[static_cast<Eigen::Index>(l)];
+    return std::abs(std::abs(found_[root].s) - omega);
   }
 
   const CoupledModes& modes_;
+  Eigen::Index num_modes_;
   std::vector<Found> found_;
   std::vector<Claim> claims_;
-  std::vector<std::vector<std::size_t>> roots_of_;
+  std::vector<Place> places_;  // the modes, then the body
 };
+
+// [1/s] largest growth of an amplitude that is no rounding
+double growth_under(const Plan& plan, const FreeForces& forces) {
+  const Coupled coupled(plan, forces, kMostGrowing);
+  double most = 0.0;
+  find_coupled_roots(coupled.modes(), [&](const CoupledRoot& root) {
+    constexpr double kRounding = 1e-6;
+    if (root.s.real() > std::max(10.0 * root.error, kRounding * std::abs(root.s)))
+      most = std::max(most, root.s.real());
+  });
+  return most;
+}
 
 }  // namespace
 
 bool couples_modes(const Plan& plan) {
-  return plan.num_elastic > 0 && (plan.mixing.num_damping > 0 || !plan.feedbacks.empty());
+  return plan.num_elastic > 0 && (plan.mixing.num_damping > 0 || !plan.feedbacks.empty() ||
+                                  !follower_loads(plan, true).empty() || has_gyroscopic_forces(plan));
 }
 
-std::vector<DampedMode> damped_modes(const Plan& plan) {
-  std::vector<DampedMode> all;
+FreeMotion free_motion(const Plan& plan) {
+  FreeMotion motion;
+  std::vector<DampedMode>& all = motion.modes;
   for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l)
     all.push_back(uncoupled(plan.omega[l], plan.decay[l]));
-  if (!couples_modes(plan)) return all;
-  const Coupled coupled(plan);
-  if (coupled.size() == 0) return all;
+  if (!couples_modes(plan)) return motion;
+  motion.unknown = unknown_coupling(plan);
+  if (!motion.unknown.empty()) {
+    for (DampedMode& mode : all) mode = {.is_known = false};
+    return motion;
+  }
+  const FreeForces forces = free_forces(plan);
+  const Coupled coupled(plan, forces, forces.modes.size());
+  if (coupled.size() == 0) return motion;
+  // the error of splitting is known where nothing but splitting couples the modes
   std::optional<SplitStep> step;
-  if (plan.mixing.path == PlanMixing::Path::kSplit) step.emplace(plan);
-  Matching matching(coupled.modes());
+  if (plan.mixing.path == PlanMixing::Path::kSplit && follower_loads(plan, true).empty()) step.emplace(plan);
+  Matching matching(coupled.modes(), forces.num_body);
   const bool is_found = find_coupled_roots(coupled.modes(), [&](const CoupledRoot& root) {
     matching.add(root, step ? step_error(*step, coupled, root, plan.period) : 0.0);
   });
   matching.match();
+  if (!is_found) motion.unknown = "the modes and the forces that couple them are too many";
+  motion.nutation = is_found ? matching.nutation() : 0.0;
   for (Eigen::Index l = 0; l < coupled.size(); ++l) {
     DampedMode& mode = all[static_cast<std::size_t>(coupled.mode(l))];
     mode = {};
@@ -248,8 +338,20 @@ std::vector<DampedMode> damped_modes(const Plan& plan) {
       mode = matching.motion(l);
     else
       mode.is_known = false;
+    if (is_found && !mode.is_known) motion.unknown = "rounding is too large beside the stiffest mode";
   }
-  return all;
+  return motion;
+}
+
+std::vector<DampedMode> damped_modes(const Plan& plan) { return free_motion(plan).modes; }
+
+double growth_by_followers(const Plan& plan) {
+  if (plan.num_elastic == 0 || follower_loads(plan, true).empty() || !unknown_coupling(plan).empty())
+    return 0.0;
+  const double with = growth_under(plan, free_forces(plan, true));
+  if (with == 0.0) return 0.0;
+  const double without = growth_under(plan, free_forces(plan, false));
+  return with > 1.001 * without ? with : 0.0;
 }
 
 }  // namespace freeflex

@@ -9,9 +9,12 @@
 #include <cstdio>
 
 #include "core/plan/coupled_roots.hpp"
+#include "core/plan/free_forces.hpp"
+#include "core/plan/make_plan.hpp"
 #include "core/plan/mixing.hpp"
 #include "core/step/state.hpp"
 #include "core/structure/decompositions.hpp"
+#include "core/structure/structure.hpp"
 #include "tests/motion/coupled_scenes.hpp"
 #include "tests/support/simulation.hpp"
 
@@ -273,6 +276,246 @@ TEST(DampedModes, ThatDoNotOscillateHaveTwoRealEigenvalues) {
     EXPECT_EQ(mode.ratio > 1.0, mode.frequency == 0.0);
   }
   EXPECT_EQ(real, 1);
+}
+
+// The same with the angular velocity of the body behind, and without what constant loads add: (size q, q',
+// w).
+Eigen::MatrixXd tick_with_body(const Plan& plan) {
+  constexpr double kSmall = 1e-7;  // [m], [rad/s] for every unit
+  const Eigen::Index n = plan.num_elastic, all = 2 * n + 3;
+  Simulation simulation(plan);
+  PlanInitial& initial = simulation.plan.initial;
+  const auto size_of = [&](Eigen::Index l) { return std::max(plan.omega[static_cast<std::size_t>(l)], 1.0); };
+  const auto next = [&] {
+    reset_state(simulation.plan, simulation.state);
+    simulation.run(1);
+    Eigen::VectorXd y(all);
+    for (Eigen::Index l = 0; l < n; ++l) {
+      y[l] = size_of(l) * simulation.state.q[static_cast<std::size_t>(l)];
+      y[n + l] = simulation.state.q_dot[static_cast<std::size_t>(l)];
+    }
+    for (Eigen::Index k = 0; k < 3; ++k)
+      y[2 * n + k] = simulation.state.coupled.w_B[static_cast<std::size_t>(k)];
+    return y;
+  };
+  std::fill(initial.q.begin(), initial.q.end(), 0.0);
+  std::fill(initial.q_dot.begin(), initial.q_dot.end(), 0.0);
+  const Eigen::VectorXd at_rest = next();
+  Eigen::MatrixXd tick(all, all);
+  for (Eigen::Index column = 0; column < all; ++column) {
+    const Eigen::Index l = column % n;
+    double& start = column < n       ? initial.q[static_cast<std::size_t>(l)]
+                    : column < 2 * n ? initial.q_dot[static_cast<std::size_t>(l)]
+                                     : initial.w_WB_B[static_cast<std::size_t>(column - 2 * n)];
+    start = column < n ? kSmall / size_of(l) : kSmall;
+    tick.col(column) = (next() - at_rest) / kSmall;
+    start = 0.0;
+  }
+  return tick;
+}
+
+// Largest distance of a mode from the eigenvalues of a tick, over its size.
+double farthest(const std::vector<DampedMode>& modes, const Eigen::MatrixXd& tick, double period) {
+  const Eigen::VectorXcd shown = tick.eigenvalues().array().log() / period;
+  double most = 0.0;
+  for (const DampedMode& mode : modes) {
+    EXPECT_TRUE(mode.is_known);
+    most = std::max(most, (shown.array() - printed(mode)).abs().minCoeff() / std::abs(printed(mode)));
+  }
+  return most;
+}
+
+Scene boom_with_wheel(double momentum) {
+  Scene scene;
+  scene.points = {{"hub", 10.0, {0.0, 0.0, 0.0}, Eigen::Vector3d::Zero()},
+                  {"mid", 1.0, {1.0, 0.0, 0.0}, Eigen::Vector3d::Zero()},
+                  {"tip", 1.0, {2.0, 0.0, 0.0}, Eigen::Vector3d::Zero()}};
+  scene.points[0].inertia = Eigen::Vector3d(1.0, 1.2, 1.5).asDiagonal();
+  scene.points[1].inertia = Eigen::Vector3d(0.01, 0.01, 0.01).asDiagonal();
+  for (int k = 0; k < 2; ++k) {
+    Link link;
+    link.name = "boom" + std::to_string(k);
+    link.points = {k, k + 1};
+    link.kind = Beam{1e5, 100.0, 100.0, 100.0, {0.0, 1.0, 0.0}};
+    scene.links.push_back(link);
+  }
+  scene.wheels.push_back({"wheel", 0, Eigen::Vector3d::UnitZ(), momentum, {}});
+  scene.fidelity = Fidelity::kCoupled;
+  scene.rate = 4000.0;
+  publish_everything(scene);
+  return scene;
+}
+
+// On the coupled rung wheels turn the modes and the body together: a tick of modes and angular velocity.
+// Below it they do nothing to free modes, and the figures are those of the structure.
+TEST(DampedModes, WithWheelsAreThoseOfModesAndBodyTogether) {
+  for (const double momentum : {0.5, 5.0, 50.0}) {
+    Scene scene = boom_with_wheel(momentum);
+    scene.damping.modal_ratio = 0.01;
+    const Plan plan = plan_of(scene);
+    FreeMotion motion = free_motion(plan);
+    EXPECT_TRUE(motion.unknown.empty()) << motion.unknown;
+    ASSERT_GT(motion.nutation, 0.0);
+    double shift = 0.0;
+    for (std::size_t l = 0; l < motion.modes.size(); ++l)
+      shift = std::max(shift, std::abs(motion.modes[l].frequency / plan.omega[l] - 1.0));
+    const double off = farthest(motion.modes, tick_with_body(plan), plan.period);
+    std::printf("wheel of %4.1f N m s: nutation %.4f Hz, modes shift by up to %.2g, off the tick by %.1e\n",
+                momentum, motion.nutation / (2.0 * M_PI), shift, off);
+    EXPECT_GT(shift, 1e-4) << "a scene that shows nothing";
+    EXPECT_LT(off, 1e-6);  // the fourth order of the step at 0.13 rad a tick
+    scene.fidelity = Fidelity::kSeparated;
+    const Plan separated = plan_of(scene);
+    EXPECT_FALSE(couples_modes(separated));
+  }
+}
+
+Scene rocket_of_beams(double thrust, Fidelity rung) {
+  Scene scene;
+  for (int k = 0; k < 11; ++k)
+    scene.points.push_back({"p" + std::to_string(k), 1.0, {1.0 * k, 0.0, 0.0}, Eigen::Vector3d::Zero()});
+  for (int k = 0; k < 10; ++k) {
+    Link link;
+    link.name = "b" + std::to_string(k);
+    link.points = {k, k + 1};
+    link.kind = Beam{1e5, 1e3, 1000.0, 1500.0, {0.0, 1.0, 0.0}};
+    scene.links.push_back(link);
+  }
+  Load load;
+  load.name = "thrust";
+  load.axes = Axes::kLocal;
+  load.forces = {{0, {thrust, 0.0, 0.0}}};
+  scene.loads = {load};
+  scene.damping.modal_ratio = 0.005;
+  scene.fidelity = rung;
+  scene.rate = 2000.0;
+  publish_everything(scene);
+  return scene;
+}
+
+// A constant thrust that turns with its point lowers the frequencies, and beyond a critical size makes two
+// modes one that grows.
+TEST(DampedModes, UnderConstantFollowersAreWhatAFreeDecayShows) {
+  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled})
+    for (const double thrust : {60.0, 1000.0}) {
+      const Plan plan = plan_of(rocket_of_beams(thrust, rung));
+      const std::vector<DampedMode> modes = damped_modes(plan);
+      const Eigen::MatrixXd tick = tick_with_body(plan);
+      const Eigen::Index n = 2 * Eigen::Index{plan.num_elastic};
+      const double off = farthest(modes, tick.topLeftCorner(n, n), plan.period);
+      double grows = 0.0;
+      for (const DampedMode& mode : modes) grows = std::max(grows, -mode.rate);
+      std::printf(
+          "%-9s thrust of %4.0f N: first mode %.4f Hz of %.4f, growth %.3f 1/s, off the tick by %.1e\n",
+          name_of(rung), thrust, modes[0].frequency / (2.0 * M_PI), plan.omega[0] / (2.0 * M_PI), grows, off);
+      EXPECT_LT(off, 1e-4);  // followers act with second order in the step
+      EXPECT_EQ(grows > 0.0, thrust > 500.0);
+      EXPECT_LT(modes[0].frequency, 0.98 * plan.omega[0]);
+    }
+}
+
+// A torque on a body in local axes; on the coupled rung the load that the turned body takes has half of it.
+TEST(DampedModes, UnderATorqueThatTurnsAreWhatAFreeDecayShows) {
+  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled}) {
+    Scene scene = boom_with_wheel(0.0);
+    scene.wheels.clear();
+    Load load;
+    load.name = "motor";
+    load.axes = Axes::kLocal;
+    load.torques = {{1, {0.0, 0.0, 20.0}}};
+    scene.loads = {load};
+    scene.damping.modal_ratio = 0.01;
+    scene.fidelity = rung;
+    const Plan plan = plan_of(scene);
+    const std::vector<DampedMode> modes = damped_modes(plan);
+    const Eigen::Index n = 2 * Eigen::Index{plan.num_elastic};
+    const double off = farthest(modes, tick_with_body(plan).topLeftCorner(n, n), plan.period);
+    double shift = 0.0;
+    for (std::size_t l = 0; l < modes.size(); ++l)
+      shift = std::max(shift, std::abs(modes[l].frequency / plan.omega[l] - 1.0));
+    std::printf("%-9s torque that turns: modes shift by up to %.2g, off the tick by %.1e\n", name_of(rung),
+                shift, off);
+    EXPECT_GT(shift, 5e-4) << "a scene that shows nothing";
+    EXPECT_LT(off, 1e-5);  // second order in the step
+  }
+}
+
+// What internal forces of bars at their true geometry do to the stiffness is not in the linear equations.
+TEST(DampedModes, UnderFollowersThatStrainTrueBarsAreNotKnown) {
+  Scene scene = square_truss(3);
+  Load load;
+  load.name = "thrust";
+  load.axes = Axes::kLocal;
+  load.forces = {{0, {0.0, 0.0, 10.0}}};
+  scene.loads = {load};
+  scene.fidelity = Fidelity::kExactBars;
+  publish_everything(scene);
+  const FreeMotion motion = free_motion(plan_of(scene));
+  for (const DampedMode& mode : motion.modes) EXPECT_FALSE(mode.is_known);
+  EXPECT_EQ(motion.unknown, "load 'thrust' follows, and it strains bars at their true geometry");
+}
+
+// Masses in a row with springs of which some are viscous: two real eigenvalues that have most of their energy
+// in different modes leave no pair without a mode.
+TEST(DampedModes, OfASmallSceneAllHaveTheirMotion) {
+  Scene scene;
+  for (int k = 0; k < 4; ++k)
+    scene.points.push_back({"p" + std::to_string(k), 1.0, {1.0 * k, 0.0, 0.0}, Eigen::Vector3d::Zero()});
+  const double viscous[] = {0.3, 0.0, 0.05};
+  for (int k = 0; k < 3; ++k) {
+    Link link;
+    link.name = "s" + std::to_string(k);
+    link.points = {k, k + 1};
+    link.kind = Spring{100.0 * (k + 1)};
+    link.viscous = viscous[k];
+    scene.links.push_back(link);
+  }
+  publish_everything(scene);
+  scene.rate = 2000.0;
+  const Plan plan = plan_of(scene);
+  std::vector<DampedMode> modes = damped_modes(plan);
+  modes.erase(modes.begin(), modes.begin() + 4);  // mechanisms
+  ASSERT_EQ(modes.size(), 3U);
+  EXPECT_LT(farthest(modes, tick_of(plan), plan.period), 1e-6);
+  // the pairs -1.4917 +- 13.040 i and -14.32 +- 22.15 i, and the slower one of -3.66 and -54.7
+  std::vector<double> frequencies;
+  for (const DampedMode& mode : modes) frequencies.push_back(mode.frequency);
+  std::sort(frequencies.begin(), frequencies.end());
+  EXPECT_EQ(frequencies[0], 0.0);
+  EXPECT_NEAR(frequencies[1], 13.040, 1e-3);
+  EXPECT_NEAR(frequencies[2], 22.15, 5e-3);
+}
+
+// A feedback that pushes away makes real eigenvalues of both signs.
+TEST(DampedModes, ThatDivergeGrow) {
+  for (const double damping : {0.0, 20.0}) {
+    Scene scene;
+    for (int k = 0; k < 2; ++k)
+      scene.points.push_back({"p" + std::to_string(k), 1.0, {1.0 * k, 0.0, 0.0}, Eigen::Vector3d::Zero()});
+    Link link;
+    link.name = "s";
+    link.points = {0, 1};
+    link.kind = Spring{100.0};
+    scene.links = {link};
+    if (damping > 0.0) {
+      link.name = "d";
+      link.kind = Dashpot{damping};
+      scene.links.push_back(link);
+    }
+    Feedback feedback;
+    feedback.name = "away";
+    feedback.sensor = feedback.point = 1;
+    feedback.displacement_gain = 500.0 * Eigen::Vector3d::UnitX() * Eigen::RowVector3d::UnitX();
+    scene.feedbacks = {feedback};
+    publish_everything(scene);
+    scene.rate = 1000.0;
+    const std::vector<DampedMode> modes = damped_modes(plan_of(scene));
+    ASSERT_EQ(modes.size(), 1U);
+    // elongation u, of which each point has half: u'' = (-200 + 250) u - 2 damping u'
+    EXPECT_EQ(modes[0].frequency, 0.0);
+    EXPECT_NEAR(modes[0].rate, damping - std::sqrt(damping * damping + 50.0), 1e-9);
+    EXPECT_EQ(modes[0].ratio, -1.0);
+  }
 }
 
 // A mode that is left alone prints what it printed.

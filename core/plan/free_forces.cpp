@@ -1,0 +1,187 @@
+#include "core/plan/free_forces.hpp"
+
+#include <Eigen/Geometry>
+#include <algorithm>
+#include <cmath>
+
+#include "core/plan/mixing.hpp"
+#include "core/scene/faults.hpp"
+#include "core/structure/decompositions.hpp"
+
+namespace freeflex {
+namespace {
+
+using RowMatrix = Eigen::Matrix<double, Eigen::Dynamic, Eigen::Dynamic, Eigen::RowMajor>;
+
+// [-] of the largest principal moment: below it an axis has no inertia, and nothing turns about it
+constexpr double kNoInertia = 1e-12;
+
+Eigen::Vector3d vector(const Vec3& v) { return {v[0], v[1], v[2]}; }
+
+Eigen::Matrix3d cross_matrix(const Eigen::Vector3d& v) {
+  return (Eigen::Matrix3d() << 0.0, -v[2], v[1], v[2], 0.0, -v[0], -v[1], v[0], 0.0).finished();
+}
+
+// three rows of a plan on its modes
+Eigen::MatrixXd three_rows(const double* rows, const Plan& plan) {
+  return Eigen::Map<const RowMatrix>(rows, 3, plan.num_padded).leftCols(plan.num_elastic);
+}
+
+// forces of one kind, which are appended row by row
+struct Kind {
+  Eigen::MatrixXd out, by_q, by_q_dot;
+
+  explicit Kind(Eigen::Index columns) : out(0, columns), by_q(0, columns), by_q_dot(0, columns) {}
+
+  void add(const Eigen::MatrixXd& more_out, const Eigen::MatrixXd& more_by_q,
+           const Eigen::MatrixXd& more_by_q_dot) {
+    const Eigen::Index first = out.rows();
+    for (auto [rows, more] : {std::pair{&out, &more_out}, {&by_q, &more_by_q}, {&by_q_dot, &more_by_q_dot}}) {
+      rows->conservativeResize(first + more_out.rows(), Eigen::NoChange);
+      rows->bottomRows(more_out.rows()).setZero();
+      rows->bottomRows(more_out.rows()).leftCols(more->cols()) = *more;
+    }
+  }
+
+  // marks the modes that take part, each block against its own largest
+  void mark(std::vector<bool>& is_coupled) const {
+    for (const Eigen::MatrixXd* rows : {&out, &by_q, &by_q_dot}) {
+      const double largest = rows->size() == 0 ? 0.0 : rows->cwiseAbs().maxCoeff();
+      for (std::size_t l = 0; l < is_coupled.size() && largest > 0.0; ++l)
+        if (rows->col(static_cast<Eigen::Index>(l)).cwiseAbs().maxCoeff() > kUnmixed * largest)
+          is_coupled[l] = true;
+    }
+  }
+};
+
+// X73, X145, X165: theta x f at points, theta x T on bodies, -E q
+void add_followers(const Plan& plan, const PlanHistory& history, Kind& forces) {
+  const Eigen::Index n = plan.num_elastic;
+  const Eigen::MatrixXd none(0, 0);
+  const auto add = [&](const Eigen::MatrixXd& out, const Eigen::MatrixXd& by_q) {
+    forces.add(out / plan.mass, by_q, Eigen::MatrixXd::Zero(out.rows(), n));
+  };
+  const std::size_t block = 3 * static_cast<std::size_t>(plan.num_padded);
+  for (const PlanFollower& each : history.followers)
+    add(three_rows(plan.rows.data() + static_cast<std::size_t>(each.row) * block, plan),
+        -cross_matrix(vector(each.force_B)) * three_rows(each.turn_rows.data(), plan));
+  // on the coupled rungs a torque on a body that turns has T x theta / 2 beside it   (X197)
+  const double share = is_coupled(plan) ? 0.5 : 1.0;
+  for (const PlanTorque& each : history.torques.all) {
+    const Eigen::MatrixXd theta = three_rows(turn_rows(plan, each.turning), plan);
+    add(theta, -share * cross_matrix(vector(each.torque_B)) * theta);
+  }
+  const PlanStiffening& stiffening = history.stiffening;
+  const auto m = static_cast<Eigen::Index>(stiffening.modes.size());
+  Eigen::MatrixXd out = Eigen::MatrixXd::Zero(m, n), by_q = out;
+  for (Eigen::Index l = 0; l < m; ++l) out(l, stiffening.modes[static_cast<std::size_t>(l)]) = 1.0;
+  if (m > 0) by_q(Eigen::all, stiffening.modes) = -Eigen::Map<const RowMatrix>(stiffening.rows.data(), m, m);
+  add(out, by_q);
+}
+
+// unit rotations about the principal axes, each times the root of mass over moment (3 x axes)
+Eigen::MatrixXd body_rotations(const Plan& plan) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::Matrix3d> solver(
+      Eigen::Map<const Eigen::Matrix<double, 3, 3, Eigen::RowMajor>>(plan.inertia.data()));
+  Eigen::MatrixXd rotations(3, 0);
+  for (int axis = 0; axis < 3; ++axis) {
+    const double moment = solver.eigenvalues()[axis];
+    if (!(moment > kNoInertia * solver.eigenvalues()[2])) continue;
+    rotations.conservativeResize(Eigen::NoChange, rotations.cols() + 1);
+    rotations.rightCols<1>() = std::sqrt(plan.mass / moment) * solver.eigenvectors().col(axis);
+  }
+  return rotations;
+}
+
+// X168 to first order: the torque -h W x a of a wheel, W the angular velocity of its body
+void add_wheel(const Plan& plan, const PlanWheel& wheel, const Eigen::MatrixXd& body, Kind& forces) {
+  const Eigen::Vector3d a = vector(wheel.axis), one = a.unitOrthogonal(), other = a.cross(one);
+  Eigen::MatrixXd turn(3, plan.num_elastic + body.cols());
+  turn << three_rows(turn_rows(plan, wheel.turning), plan), body;
+  Eigen::MatrixXd across(2, turn.cols()), torque = across;
+  across << one.transpose() * turn, other.transpose() * turn;
+  torque << -wheel.momentum * across.row(1), wheel.momentum * across.row(0);
+  forces.add(across / plan.mass, Eigen::MatrixXd::Zero(2, turn.cols()), torque);
+}
+
+bool has_acceleration_gain(const Plan& plan) {
+  return std::any_of(plan.feedbacks.begin(), plan.feedbacks.end(),
+                     [](const PlanFeedback& each) { return !each.Q_rows.empty(); });
+}
+
+bool has_wrench(const PlanHistory& history) {
+  const LoadSums& sums = history.pattern.sums;
+  for (const auto* each : {&sums.group_force_B, &sums.group_torque_B})
+    for (const Vec3& v : *each)
+      if (!vector(v).isZero(0.0)) return true;
+  return false;
+}
+
+}  // namespace
+
+bool has_gyroscopic_forces(const Plan& plan) {
+  return is_coupled(plan) && std::any_of(plan.wheels.all.begin(), plan.wheels.all.end(),
+                                         [](const PlanWheel& wheel) { return wheel.momentum != 0.0; });
+}
+
+std::vector<std::size_t> follower_loads(const Plan& plan, bool is_constant) {
+  std::vector<std::size_t> loads;
+  for (std::size_t k = 0; k < plan.histories.size(); ++k) {
+    const PlanHistory& history = plan.histories[k];
+    const bool follows = !history.followers.empty() || !history.torques.all.empty();
+    if (follows && (history.kind == PlanHistory::Kind::kConstant) == is_constant) loads.push_back(k);
+  }
+  return loads;
+}
+
+FreeForces free_forces(const Plan& plan, bool has_followers) {
+  const Eigen::Index n = plan.num_elastic;
+  const Eigen::MatrixXd body = has_gyroscopic_forces(plan) ? body_rotations(plan) : Eigen::MatrixXd(3, 0);
+  const MixingForces mixing = mixing_forces(plan);
+  Kind mixed(n + body.cols()), followers = mixed, wheels = mixed;
+  mixed.add(mixing.out, mixing.by_q, mixing.by_q_dot);
+  for (std::size_t f = 0; f < plan.feedbacks.size(); ++f)  // what feedback does to the body
+    mixed.out.block(plan.mixing.num_damping + 3 * static_cast<Eigen::Index>(f), n, 3, body.cols()) =
+        -cross_matrix(vector(plan.feedbacks[f].r)) * body / plan.mass;
+  if (has_followers)
+    for (const std::size_t load : follower_loads(plan, true))
+      add_followers(plan, plan.histories[load], followers);
+  if (body.cols() > 0)
+    for (const PlanWheel& wheel : plan.wheels.all)
+      if (wheel.momentum != 0.0) add_wheel(plan, wheel, body, wheels);
+  FreeForces all;
+  all.num_body = body.cols();
+  const Eigen::Index rows = mixed.out.rows() + followers.out.rows() + wheels.out.rows();
+  for (auto [to, part] :
+       {std::pair{&all.out, &Kind::out}, {&all.by_q, &Kind::by_q}, {&all.by_q_dot, &Kind::by_q_dot}}) {
+    to->resize(rows, n + body.cols());
+    *to << mixed.*part, followers.*part, wheels.*part;
+  }
+  std::vector<bool> is_coupled(static_cast<std::size_t>(n), false);
+  for (const std::int32_t mode : mixed_modes(plan)) is_coupled[static_cast<std::size_t>(mode)] = true;
+  followers.mark(is_coupled);
+  wheels.mark(is_coupled);
+  for (std::size_t l = 0; l < is_coupled.size(); ++l)
+    if (is_coupled[l]) all.modes.push_back(static_cast<std::int32_t>(l));
+  return all;
+}
+
+std::string unknown_coupling(const Plan& plan) {
+  const std::vector<std::size_t> loads = follower_loads(plan, true);
+  const bool has_wheels = has_gyroscopic_forces(plan);
+  if (has_wheels && has_acceleration_gain(plan)) return "wheels and acceleration feedback couple the modes";
+  if (loads.empty()) return {};
+  const std::string follows = join_text("load '", plan.histories[loads.front()].name, "' follows");
+  if (has_acceleration_gain(plan)) return follows + " and acceleration feedback answers it";
+  if (!is_coupled(plan)) return {};
+  if (has_wheels) return follows + " and wheels couple the modes";
+  if (!plan.coupled.bars.empty()) return follows + ", and it strains bars at their true geometry";
+  if (!plan.coupled.kinetics.offsets.empty())
+    return follows + " and bodies have their centres beside their points";
+  for (const std::size_t load : loads)
+    if (has_wrench(plan.histories[load]))
+      return join_text("load '", plan.histories[load].name, "' follows and has a force or torque on a group");
+  return {};
+}
+
+}  // namespace freeflex
