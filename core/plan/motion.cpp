@@ -1,5 +1,9 @@
 #include "core/plan/motion.hpp"
 
+#include <cmath>
+
+#include "core/plan/damped_modes.hpp"
+#include "core/plan/free_forces.hpp"
 #include "core/plan/histories.hpp"
 #include "core/plan/mixing.hpp"
 #include "core/plan/start.hpp"
@@ -32,6 +36,22 @@ void warn_of_driving_feedback(const Scene& scene, const Plan& plan, Faults& faul
   check_growth(scene, linear, faults);
 }
 
+// a constant load in local axes is not conservative: beyond a critical size it makes modes flutter   (X77)
+void warn_of_driving_followers(const Scene& scene, const Plan& plan, Faults& faults) {
+  const double rate = growth_by_followers(plan);
+  if (rate == 0.0) return;
+  const std::vector<std::size_t> loads = follower_loads(plan, true);
+  const Load& first = scene.loads[loads.front()];
+  const double per_second = std::exp(rate);
+  add_warning(faults, first.origin,
+              join_text(loads.size() == 1 ? "load " : "constant loads in local axes, among them load ",
+                        quoted(first.name, static_cast<int>(loads.front())),
+                        loads.size() == 1 ? ", which turns with the structure, makes" : ", make",
+                        " a mode grow by a factor of ", std::isfinite(per_second) ? per_second : rate,
+                        std::isfinite(per_second) ? " a second" : " e-folds a second",
+                        "; take a smaller load, more stiffness or more damping"));
+}
+
 }  // namespace
 
 void check_motion(const Scene& scene, const Structure& structure, const Plan& plan, Faults& faults) {
@@ -42,6 +62,7 @@ void check_motion(const Scene& scene, const Structure& structure, const Plan& pl
     warn_of_driving_feedback(scene, plan, faults);
   else
     check_growth(scene, plan, faults);
+  warn_of_driving_followers(scene, plan, faults);
   warn_of_ticks(scene, plan, faults);
 }
 

@@ -440,6 +440,21 @@ TEST(DampedModes, UnderATorqueThatTurnsAreWhatAFreeDecayShows) {
   }
 }
 
+TEST(DampedModes, ThatAFollowerMakesGrowAreAWarningOfTheSetUp) {
+  for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled})
+    for (const double thrust : {60.0, 1000.0}) {
+      const Scene scene = rocket_of_beams(thrust, rung);
+      Faults faults;
+      const auto structure = build_structure(scene, faults);
+      ASSERT_TRUE(structure && make_whole_plan(scene, *structure, scene.fidelity, faults));
+      const bool warns = std::any_of(faults.begin(), faults.end(), [](const Fault& fault) {
+        return fault.message.find("load 'thrust', which turns with the structure, makes a mode grow by") !=
+               std::string::npos;
+      });
+      EXPECT_EQ(warns, thrust > 500.0) << name_of(rung) << ", " << thrust;
+    }
+}
+
 // What internal forces of bars at their true geometry do to the stiffness is not in the linear equations.
 TEST(DampedModes, UnderFollowersThatStrainTrueBarsAreNotKnown) {
   Scene scene = square_truss(3);
