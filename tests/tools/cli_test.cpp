@@ -286,6 +286,27 @@ TEST(Modes, MarksTheRotorsRepeatedFrequency) {
   EXPECT_NE(modes[1]["cluster"], modes[2]["cluster"]);
 }
 
+// Two bars in an angle, whose opening feedback holds: the mechanism swings, or grows where it pushes away.
+TEST(Modes, HaveARowForAMechanismThatMoves) {
+  const TemporaryFolder folder;
+  const auto text_of = [&](const std::string& gains) {
+    write_text(
+        folder / "hinge.yaml",
+        "rate: 1000\npoints:\n  - {name: a, mass: 1, at: [0, 0, 0]}\n  - {name: b, mass: 1, at: [1, 0, "
+        "0]}\n  - {name: c, mass: 1, at: [2, 0.5, 0]}\nlinks:\n  - {spring: [a, b], stiffness: 1000}\n  - "
+        "{spring: [b, c], stiffness: 1000}\n" +
+            gains);
+    return run(kFreeflex + " modes " + folder / "hinge.yaml").out;
+  };
+  const std::string held =
+      text_of("feedback: [{at: c, displacement: [0, -50, 0], velocity: [0, -0.5, 0]}]\n");
+  EXPECT_TRUE(contains(held, "     1  0                 0.3178029494      0.009938   a mechanism\n")) << held;
+  const std::string pushed = text_of("feedback: [{at: c, displacement: [0, 50, 0]}]\n");
+  EXPECT_TRUE(contains(pushed, "     1  0                 grows             -1         a mechanism\n"))
+      << pushed;
+  EXPECT_FALSE(contains(text_of(""), "a mechanism\n"));
+}
+
 TEST(Modes, NamesTheMechanismsPoints) {
   // springs along a line do not resist bending: one motion in each of two planes
   const Outcome outcome = run(kFreeflex + " modes --json " + kGolden + "chain.yaml");

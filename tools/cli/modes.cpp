@@ -9,6 +9,7 @@
 #include <string>
 
 #include "core/plan/damped_modes.hpp"
+#include "core/plan/free_forces.hpp"
 #include "core/structure/decompositions.hpp"
 #include "tools/cli/commands.hpp"
 #include "tools/plot/chart.hpp"
@@ -39,9 +40,12 @@ JSON fields:
                [kg m^2] ascending; unit vectors in body axes, one a row
   frequency_accuracy
                [-] of the lowest
-  modes        of each: mode (number from 1), frequency [Hz] without damping and feedback, damped_frequency [Hz],
-               damping_ratio and decay_rate [1/s] of its free motion with both (null where they were not
-               computed), cluster (the same for equal ones)
+  modes        of each: mode (number from 1), frequency [Hz] of the structure alone, damped_frequency [Hz],
+               damping_ratio and decay_rate [1/s] of its free motion with damping, feedback, constant
+               followers and wheels (null where they were not computed, negative where it grows), cluster
+               (the same for equal ones)
+  nutation     [Hz] of the body where wheels couple it with the modes;  null: none
+  not_computed why the motion of modes was not computed;  empty: all were
   mechanisms   of each: names of the points that it moves
   coupling     what keeps modes from being independent, in words;  dependent_loads: names of loads that
                follow the elastic motion
@@ -49,23 +53,22 @@ JSON fields:
 Exit codes: 0 done, 1 the picture was not written, 2 the scene or plan has errors.)";
 
 struct Frequency {
-  double hertz = 0.0;  // [Hz] without damping and feedback
-  DampedMode damped;   // with both
+  double hertz = 0.0;  // [Hz] of the structure alone
+  DampedMode damped;   // with all that couples the modes
   int cluster = 0;     // equal for frequencies that are the same to the accuracy
 };
 
 /// Frequencies closer than this are one cluster: repeated by symmetry, split by rounding.
 double cluster_width(const Plan& plan) { return std::max(1e-9, 10.0 * plan.frequency_accuracy); }
 
-std::vector<Frequency> frequencies(const Plan& plan) {
+std::vector<Frequency> frequencies(const Plan& plan, const FreeMotion& motion) {
   std::vector<Frequency> out;
   const double width = cluster_width(plan);
-  const std::vector<DampedMode> damped = damped_modes(plan);
   for (int mode = 0; mode < plan.num_elastic; ++mode) {
     const double omega = plan.omega[static_cast<std::size_t>(mode)];
     Frequency frequency;
     frequency.hertz = omega / (2.0 * std::numbers::pi);
-    frequency.damped = damped[static_cast<std::size_t>(mode)];
+    frequency.damped = motion.modes[static_cast<std::size_t>(mode)];
     frequency.cluster = 1;
     if (!out.empty()) {
       const bool is_same = std::abs(frequency.hertz - out.back().hertz) <= width * frequency.hertz;
@@ -121,14 +124,14 @@ bool leaves_modes_out(const Plan& plan) {
   });
 }
 
-/// Returns what keeps modes from being independent, in words; empty when nothing does.
-std::string coupling_text(const Plan& plan) {
-  if (!couples_modes(plan)) return {};
-  const std::string what = plan.feedbacks.empty()         ? "dashpots"
-                           : plan.mixing.num_damping == 0 ? "feedback"
-                                                          : "dashpots and feedback";
-  const std::string coupled = what + " couple" + (what == "feedback" ? "s " : " ");
+/// Returns how dashpots and feedback couple modes, in words; empty where they do not.
+std::string mixing_text(const Plan& plan) {
   const PlanMixing& mixing = plan.mixing;
+  if (mixing.num_damping == 0 && plan.feedbacks.empty()) return {};
+  const std::string what = plan.feedbacks.empty()    ? "dashpots"
+                           : mixing.num_damping == 0 ? "feedback"
+                                                     : "dashpots and feedback";
+  const std::string coupled = what + " couple" + (what == "feedback" ? "s " : " ");
   if (mixing.path == PlanMixing::Path::kExact)
     return coupled + counted(static_cast<std::int64_t>(mixing.modes.size()), "mode") + " of " +
            std::to_string(plan.num_elastic) + "; the step advances them together, without error";
@@ -137,6 +140,31 @@ std::string coupling_text(const Plan& plan) {
            "too many modes for the exact step; their damping is advanced by splitting, with an error of "
            "second order in the step";
   return coupled + "the modes; the step applies them as forces";
+}
+
+/// Returns the names of loads in local axes, with "load" or "loads".
+std::string load_names(const Plan& plan, const std::vector<std::size_t>& loads) {
+  std::vector<std::string> names;
+  for (const std::size_t load : loads) names.push_back(plan.histories[load].name);
+  return (names.size() == 1 ? "load " : "loads ") + listed(names, 8);
+}
+
+/// Returns what keeps modes from being independent, in words; empty when nothing does.
+std::string coupling_text(const Plan& plan) {
+  if (plan.num_elastic == 0) return {};
+  std::vector<std::string> parts;
+  if (std::string text = mixing_text(plan); !text.empty()) parts.push_back(std::move(text));
+  if (const auto loads = follower_loads(plan, true); !loads.empty())
+    parts.push_back(load_names(plan, loads) + (loads.size() == 1 ? " turns" : " turn") +
+                    " with the structure and " + (loads.size() == 1 ? "couples" : "couple") + " the modes");
+  if (const auto loads = follower_loads(plan, false); !loads.empty())
+    parts.push_back(load_names(plan, loads) + (loads.size() == 1 ? " turns" : " turn") +
+                    " with the structure and " + (loads.size() == 1 ? "varies" : "vary") +
+                    ": the modes are those without");
+  if (has_gyroscopic_forces(plan)) parts.push_back("wheels couple the modes with each other and the body");
+  std::string all;
+  for (const std::string& part : parts) all += (all.empty() ? "" : "; ") + part;
+  return all;
 }
 
 /// [-] of what damping does in a tick: a larger error of the step is a warning.
@@ -166,11 +194,12 @@ std::vector<std::string> dependent_loads(const Plan& plan) {
   std::vector<std::string> names;
   for (const PlanFeedback& feedback : plan.feedbacks) names.push_back("feedback " + feedback.name);
   for (const PlanHistory& history : plan.histories)
-    if (!history.followers.empty()) names.push_back("load " + history.name);
+    if (!history.followers.empty() || !history.torques.all.empty()) names.push_back("load " + history.name);
   return names;
 }
 
-void print_modes_json(const Plan& plan, const Principal& principal, const std::vector<Frequency>& all) {
+void print_modes_json(const Plan& plan, const Principal& principal, const FreeMotion& motion,
+                      const std::vector<Frequency>& all) {
   Json out;
   out["name"] = plan.name;
   out["points"] = plan.points.size();
@@ -202,6 +231,8 @@ void print_modes_json(const Plan& plan, const Principal& principal, const std::v
   out["modes"] = modes;
   const bool is_split = plan.mixing.path == PlanMixing::Path::kSplit;
   out["step_error"] = is_split ? Json(largest_step_error(all).size) : Json();
+  out["nutation"] = motion.nutation > 0.0 ? Json(motion.nutation / (2.0 * std::numbers::pi)) : Json();
+  out["not_computed"] = motion.unknown;
   out["mechanisms"] = mechanism_names(plan);
   out["coupling"] = coupling_text(plan);
   out["dependent_loads"] = dependent_loads(plan);
@@ -210,23 +241,37 @@ void print_modes_json(const Plan& plan, const Principal& principal, const std::v
 
 std::string damped_text(const DampedMode& mode) {
   if (!mode.is_known) return "not computed";
-  return mode.frequency == 0.0 && mode.rate != 0.0
-             ? "no oscillation"
-             : format_text("%.10g", mode.frequency / (2.0 * std::numbers::pi));
+  if (mode.frequency == 0.0 && mode.rate != 0.0) return mode.rate < 0.0 ? "grows" : "no oscillation";
+  return format_text("%.10g", mode.frequency / (2.0 * std::numbers::pi));
+}
+
+void print_row(const Plan& plan, std::size_t mode, const Frequency& frequency) {
+  const DampedMode& damped = frequency.damped;
+  std::printf("  %4d  %-16.10g  %-16s  %-9s", number_of(plan, mode), frequency.hertz,
+              damped_text(damped).c_str(), damped.is_known ? format_text("%.4g", damped.ratio).c_str() : "-");
+}
+
+/// A mechanism that only keeps its displacement has no row: the list of mechanisms tells enough.
+bool has_row(const Frequency& mechanism) {
+  const DampedMode& damped = mechanism.damped;
+  return !damped.is_known || damped.frequency != 0.0 || damped.rate != 0.0;
 }
 
 void print_frequencies(const Plan& plan, const std::vector<Frequency>& all, int limit) {
   const auto num_mechanisms = plan.mechanisms.size();
   std::printf("  mode  frequency [Hz]    damped [Hz]       damping\n");
+  for (std::size_t mode = 0; mode < num_mechanisms; ++mode) {
+    if (!has_row(all[mode])) continue;
+    print_row(plan, mode, all[mode]);
+    std::printf("  a mechanism\n");
+  }
   std::size_t shown = 0;
   for (std::size_t first = num_mechanisms; first < all.size();) {
     std::size_t last = first;
     while (last + 1 < all.size() && all[last + 1].cluster == all[first].cluster) ++last;
     if (limit > 0 && shown >= static_cast<std::size_t>(limit)) break;
     for (std::size_t i = first; i <= last; ++i, ++shown) {
-      std::printf("  %4d  %-16.10g  %-16s  %-9s", number_of(plan, i), all[i].hertz,
-                  damped_text(all[i].damped).c_str(),
-                  all[i].damped.is_known ? format_text("%.4g", all[i].damped.ratio).c_str() : "-");
+      print_row(plan, i, all[i]);
       if (last > first) std::printf("  one of %zu equal", last - first + 1);
       std::printf("\n");
     }
@@ -284,13 +329,14 @@ int modes(const ModesOptions& options) {
   const std::optional<Plan> plan = load_or_explain(options.input, 0.0, {}, options.settings);
   if (!plan) return kExitUsage;
   const Principal principal = principal_axes(*plan);
-  const std::vector<Frequency> all = frequencies(*plan);
+  const FreeMotion motion = free_motion(*plan);
+  const std::vector<Frequency> all = frequencies(*plan, motion);
   const StepError error = largest_step_error(all);
   if (error.size > kMostStepError)
     print_warning(step_error_text(*plan, error) + ", more than " + format_text("%g", 100.0 * kMostStepError) +
                   " %: raise the rate");
   if (options.json) {
-    print_modes_json(*plan, principal, all);
+    print_modes_json(*plan, principal, motion, all);
     return kExitOk;
   }
   const Eigen::Vector3d& moments = principal.moments;
@@ -324,11 +370,16 @@ int modes(const ModesOptions& options) {
       std::printf("  mode %zu moves %s\n", i + 1, listed(mechanisms[i], 8).c_str());
     }
   }
-  if (plan->num_elastic > static_cast<int>(mechanisms.size())) {
+  if (motion.nutation > 0.0)
+    std::printf("nutation           %.10g Hz, of the body with its wheels\n",
+                motion.nutation / (2.0 * std::numbers::pi));
+  if (plan->num_elastic > static_cast<int>(mechanisms.size()) ||
+      std::any_of(all.begin(), all.end(), has_row)) {
     std::printf(
         "frequencies        lowest to a relative accuracy of %.1g, equal within %.1g; of the body at rest\n",
         plan->frequency_accuracy, cluster_width(*plan));
     print_frequencies(*plan, all, options.count);
+    if (!motion.unknown.empty()) std::printf("  not computed: %s\n", motion.unknown.c_str());
   }
   return kExitOk;
 }
