@@ -290,12 +290,18 @@ class Matching {
 
 // [1/s] largest growth of an amplitude that is no rounding
 double growth_under(const Plan& plan, const FreeForces& forces) {
+  constexpr double kRounding = 1e-6, kRoundedStiffness = 1e-12;
   const Coupled coupled(plan, forces, kMostGrowing);
+  const CoupledModes& modes = coupled.modes();
+  if (modes.omega.size() == 0) return 0.0;
+  // [1/s^2] a mechanism without stiffness may have this much by rounding
+  const double least = kRoundedStiffness *
+                       (modes.out.colwise().norm().array() * modes.by_q.colwise().norm().array()).maxCoeff();
   double most = 0.0;
-  find_coupled_roots(coupled.modes(), [&](const CoupledRoot& root) {
-    constexpr double kRounding = 1e-6;
-    if (root.s.real() > std::max(10.0 * root.error, kRounding * std::abs(root.s)))
-      most = std::max(most, root.s.real());
+  find_coupled_roots(modes, [&](const CoupledRoot& root) {
+    const double rate = root.s.real(), size = std::abs(root.s);
+    if (rate > std::max(10.0 * root.error, kRounding * size) && rate * size > least)
+      most = std::max(most, rate);
   });
   return most;
 }

@@ -43,13 +43,13 @@ struct Kind {
     }
   }
 
-  // marks the modes that take part, each block against its own largest
-  void mark(std::vector<bool>& is_coupled) const {
-    for (const Eigen::MatrixXd* rows : {&out, &by_q, &by_q_dot}) {
-      const double largest = rows->size() == 0 ? 0.0 : rows->cwiseAbs().maxCoeff();
-      for (std::size_t l = 0; l < is_coupled.size() && largest > 0.0; ++l)
-        if (rows->col(static_cast<Eigen::Index>(l)).cwiseAbs().maxCoeff() > kUnmixed * largest)
-          is_coupled[l] = true;
+  // columns that are rounding beside the largest of their block; they would give a mechanism some stiffness
+  void drop_rounding() {
+    for (Eigen::MatrixXd* rows : {&out, &by_q, &by_q_dot}) {
+      if (rows->size() == 0) continue;
+      const double largest = rows->cwiseAbs().maxCoeff();
+      for (Eigen::Index l = 0; l < rows->cols(); ++l)
+        if (rows->col(l).cwiseAbs().maxCoeff() <= kUnmixed * largest) rows->col(l).setZero();
     }
   }
 };
@@ -138,10 +138,14 @@ FreeForces free_forces(const Plan& plan, bool has_followers) {
   const Eigen::Index n = plan.num_elastic;
   const Eigen::MatrixXd body = has_gyroscopic_forces(plan) ? body_rotations(plan) : Eigen::MatrixXd(3, 0);
   const MixingForces mixing = mixing_forces(plan);
-  Kind mixed(n + body.cols()), followers = mixed, wheels = mixed;
-  mixed.add(mixing.out, mixing.by_q, mixing.by_q_dot);
+  const Eigen::Index num_damping = plan.mixing.num_damping, num_feedback = mixing.out.rows() - num_damping;
+  Kind dashpots(n + body.cols()), feedback = dashpots, followers = dashpots, wheels = dashpots;
+  dashpots.add(mixing.out.topRows(num_damping), mixing.by_q.topRows(num_damping),
+               mixing.by_q_dot.topRows(num_damping));
+  feedback.add(mixing.out.bottomRows(num_feedback), mixing.by_q.bottomRows(num_feedback),
+               mixing.by_q_dot.bottomRows(num_feedback));
   for (std::size_t f = 0; f < plan.feedbacks.size(); ++f)  // what feedback does to the body
-    mixed.out.block(plan.mixing.num_damping + 3 * static_cast<Eigen::Index>(f), n, 3, body.cols()) =
+    feedback.out.block(3 * static_cast<Eigen::Index>(f), n, 3, body.cols()) =
         -cross_matrix(vector(plan.feedbacks[f].r)) * body / plan.mass;
   if (has_followers)
     for (const std::size_t load : follower_loads(plan, true))
@@ -149,20 +153,19 @@ FreeForces free_forces(const Plan& plan, bool has_followers) {
   if (body.cols() > 0)
     for (const PlanWheel& wheel : plan.wheels.all)
       if (wheel.momentum != 0.0) add_wheel(plan, wheel, body, wheels);
+  for (Kind* kind : {&dashpots, &feedback, &followers, &wheels}) kind->drop_rounding();
   FreeForces all;
   all.num_body = body.cols();
-  const Eigen::Index rows = mixed.out.rows() + followers.out.rows() + wheels.out.rows();
+  const Eigen::Index rows =
+      dashpots.out.rows() + feedback.out.rows() + followers.out.rows() + wheels.out.rows();
   for (auto [to, part] :
        {std::pair{&all.out, &Kind::out}, {&all.by_q, &Kind::by_q}, {&all.by_q_dot, &Kind::by_q_dot}}) {
     to->resize(rows, n + body.cols());
-    *to << mixed.*part, followers.*part, wheels.*part;
+    *to << dashpots.*part, feedback.*part, followers.*part, wheels.*part;
   }
-  std::vector<bool> is_coupled(static_cast<std::size_t>(n), false);
-  for (const std::int32_t mode : mixed_modes(plan)) is_coupled[static_cast<std::size_t>(mode)] = true;
-  followers.mark(is_coupled);
-  wheels.mark(is_coupled);
-  for (std::size_t l = 0; l < is_coupled.size(); ++l)
-    if (is_coupled[l]) all.modes.push_back(static_cast<std::int32_t>(l));
+  for (Eigen::Index l = 0; l < n; ++l)
+    if (!all.out.col(l).isZero(0.0) && !(all.by_q.col(l).isZero(0.0) && all.by_q_dot.col(l).isZero(0.0)))
+      all.modes.push_back(static_cast<std::int32_t>(l));
   return all;
 }
 

@@ -12,10 +12,11 @@ namespace freeflex {
 /// Coupling of the modes, and of the body's angular velocity where wheels couple it with them: columns are
 /// the modes of the plan, then the body's principal axes, scaled so that each has the mass of the body.
 struct FreeForces {
-  Eigen::MatrixXd out;              // [1/kg] per unit of force, (forces x (n + num_body))
-  Eigen::MatrixXd by_q, by_q_dot;   // likewise
-  std::vector<std::int32_t> modes;  // those that any force acts on or that move one, ascending
-  Eigen::Index num_body = 0;        // axes of the body: 0 unless wheels couple it with the modes
+  Eigen::MatrixXd out;             // [1/kg] per unit of force, (forces x (n + num_body))
+  Eigen::MatrixXd by_q, by_q_dot;  // likewise
+  // those that a force acts on and that move one, ascending: others keep their own eigenvalues
+  std::vector<std::int32_t> modes;
+  Eigen::Index num_body = 0;  // axes of the body: 0 unless wheels couple it with the modes
 };
 
 /// Returns true where the step has gyroscopic forces of wheels between modes: on the coupled rungs, of wheels
