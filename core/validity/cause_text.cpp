@@ -43,8 +43,8 @@ std::string called(const char* noun, const Items& items, std::int32_t item) {
   return std::string(noun) + " " + (name.empty() ? std::to_string(item + 1) : quoted(name));
 }
 
-std::string mode_text(const Responsible& named) {
-  if (named.mode == 0) return "a mode that is left out";
+std::string mode_text(const Plan& plan, const Responsible& named) {
+  if (named.mode == 0) return plan.neglect.named.left_out.empty() ? "a mode" : "a mode that is left out";
   return "mode " + std::to_string(named.mode) +
          (named.frequency > 0.0 ? " (" + number(named.frequency, 4) + " Hz)" : " (a mechanism)");
 }
@@ -86,7 +86,7 @@ std::string unseen_text(const Plan& plan, const Responsible& named) {
     return "not modelled: how the deformation turns the axis of " +
            called("wheel", plan.wheels.all, named.item);
   if (named.agent == Agent::kRate)
-    return "integration: " + mode_text(named) +
+    return "integration: " + mode_text(plan, named) +
            " swings too fast for the tick, and its stiffness changes meanwhile; raise the rate";
   if (named.agent == Agent::kModes) return "not modelled: forces that the modes left out carry";
   if (named.item < 0 || static_cast<std::size_t>(named.item) >= plan.links.size())
@@ -126,25 +126,26 @@ std::string step_text(const Plan& plan, const Responsible& named) {
     case Agent::kOrbit:
       return "integration: the orbit turns too far in one tick; raise the rate";
     default:
-      return "integration: " + mode_text(named) + " vibrates too fast for the tick of a body that turns" +
+      return "integration: " + mode_text(plan, named) +
+             " vibrates too fast for the tick of a body that turns" +
              (plan.wheels.all.empty() ? "" : " or has wheels") + "; raise the rate";
   }
 }
 
 std::string stiffness_text(const Plan& plan, const Responsible& named) {
   if (named.agent == Agent::kWheel)
-    return "model: " + agent_text(plan, named) + " adds gyroscopic forces to " + mode_text(named) +
+    return "model: " + agent_text(plan, named) + " adds gyroscopic forces to " + mode_text(plan, named) +
            ", which this rung neglects";
   const bool is_spin = named.agent == Agent::kSpin;
   return "model: " + agent_text(plan, named) +
          (is_spin && !is_coupled(plan) ? " adds Coriolis forces and stiffness to "
                                        : " changes the stiffness of ") +
-         mode_text(named) + ", which this rung neglects";
+         mode_text(plan, named) + ", which this rung neglects";
 }
 
 std::string buckling_text(const Plan& plan, const Responsible& named) {
-  return "model: " + agent_text(plan, named) + " takes half or more of the stiffness of " + mode_text(named) +
-         ": it is near buckling; load less, or stiffen it";
+  return "model: " + agent_text(plan, named) + " takes half or more of the stiffness of " +
+         mode_text(plan, named) + ": it is near buckling; load less, or stiffen it";
 }
 
 }  // namespace
@@ -189,10 +190,10 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
     case Cause::kSpinLoad:
       return "model: the deformation by the centrifugal forces of the spin, which this rung neglects" + error;
     case Cause::kDeformation:
-      return "model: second order of the displacements, most by " + mode_text(named) + error;
+      return "model: second order of the displacements, most by " + mode_text(plan, named) + error;
     case Cause::kSize:
       return "model: the displacement of " + number(verdict.displacement_now) + " m, most by " +
-             mode_text(named) + ", is not small beside the size of the body";
+             mode_text(plan, named) + ", is not small beside the size of the body";
     case Cause::kLost:
       return "integration: the reference solution of the error budget diverged; raise the rate, or load less";
     case Cause::kIntegration:
