@@ -345,7 +345,8 @@ TEST(Automatic, TakesARungThatIsWatchedAndSaysSo) {
   const auto structure = build_structure(scene, faults);
   EXPECT_TRUE(make_plan(scene, *structure, faults));
   ASSERT_FALSE(faults.empty());
-  EXPECT_NE(faults.back().message.find("the word on its motion is watch: not modelled: how forces run inside matrix"),
+  EXPECT_NE(faults.back().message.find(
+                "the word on its motion is watch: not modelled: how forces run inside matrix"),
             std::string::npos)
       << faults.back().message;
 }

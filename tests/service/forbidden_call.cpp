@@ -5,7 +5,8 @@
 #include <sys/syscall.h>
 #include <unistd.h>
 
-extern "C" __attribute__((visibility("default"))) int poll(pollfd* descriptors, nfds_t count, int timeout_ms) {
+extern "C" __attribute__((visibility("default"))) int poll(pollfd* descriptors, nfds_t count,
+                                                           int timeout_ms) {
   if (const int fd = open("/dev/null", O_RDONLY | O_CLOEXEC); fd >= 0) close(fd);
   return static_cast<int>(syscall(SYS_poll, descriptors, count, timeout_ms));
 }

@@ -16,7 +16,6 @@ using io::Reason;
 using service::LoopSettings;
 using service::Timing;
 
-
 TEST(Loop, DrainsABoundedNumberOfCommandsATickAndAnswersAll) {
   const Plan plan = octahedron_plan();
   Rig rig(plan, {.timing = kAsap, .until_tick = 20});

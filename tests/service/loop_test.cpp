@@ -19,7 +19,6 @@ using service::LoopSettings;
 using service::Mode;
 using service::Timing;
 
-
 TEST(Timing, NamesReadBack) {
   for (const char* name : {"realtime", "lockstep", "asap", "scaled=10", "scaled=0.25", "scaled=1e-3"}) {
     const auto timing = service::parse_timing(name);
