@@ -349,8 +349,6 @@ FreeMotion free_motion(const Plan& plan) {
   return motion;
 }
 
-std::vector<DampedMode> damped_modes(const Plan& plan) { return free_motion(plan).modes; }
-
 double growth_by_followers(const Plan& plan) {
   if (plan.num_elastic == 0 || follower_loads(plan, true).empty() || !unknown_coupling(plan).empty())
     return 0.0;

@@ -36,9 +36,6 @@ bool couples_modes(const Plan& plan);
 /// modes; where that is too much, modes are not known.
 FreeMotion free_motion(const Plan& plan);
 
-/// Returns the modes of free_motion().
-std::vector<DampedMode> damped_modes(const Plan& plan);
-
 /// Returns how fast an amplitude of the 128 lowest modes grows by constant followers [1/s]: 0 where none
 /// does, where it grows without them as fast, or where the coupling is not known.
 double growth_by_followers(const Plan& plan);

@@ -7,8 +7,8 @@
 
 namespace freeflex {
 
-/// One step without loads on columns (size q, q'): half a kick, the modes, half a kick   (THEORY X76). Reads
-/// the tables that the step itself reads.  \pre the path of the plan is kSplit
+/// One step without loads on columns (size q, q'): half a kick, the modes, half a kick   (THEORY X76). It is
+/// made of the tables of the plan that the step uses too.  \pre the path of the plan is kSplit
 class SplitStep {
  public:
   explicit SplitStep(const Plan& plan);

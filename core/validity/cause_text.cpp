@@ -91,11 +91,10 @@ std::string unseen_text(const Plan& plan, const Responsible& named) {
   if (named.agent == Agent::kModes) return "not modelled: forces that the modes left out carry";
   if (named.item < 0 || static_cast<std::size_t>(named.item) >= plan.links.size())
     return "not modelled: what a link with hidden or distributed mass does inside";
-  const std::string& kind = plan.links[static_cast<std::size_t>(named.item)].kind;
-  const bool is_hidden = kind == "matrix" || kind == "rigid" || kind == "plate";
+  const PlanLink& link = plan.links[static_cast<std::size_t>(named.item)];
   return std::string("not modelled: ") +
-         (is_hidden ? "how forces run inside " : "how spin and loads act on the mass within ") +
-         called(noun_of(kind), plan.links, named.item);
+         (hides_forces(link) ? "how forces run inside " : "how spin and loads act on the mass within ") +
+         called(noun_of(link.kind), plan.links, named.item);
 }
 
 // how much it may be; where that is little the size of the displacement is what makes it watch
@@ -202,8 +201,7 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
       return step_text(plan, named);
     case Cause::kUnresolved:
       return "integration: the reference solution of the error budget does not resolve the fastest "
-             "vibration, and may "
-             "miss an error by spin; raise the rate";
+             "vibration, and may miss an error by spin; raise the rate";
     case Cause::kTruncation:
       return "truncation: " + left_out_text(plan) +
              (named.agent == Agent::kCommands ? " may move by the commanded load" : " would move") +
@@ -217,15 +215,13 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
     case Cause::kUnseen:
       return unseen_text(plan, named) + hidden_text(plan, verdict);
     case Cause::kNotKept:
-      return "truncation: only the lowest modes are kept, and what loads do to the others is not known; ask "
-             "for more "
-             "with modes:, or compare with a plan that has more";
+      return "truncation: only the lowest modes are kept, and what loads do to the others is not known; "
+             "ask for more with modes:, or compare with a plan that has more";
     case Cause::kFastLoad:
       return "integration: " + agent_text(plan, named) + " changes faster than ticks follow; raise the rate";
     case Cause::kAttractor:
-      return "model: only the gradient of the field of the attractor is modelled; the body is so near that "
-             "its "
-             "position may be off by more than the estimate";
+      return "model: only the gradient of the field of the attractor is modelled; the body is so near "
+             "that its position may be off by more than the estimate";
     case Cause::kRigid:
       return "model: the rung is rigid, and the deformation by loads and spin is missing; take a higher rung";
     case Cause::kUnknown:

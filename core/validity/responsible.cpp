@@ -26,6 +26,10 @@ std::int32_t largest_wheel(const State& state) noexcept {
 
 }  // namespace
 
+bool hides_forces(const PlanLink& link) {
+  return link.kind == "matrix" || link.kind == "rigid" || link.kind == "plate";
+}
+
 ResponsibleFinder::ResponsibleFinder(const Plan& plan) : plan_(plan) {
   const std::size_t num_parts = plan.points.size() + plan.particles.all.size();
   std::size_t padded = index(plan.num_padded);
@@ -240,10 +244,7 @@ Responsible ResponsibleFinder::of_hidden(const ModalLeaders& leaders, const Stat
   }
   if (found.agent == Agent::kNone) {
     // of a plan file that does not say which: the first link of a kind that hides its inside
-    const auto hides = [](const PlanLink& link) {
-      return link.kind == "matrix" || link.kind == "rigid" || link.kind == "plate";
-    };
-    const auto link = std::find_if(plan.links.begin(), plan.links.end(), hides);
+    const auto link = std::find_if(plan.links.begin(), plan.links.end(), hides_forces);
     found.agent = Agent::kLink;
     if (link != plan.links.end()) found.item = static_cast<std::int32_t>(link - plan.links.begin());
   }

@@ -29,6 +29,9 @@ struct Responsible {
   double frequency = 0.0;  // [Hz] of that mode; 0: a mechanism
 };
 
+/// Returns true for a link whose inner forces no table tells: a matrix, a rigid link or a plate.
+bool hides_forces(const PlanLink& link);
+
 /// Finds what is responsible. Allocates nothing after construction.
 class ResponsibleFinder {
  public:

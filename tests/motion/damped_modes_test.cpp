@@ -68,7 +68,7 @@ struct Largest {
 // damping matrix.
 Largest compare(const Plan& plan, double rounding) {
   const Eigen::VectorXcd decays = decays_of(plan);
-  const std::vector<DampedMode> modes = damped_modes(plan);
+  const std::vector<DampedMode> modes = free_motion(plan).modes;
   const MixingForces forces = mixing_forces(plan);
   std::vector<bool> is_used(static_cast<std::size_t>(decays.size()), false);
   Largest largest;
@@ -104,11 +104,7 @@ Scene damped_boxes(std::uint64_t seed, double rate) {
   std::uniform_int_distribution<int> any(0, static_cast<int>(scene.links.size()) - 1);
   for (int k = 0; k < 4; ++k)
     scene.links[static_cast<std::size_t>(any(engine))].viscous = std::pow(10.0, logarithm(engine));
-  Link dashpot;
-  dashpot.name = "dashpot";
-  dashpot.points = {3, 30};
-  dashpot.kind = Dashpot{std::pow(10.0, 6.0 + logarithm(engine))};
-  scene.links.push_back(dashpot);
+  add_link(scene, 3, 30, Dashpot{std::pow(10.0, 6.0 + logarithm(engine))});
   scene.damping.modal_ratio = 0.002;
   scene.rate = rate;
   return scene;
@@ -138,11 +134,7 @@ TEST(DampedModes, OfRandomScenesAreWhatAFreeDecayShows) {
 // A square truss has pairs of equal modes, of which a dashpot damps one combination.
 TEST(DampedModes, OfEqualModesAreWhatAFreeDecayShows) {
   Scene scene = square_truss(12);
-  Link dashpot;
-  dashpot.name = "dashpot";
-  dashpot.points = {1, 30};
-  dashpot.kind = Dashpot{300.0};
-  scene.links.push_back(dashpot);
+  add_link(scene, 1, 30, Dashpot{300.0});
   scene.damping.modal_ratio = 0.003;
   scene.rate = 20000.0;
   const Plan plan = plan_of(scene);
@@ -157,11 +149,7 @@ TEST(DampedModes, OnEveryRungAreWhatAFreeDecayShows) {
     Scene scene = random_structure(7, 8);
     for (Link& link : scene.links)
       if (const auto* bar = std::get_if<Bar>(&link.kind)) link.kind = Spring{bar->EA};
-    Link dashpot;
-    dashpot.name = "dashpot";
-    dashpot.points = {0, 5};
-    dashpot.kind = Dashpot{100.0};
-    scene.links.push_back(dashpot);
+    add_link(scene, 0, 5, Dashpot{100.0});
     scene.damping.modal_ratio = 0.002;
     scene.rate = 64000.0;
     scene.fidelity = rung;
@@ -213,7 +201,7 @@ TEST(DampedModes, OfASloshingMassAmongManyModesIsItsOwn) {
   const Plan plan = plan_of(scene);
   ASSERT_GT(plan.num_elastic, kMaxExactModes);
   ASSERT_EQ(plan.num_elastic, 117);
-  const std::vector<DampedMode> modes = damped_modes(plan);
+  const std::vector<DampedMode> modes = free_motion(plan).modes;
   for (std::size_t l = 0; l < 3; ++l) {
     const double expected = 0.005 + 0.5 * kTime * plan.omega[l];
     // a free decay: the logarithm of the amplitude over some ten periods
@@ -260,7 +248,7 @@ TEST(DampedModes, ThatDoNotOscillateHaveTwoRealEigenvalues) {
   publish_everything(scene);
   scene.rate = 1000.0;
   const Plan plan = plan_of(scene);
-  std::vector<DampedMode> modes = damped_modes(plan);
+  std::vector<DampedMode> modes = free_motion(plan).modes;
   std::erase_if(modes, [](const DampedMode& mode) { return mode.rate == 0.0; });  // the hinge
   ASSERT_EQ(modes.size(), 2U);
   // with u, w the two elongations: u'' = -2 (c u' + k u) + k w, w'' = c u' + k u - 2 k w
@@ -336,11 +324,7 @@ Scene boom_with_wheel(double momentum) {
   scene.points[0].inertia = Eigen::Vector3d(1.0, 1.2, 1.5).asDiagonal();
   scene.points[1].inertia = Eigen::Vector3d(0.01, 0.01, 0.01).asDiagonal();
   for (int k = 0; k < 2; ++k) {
-    Link link;
-    link.name = "boom" + std::to_string(k);
-    link.points = {k, k + 1};
-    link.kind = Beam{1e5, 100.0, 100.0, 100.0, {0.0, 1.0, 0.0}};
-    scene.links.push_back(link);
+    add_link(scene, k, k + 1, Beam{1e5, 100.0, 100.0, 100.0, {0.0, 1.0, 0.0}});
   }
   scene.wheels.push_back({"wheel", 0, Eigen::Vector3d::UnitZ(), momentum, {}});
   scene.fidelity = Fidelity::kCoupled;
@@ -378,11 +362,7 @@ Scene rocket_of_beams(double thrust, Fidelity rung) {
   for (int k = 0; k < 11; ++k)
     scene.points.push_back({"p" + std::to_string(k), 1.0, {1.0 * k, 0.0, 0.0}, Eigen::Vector3d::Zero()});
   for (int k = 0; k < 10; ++k) {
-    Link link;
-    link.name = "b" + std::to_string(k);
-    link.points = {k, k + 1};
-    link.kind = Beam{1e5, 1e3, 1000.0, 1500.0, {0.0, 1.0, 0.0}};
-    scene.links.push_back(link);
+    add_link(scene, k, k + 1, Beam{1e5, 1e3, 1000.0, 1500.0, {0.0, 1.0, 0.0}});
   }
   Load load;
   load.name = "thrust";
@@ -402,7 +382,7 @@ TEST(DampedModes, UnderConstantFollowersAreWhatAFreeDecayShows) {
   for (const Fidelity rung : {Fidelity::kSeparated, Fidelity::kCoupled})
     for (const double thrust : {60.0, 1000.0}) {
       const Plan plan = plan_of(rocket_of_beams(thrust, rung));
-      const std::vector<DampedMode> modes = damped_modes(plan);
+      const std::vector<DampedMode> modes = free_motion(plan).modes;
       const Eigen::MatrixXd tick = tick_with_body(plan);
       const Eigen::Index n = 2 * Eigen::Index{plan.num_elastic};
       const double off = farthest(modes, tick.topLeftCorner(n, n), plan.period);
@@ -430,7 +410,7 @@ TEST(DampedModes, UnderATorqueThatTurnsAreWhatAFreeDecayShows) {
     scene.damping.modal_ratio = 0.01;
     scene.fidelity = rung;
     const Plan plan = plan_of(scene);
-    const std::vector<DampedMode> modes = damped_modes(plan);
+    const std::vector<DampedMode> modes = free_motion(plan).modes;
     const Eigen::Index n = 2 * Eigen::Index{plan.num_elastic};
     const double off = farthest(modes, tick_with_body(plan).topLeftCorner(n, n), plan.period);
     double shift = 0.0;
@@ -492,7 +472,7 @@ TEST(DampedModes, OfASmallSceneAllHaveTheirMotion) {
   publish_everything(scene);
   scene.rate = 2000.0;
   const Plan plan = plan_of(scene);
-  std::vector<DampedMode> modes = damped_modes(plan);
+  std::vector<DampedMode> modes = free_motion(plan).modes;
   modes.erase(modes.begin(), modes.begin() + 4);  // mechanisms
   ASSERT_EQ(modes.size(), 3U);
   EXPECT_LT(farthest(modes, tick_of(plan), plan.period), 1e-6);
@@ -528,7 +508,7 @@ TEST(DampedModes, ThatDivergeGrow) {
     scene.feedbacks = {feedback};
     publish_everything(scene);
     scene.rate = 1000.0;
-    const std::vector<DampedMode> modes = damped_modes(plan_of(scene));
+    const std::vector<DampedMode> modes = free_motion(plan_of(scene)).modes;
     ASSERT_EQ(modes.size(), 1U);
     // elongation u, of which each point has half: u'' = (-200 + 250) u - 2 damping u'
     EXPECT_EQ(modes[0].frequency, 0.0);
@@ -542,7 +522,7 @@ TEST(DampedModes, ThatNothingCouplesAreTheTextbooks) {
   Scene scene = random_structure(3, 5);
   scene.damping.modal_ratio = 0.1;
   const Plan plan = plan_of(scene);
-  for (std::size_t l = 0; const DampedMode& mode : damped_modes(plan)) {
+  for (std::size_t l = 0; const DampedMode& mode : free_motion(plan).modes) {
     EXPECT_NEAR(mode.ratio, 0.1, 1e-15);
     EXPECT_NEAR(mode.frequency, plan.omega[l] * std::sqrt(0.99), 1e-15 * plan.omega[l]);
     ++l;

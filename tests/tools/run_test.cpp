@@ -97,7 +97,6 @@ TEST_F(Run, ALogHoldsTheErrorBudgetAndTheDrifts) {
   // nothing pushes, and 50 Hz are coarse for a vibration of 2.25 Hz
   EXPECT_GT(status.energy_drift, 1e-12);
   EXPECT_LT(status.energy_drift, 1e-2);
-  EXPECT_LT(status.eckart_residual, 1e-12);
 }
 
 TEST_F(Run, TableHasTheNamedColumnsInEveryRow) {

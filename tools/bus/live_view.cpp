@@ -257,7 +257,7 @@ std::string LiveView::validity_text() const {
            s.worst_validity_cause;
   out += "\n";
   if (s.error_scale > 0.0)
-    out += "error      about " + share_text(s.model_error, s.error_scale) +
+    out += "error      " + share_text(s.model_error, s.error_scale) +
            format_text(" the displacements that count, %.2g m (good up to %g %%, outside above %g %%)\n",
                        s.error_scale, 100.0 * kGoodElastic, 100.0 * kMostElastic);
   if (s.budget_horizon == 0.0) return out;

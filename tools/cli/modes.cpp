@@ -170,7 +170,7 @@ std::string coupling_text(const Plan& plan) {
 /// [-] of what damping does in a tick: a larger error of the step is a warning.
 constexpr double kMostStepError = 0.01;
 
-/// Returns the largest error of a tick by splitting, and the mode that has it.
+/// The largest error of a tick by splitting, and the mode that has it.
 struct StepError {
   double size = 0.0;     // [-]
   std::size_t mode = 0;  // index

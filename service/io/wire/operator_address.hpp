@@ -41,16 +41,16 @@ struct OperatorPlace {
   std::string path;
   std::string fault;
 };
-/// Where a daemon of this user listens: in the first of $XDG_RUNTIME_DIR, /run/user/UID, /run/freeflex that
-/// belongs to this user and that nobody else may write to, else in /tmp/freeflexd-UID, which is made where it
-/// is not there and must be like that too.
+/// Returns where a daemon of this user listens: in the first of $XDG_RUNTIME_DIR, /run/user/UID and
+/// /run/freeflex that belongs to this user and that nobody else may write to. Where there is none it is
+/// /tmp/freeflexd-UID, which must also belong to this user alone, and is made if need be.
 OperatorPlace choose_operator_place(const std::string& prefix, const OperatorRoots& roots = operator_roots());
 /// Where a daemon of this user may listen, the likeliest first, and why it may not elsewhere (for a person).
 struct OperatorPlaces {
   std::vector<std::string> paths;
   std::string faults;
 };
-/// Root also finds the socket of a service in /run/freeflex.
+/// Returns the places for a prefix. Root also finds the socket of a service in /run/freeflex.
 OperatorPlaces operator_places(const std::string& prefix, const OperatorRoots& roots = operator_roots());
 
 /// Empty when the path is too long for a socket (107 characters).
