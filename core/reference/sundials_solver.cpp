@@ -162,7 +162,6 @@ void SundialsSolver::Members::set_tolerances(const ElasticScale& scale) {
 
 // what rounding leaves of large rigid displacements; below this no step is small enough
 constexpr double kRelativeTolerance = 1e-15;
-constexpr long kNoStepLimit = -1;
 
 bool SundialsSolver::Members::make_linear_solver() {
   if (!problem->jacobian) {
@@ -183,7 +182,7 @@ void SundialsSolver::Members::start_erk() {
   if (!ok(ERKStepSetErrHandlerFn(erk, keep_message, this), "ERKStepSetErrHandlerFn")) return;
   if (!ok(ERKStepSetUserData(erk, this), "ERKStepSetUserData")) return;
   if (!ok(ERKStepSVtolerances(erk, kRelativeTolerance, tolerance), "ERKStepSVtolerances")) return;
-  if (!ok(ERKStepSetMaxNumSteps(erk, kNoStepLimit), "ERKStepSetMaxNumSteps")) return;
+  if (!ok(ERKStepSetMaxNumSteps(erk, options.max_steps), "ERKStepSetMaxNumSteps")) return;
   const bool is_fixed = options.fixed_step > 0.0;
   // a method without an embedded one is taken only once the step is fixed
   if (is_fixed && !ok(ERKStepSetFixedStep(erk, options.fixed_step), "ERKStepSetFixedStep")) return;
@@ -205,7 +204,7 @@ void SundialsSolver::Members::start_dirk() {
   if (!ok(ARKStepSetErrHandlerFn(dirk, keep_message, this), "ARKStepSetErrHandlerFn")) return;
   if (!ok(ARKStepSetUserData(dirk, this), "ARKStepSetUserData")) return;
   if (!ok(ARKStepSVtolerances(dirk, kRelativeTolerance, tolerance), "ARKStepSVtolerances")) return;
-  if (!ok(ARKStepSetMaxNumSteps(dirk, kNoStepLimit), "ARKStepSetMaxNumSteps")) return;
+  if (!ok(ARKStepSetMaxNumSteps(dirk, options.max_steps), "ARKStepSetMaxNumSteps")) return;
   if (!ok(ARKStepSetTableNum(dirk, ARKODE_ARK548L2SA_DIRK_8_4_5, ARKODE_ERK_NONE), "ARKStepSetTableNum"))
     return;
   if (!make_linear_solver()) return;
@@ -222,7 +221,7 @@ void SundialsSolver::Members::start_cvode() {
   if (!ok(CVodeInit(cvode, slope, time, y), "CVodeInit")) return;
   if (!ok(CVodeSetUserData(cvode, this), "CVodeSetUserData")) return;
   if (!ok(CVodeSVtolerances(cvode, kRelativeTolerance, tolerance), "CVodeSVtolerances")) return;
-  if (!ok(CVodeSetMaxNumSteps(cvode, kNoStepLimit), "CVodeSetMaxNumSteps")) return;
+  if (!ok(CVodeSetMaxNumSteps(cvode, options.max_steps), "CVodeSetMaxNumSteps")) return;
   if (is_adams) {
     fixed_point = SUNNonlinSol_FixedPoint(y, 0, context);
     if (!check_created(fixed_point, "SUNNonlinSol_FixedPoint")) return;

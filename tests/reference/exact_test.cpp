@@ -5,6 +5,7 @@
 #include <Eigen/Geometry>
 #include <cmath>
 #include <functional>
+#include <numbers>
 
 #include "core/reference/integrate.hpp"
 #include "tests/reference/system_of.hpp"
@@ -241,6 +242,18 @@ TEST(CartesianReference, FailureOfTheSolverIsAResultWithItsText) {
   EXPECT_TRUE(run.states.empty());
   options.fixed_step = 0.0;
   EXPECT_NE(integrate(system, times, options).error.find("fixed step"), std::string::npos);
+}
+
+// Two cycles, at some ten steps each.
+TEST(CartesianReference, SaysThatItTookTooManySteps) {
+  const CartesianSystem system = system_of(stretched_pair(1e-3));
+  const double times[] = {2.0 * 2.0 * std::numbers::pi / kOmega};
+  ReferenceOptions options;
+  options.scale = ElasticScale{1e-3, 1e-3 * kOmega};
+  options.max_steps = 5;
+  EXPECT_NE(integrate(system, times, options).error.find("mxstep"), std::string::npos);
+  options.max_steps = 100;
+  EXPECT_EQ(integrate(system, times, options).error, "");
 }
 
 }  // namespace
