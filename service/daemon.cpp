@@ -398,8 +398,8 @@ int run_daemon(const DaemonOptions& options, SignalWatch& signals) {
     return fault.code;
   } catch (const std::bad_alloc&) {
     spdlog::error(
-        "memory ran out before the first tick{}. A large scene takes less with modes: {{count: N}}, and "
-        "with fewer points and links published and pushed",
+        "memory ran out before the first tick{}. A large scene takes less memory with modes: {{count: N}}, "
+        "and with fewer points and links to publish and to push",
         explain_limits(ENOMEM));
     return kRuntimeFailure;
   } catch (const std::system_error& fault) {

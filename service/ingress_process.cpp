@@ -59,8 +59,8 @@ std::string explain_filter() {
     return std::string(". LD_PRELOAD is set to '") + preloaded +
            "': a library that is loaded that way (libfaketime, for one) makes such calls; start freeflexd "
            "without it";
-  return ". A library that is loaded into every program (/etc/ld.so.preload) makes such calls; or what "
-         "came over the network took the process over: then the filter has ended that";
+  return ". A library that is loaded into every program (/etc/ld.so.preload) makes such calls. "
+         "If there is none, a packet may have taken control of the process, and the filter stopped it";
 }
 
 /// What may be why a process ended before it was ready, and the remedy.

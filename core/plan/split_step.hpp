@@ -7,8 +7,9 @@
 
 namespace freeflex {
 
-/// One step without loads on columns (size q, q'): half a kick, the modes, half a kick   (THEORY X76). It is
-/// made of the tables of the plan that the step uses too.  \pre the path of the plan is kSplit
+/// The split step of a plan without loads   (THEORY X76): dashpots and feedback act for half a tick, each
+/// mode moves freely for a tick, and they act for the other half. It works on columns (q, q'), with the
+/// tables of the plan that the simulation steps by.  \pre the path of the plan is kSplit
 class SplitStep {
  public:
   explicit SplitStep(const Plan& plan);

@@ -33,7 +33,7 @@ struct ReferenceOptions {
   double fixed_step = 0.0;            // [s] > 0: this step, rounded to divide each smooth piece; 0: adaptive
   std::optional<ElasticScale> scale;  // found by a pilot run when absent; not used with a fixed step
   std::function<bool()> is_stopped;   // asked at each requested time; true ends the run with an error
-  long max_steps = -1;  // to each requested time; more end the run with an error; -1: any number
+  long max_steps = -1;                // steps allowed to each requested time; more are an error; -1: no limit
 };
 
 struct ReferenceRun {

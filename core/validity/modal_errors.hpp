@@ -25,13 +25,13 @@ struct ModalLeaders {
   std::int32_t error = -1;      // the largest error
   std::int32_t displaced = -1;  // the largest displacement
   std::int32_t softest = -1;    // loses the largest share of its stiffness
-  bool is_left_out = false;     // softest counts the modes that the plan leaves out, not its own
+  bool is_left_out = false;     // true: softest is an index among the modes left out
   std::int32_t hidden = -1;     // the largest error that could be hidden
   std::int32_t wheel = -1;      // the wheel that could hide more than links do; -1: none
 };
 
-/// A mode by its place in the plan, or where is_left_out by its place among the lowest modes that the plan
-/// leaves out; -1: none.
+/// Names a mode. `mode` is its index in the plan, or, where is_left_out is true, its index among the lowest
+/// modes that the plan leaves out; -1: no mode.
 struct JudgedMode {
   std::int32_t mode = -1;
   bool is_left_out = false;

@@ -29,7 +29,7 @@ struct Responsible {
   double frequency = 0.0;  // [Hz] of that mode; 0: a mechanism
 };
 
-/// Returns true for a link whose inner forces no table tells: a matrix, a rigid link or a plate.
+/// Returns true for a link that is given without the forces inside it: a matrix, a rigid link or a plate.
 bool hides_forces(const PlanLink& link);
 
 /// Finds what is responsible. Allocates nothing after construction.

@@ -244,7 +244,7 @@ TEST(CartesianReference, FailureOfTheSolverIsAResultWithItsText) {
   EXPECT_NE(integrate(system, times, options).error.find("fixed step"), std::string::npos);
 }
 
-// Two cycles, at some ten steps each.
+// Two cycles take some twenty steps: more than 5, and fewer than 100.
 TEST(CartesianReference, SaysThatItTookTooManySteps) {
   const CartesianSystem system = system_of(stretched_pair(1e-3));
   const double times[] = {2.0 * 2.0 * std::numbers::pi / kOmega};

@@ -184,8 +184,8 @@ class Offender {
     force([tick](force_t& f) { f.start_tick = tick + 2 * io::kMaxAheadTicks; });
     client_.send_control(control_t::RUN);
     constexpr std::int64_t kFarTicks = 59'000;  // as far as the bus may, but for what passes meanwhile
-    // Commands for a tick that does not come take every slot, and then every place in the queue. The 65th
-    // command asks for one slot more than there are.
+    // Commands for a tick that does not come reserve all 64 slots, and then fill the queue. The 65th command
+    // asks for a slot that does not exist.
     for (int i = 0; i < 300; ++i) {
       force([i, tick](force_t& f) {
         f.start_tick = tick + kFarTicks;

@@ -41,9 +41,9 @@ struct OperatorPlace {
   std::string path;
   std::string fault;
 };
-/// Returns where a daemon of this user listens: in the first of $XDG_RUNTIME_DIR, /run/user/UID and
-/// /run/freeflex that belongs to this user and that nobody else may write to. Where there is none it is
-/// /tmp/freeflexd-UID, which must also belong to this user alone, and is made if need be.
+/// Returns the path of the socket of a daemon of this user. Its folder is the first of $XDG_RUNTIME_DIR,
+/// /run/user/UID and /run/freeflex that belongs to this user and that nobody else may write to. If none does,
+/// it is the folder freeflexd-UID in /tmp, which is created if it is missing and must pass the same check.
 OperatorPlace choose_operator_place(const std::string& prefix, const OperatorRoots& roots = operator_roots());
 /// Where a daemon of this user may listen, the likeliest first, and why it may not elsewhere (for a person).
 struct OperatorPlaces {
