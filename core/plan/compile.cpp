@@ -21,6 +21,7 @@
 #include "core/scene/extremes.hpp"
 #include "core/scene/faults.hpp"
 #include "core/scene/link_kinds.hpp"
+#include "core/step/principal.hpp"
 #include "core/step/vector.hpp"
 #include "core/structure/link_factor.hpp"
 #include "core/structure/reduce.hpp"
@@ -74,6 +75,7 @@ void compile_body(const Scene& scene, const MassProperties& body, Plan& plan) {
   plan.inverse_inertia =
       to_array(Eigen::Matrix3d(body.principal_axes * inverse.asDiagonal() * body.principal_axes.transpose()));
   plan.line = to_array(body.line);
+  plan.principal = principal_of(plan.inverse_inertia);
   plan.gravity_W = to_array(scene.gravity);
   plan.attractor_mu = scene.attractor.mu;
   plan.attractor_W = to_array(scene.attractor.position);

@@ -7,6 +7,8 @@
 #include <bit>
 #include <type_traits>
 
+#include "core/step/principal.hpp"
+
 namespace freeflex {
 namespace {
 
@@ -244,10 +246,10 @@ void fields(Archive& archive, T& n) {
 template <typename Archive, Is<Plan> T>
 void fields(Archive& archive, T& p) {
   all_of<Plan>(archive, p.name, p.scene_hash, p.period, p.mass, p.rigid_freedoms, p.p_SB, p.inertia,
-               p.inverse_inertia, p.line, p.gravity_W, p.attractor_mu, p.attractor_W, p.num_elastic,
-               p.num_moving, p.num_padded, p.omega, p.decay, p.frequency_accuracy, p.conditioning,
-               p.propagator, p.mixing, p.coupled, p.fidelity, p.has_spin_load, p.field_rows, p.points,
-               p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs, p.mechanisms,
+               p.inverse_inertia, p.line, p.principal, p.gravity_W, p.attractor_mu, p.attractor_W,
+               p.num_elastic, p.num_moving, p.num_padded, p.omega, p.decay, p.frequency_accuracy,
+               p.conditioning, p.propagator, p.mixing, p.coupled, p.fidelity, p.has_spin_load, p.field_rows,
+               p.points, p.links, p.groups, p.rows, p.eckart_rows, p.link_rows, p.link_outputs, p.mechanisms,
                p.histories, p.feedbacks, p.force_limit, p.torque_limit, p.command_limits, p.initial,
                p.state_rate, p.points_rate, p.loads_rate, p.status_rate, p.published_points,
                p.published_groups, p.damps, p.falls, p.turns, p.parts, p.tolerance, p.horizon, p.mode_numbers,
@@ -296,6 +298,8 @@ class Writer {
   void operator()(const PlanKinetics& kinetics) {
     if (has_neglect_ || kinetics.form != PlanKinetics::Form::kComplete) fields(*this, kinetics);
   }
+  // follows from what is written
+  void operator()(const PlanPrincipal&) {}
   template <typename T>
   void operator()(const T& value) {
     if constexpr (Scalar<T>) {
@@ -376,6 +380,7 @@ class Reader {
   void operator()(PlanKinetics& kinetics) {
     if (has_particles_) fields(*this, kinetics);
   }
+  void operator()(PlanPrincipal&) {}
   template <typename T>
   void operator()(T& value) {
     if constexpr (Scalar<T>) {
@@ -511,6 +516,7 @@ std::optional<Plan> plan_from_bytes(std::span<const std::byte> bytes, std::strin
   if (!reader.is_good()) return refuse("inconsistent plan: " + reader.error());
   if (reader.num_left() > 0)
     return refuse("inconsistent plan: " + std::to_string(reader.num_left()) + " bytes belong to no field");
+  set_principal(*plan);
   if (const std::string why = find_inconsistency(*plan); !why.empty())
     return refuse("inconsistent plan: " + why);
   return plan;

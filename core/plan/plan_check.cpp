@@ -9,6 +9,7 @@
 #include "core/plan/plan_bytes.hpp"
 #include "core/plan/rungs.hpp"
 #include "core/scene/faults.hpp"
+#include "core/step/principal.hpp"
 
 namespace freeflex {
 namespace {
@@ -107,6 +108,8 @@ void PlanCheck::check_body() {
               are_finite(plan_.line) && are_finite(plan_.gravity_W) && are_finite(plan_.attractor_W) &&
               is_at_least(plan_.attractor_mu, 0.0),
           "a property of the rigid body is not finite");
+  require(plan_.principal == principal_of(plan_.inverse_inertia),
+          "the principal axes are not those of the inertia");
 }
 
 void PlanCheck::check_modes() {
@@ -389,8 +392,9 @@ void PlanCheck::check_left_out() {
       "the numbers of the modes do not ascend from 1");
   require(are_finite(plan_.scope.normal_B) && are_finite(plan_.scope.R_WB),
           "the scope of commands is not finite");
-  require(plan_.turns || (plan_.feedbacks.empty() && plan_.attractor_mu == 0.0 && !plan_.has_spin_load),
-          "a body that cannot turn is turned by a field or feedback");
+  const bool is_turned = !plan_.feedbacks.empty() || plan_.attractor_mu > 0.0 || plan_.has_spin_load;
+  require(plan_.turns || plan_.rigid_freedoms == 3 || !is_turned,
+          "a body that does not turn is turned by a field or feedback");
 }
 
 void PlanCheck::check_wide() {

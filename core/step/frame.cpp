@@ -1,6 +1,9 @@
 #include "core/step/frame.hpp"
 
 #include "core/step/field.hpp"
+#include "core/step/flows.hpp"
+#include "core/step/kepler.hpp"
+#include "core/step/tick_turn.hpp"
 
 namespace freeflex {
 namespace {
@@ -175,11 +178,12 @@ Turn turn_loaded(BodyTurn& turning, const StepMoment& start, const StepMoment& t
 
 bool has_moment(const RigidLoad& load) noexcept { return load.has_moment_W || !is_zero(load.torque_B); }
 
-Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
+Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const Vec3& H_B,
+          const StepLoads& loads) noexcept {
   const bool needs_middle = loads.later || !is_zero(loads.start.force_B);
   const bool is_attracted = plan.attractor_mu > 0.0;
   const Trajectory path = is_attracted ? path_of(plan, from, loads.start, R_WB) : Trajectory{};
-  BodyTurn turning(plan, multiply_transposed(R_WB, from.H_W), is_attracted ? &path : nullptr, loads.wheels);
+  BodyTurn turning(plan, H_B, is_attracted ? &path : nullptr, loads.wheels);
   if (!is_attracted && !has_moment(loads.start) && !has_moment(loads.middle()) && !has_moment(loads.end()))
     return is_zero(from.H_W) && plan.wheels.all.empty() ? Turn{} : turn_free(turning, needs_middle);
   const StepMoment start = moment_in_step(loads.start, R_WB);
@@ -189,10 +193,16 @@ Turn turn(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads
   return turn_loaded(turning, start, third, middle, interpolate(end, middle, start), end, needs_middle);
 }
 
-/// Translation under gravity and the resultant, M p_WB'' = F_W + M gravity_W (X6), exact for F_W quadratic in
-/// time:
-///   p_WB += h v_WB + h^2 (weighted_force / M + gravity_W) / 2,   v_WB += h (mean_force / M + gravity_W)
-/// \param mean_force  [N] int F_W dt / h  \param weighted_force  [N] 2 int (1 - t / h) F_W dt / h
+}  // namespace
+
+Mat3 rotation_of_gibbs(const Vec3& g) noexcept {
+  const double k = 2.0 / (1.0 + dot(g, g));
+  const double xx = k * g[0] * g[0], yy = k * g[1] * g[1], zz = k * g[2] * g[2];
+  const double xy = k * g[0] * g[1], xz = k * g[0] * g[2], yz = k * g[1] * g[2];
+  const double x = k * g[0], y = k * g[1], z = k * g[2];
+  return {1.0 - (yy + zz), xy - z, xz + y, xy + z, 1.0 - (xx + zz), yz - x, xz - y, yz + x, 1.0 - (xx + yy)};
+}
+
 void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
                Frame& frame) noexcept {
   if (!plan.falls) {
@@ -204,6 +214,16 @@ void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& w
     return;
   }
   Vec3 mean_gravity = plan.gravity_W, weighted_gravity = plan.gravity_W;
+  if (may_fall_long(plan, frame)) {
+    // exactly, and what forces do beside it   (X203)
+    const Fall free = fall(plan.attractor_mu, sub(frame.p_WB, plan.attractor_W), frame.v_WB, h);
+    for (std::size_t i = 0; i < 3; ++i) {
+      const double p_gain = free.p[i] + h * frame.v_WB_low[i] + 0.5 * h * h * (weighted_force[i] / plan.mass);
+      add_compensated(frame.p_WB[i], frame.p_WB_low[i], p_gain);
+      add_compensated(frame.v_WB[i], frame.v_WB_low[i], free.v[i] + h * (mean_force[i] / plan.mass));
+    }
+    return;
+  }
   if (plan.attractor_mu > 0.0) {
     // Simpson's rule along the path that the acceleration at the start makes (X72)
     const Vec3 start = gravity_at(plan, frame.p_WB);
@@ -223,22 +243,16 @@ void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& w
   }
 }
 
-}  // namespace
-
-Mat3 rotation_of_gibbs(const Vec3& g) noexcept {
-  const double k = 2.0 / (1.0 + dot(g, g));
-  const double xx = k * g[0] * g[0], yy = k * g[1] * g[1], zz = k * g[2] * g[2];
-  const double xy = k * g[0] * g[1], xz = k * g[0] * g[2], yz = k * g[1] * g[2];
-  const double x = k * g[0], y = k * g[1], z = k * g[2];
-  return {1.0 - (yy + zz), xy - z, xz + y, xy + z, 1.0 - (xx + zz), yz - x, xz - y, yz + x, 1.0 - (xx + yy)};
-}
-
 /// q_WB o (1, g) / sqrt(1 + g.g) as an increment, so that rounding stays behind in the low part (X9).
 void turn_attitude(const Vec3& g, Frame& frame) noexcept {
   const double s = dot(g, g);
   const double norm = __builtin_sqrt(1.0 + s), inverse = 1.0 / norm;
-  const Quat turned =
-      multiply(frame.q_WB, {-s / (norm * (1.0 + norm)), inverse * g[0], inverse * g[1], inverse * g[2]});
+  add_turn({-s / (norm * (1.0 + norm)), inverse * g[0], inverse * g[1], inverse * g[2]}, frame);
+}
+
+/// q_WB o turn, of which less_one is turn - 1
+void add_turn(const Quat& less_one, Frame& frame) noexcept {
+  const Quat turned = multiply(frame.q_WB, less_one);
   // the norm is drawn back to 1 slowly: what its own rounding feeds in stays below eps / 256 a step
   const Quat& q = frame.q_WB;
   const double excess = (q[0] * q[0] + q[1] * q[1] + q[2] * q[2] + q[3] * q[3]) - 1.0;
@@ -295,12 +309,10 @@ Frame slide(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoa
   return to;
 }
 
-}  // namespace
-
-Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
-  if (!plan.turns) return slide(plan, from, R_WB, loads);
+/// The end of a tick of which the turn is known.
+Frame apply(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads,
+            const Turn& turned) noexcept {
   Frame to = from;
-  const Turn turned = turn(plan, from, R_WB, loads);
   turn_attitude(turned.g_end, to);
   const Vec3 H_gain = multiply(R_WB, turned.H_gain);
   for (std::size_t i = 0; i < 3; ++i) add_compensated(to.H_W[i], to.H_W_low[i], H_gain[i]);
@@ -315,6 +327,29 @@ Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const
   translate(plan, plan.period, force_W(start, {}), force_W(middle, turned.g_middle),
             force_W(end, turned.g_end), to);
   return to;
+}
+
+}  // namespace
+
+Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
+  const auto is_long = [&](const Vec3& w, const Vec3& H, TickTurn& in_tick) {
+    if (!may_turn_long(plan, w, H, loads.wheels) && !may_fall_long(plan, from)) return false;
+    in_tick = turn_in_tick(plan, from, R_WB, loads);
+    return in_tick.whole > kShortTurn || in_tick.orbit > kShortOrbit;
+  };
+  TickTurn in_tick;
+  if (!plan.turns) {
+    if (!is_long({}, {}, in_tick)) return slide(plan, from, R_WB, loads);
+    return advance_by_flows(plan, from, R_WB, loads, substeps_for(in_tick.uneven));
+  }
+  const Vec3 H_B = multiply_transposed(R_WB, from.H_W);
+  if (is_long(multiply(plan.inverse_inertia, sub(H_B, loads.wheels.h[0])), H_B, in_tick))
+    return advance_by_flows(plan, from, R_WB, loads, substeps_for(in_tick.uneven));
+  const Turn turned = turn(plan, from, R_WB, H_B, loads);
+  // loads may have turned a body that was slow at the start
+  if (is_long(scale(2.0 / plan.period, turned.g_end), add(H_B, turned.H_gain), in_tick))
+    return advance_by_flows(plan, from, R_WB, loads, substeps_for(in_tick.uneven));
+  return apply(plan, from, R_WB, loads, turned);
 }
 
 }  // namespace freeflex

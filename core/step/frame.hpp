@@ -49,9 +49,19 @@ Mat3 rotation_of_gibbs(const Vec3& g) noexcept;
 /// The attitude turned by the Gibbs vector g in the axes of the step's start: q_WB o (1, g) / sqrt(1 +
 /// g.g)   (X9).
 void turn_attitude(const Vec3& g, Frame& frame) noexcept;
+/// The same of a unit quaternion less (1, 0, 0, 0): q_WB += q_WB o less_one, so that rounding stays behind in
+/// the low part.
+void add_turn(const Quat& less_one, Frame& frame) noexcept;
 /// Position and velocity a time h [s] later, M p_WB'' = F_W + M gravity_W   (X6, X72), from forces [N] at its
 /// start, middle and end, world axes, by Simpson's rule.
 void translate(const Plan& plan, double h, const Vec3& start, const Vec3& middle, const Vec3& end,
+               Frame& frame) noexcept;
+
+/// Translation under gravity and the resultant, M p_WB'' = F_W + M gravity_W (X6), exact for F_W quadratic in
+/// time:
+///   p_WB += h v_WB + h^2 (weighted_force / M + gravity_W) / 2,   v_WB += h (mean_force / M + gravity_W)
+/// \param mean_force  [N] int F_W dt / h  \param weighted_force  [N] 2 int (1 - t / h) F_W dt / h
+void translate(const Plan& plan, double h, const Vec3& mean_force, const Vec3& weighted_force,
                Frame& frame) noexcept;
 
 /// The frame one period later: M p_WB'' = F_W + M gravity_W, H_W' = L_W, w = I^-1 R_WB^T H_W   (THEORY

@@ -3,6 +3,8 @@
 #include <array>
 #include <cstddef>
 
+#include "core/step/exact.hpp"
+
 namespace freeflex {
 namespace {
 
@@ -12,27 +14,13 @@ double wrap(double x) noexcept {
   return x - ((x + kShift) - kShift);
 }
 
-struct Product {
-  double value, error;
-};
-/// a b = value + error exactly (Dekker 1971).
-Product exact_product(double a, double b) noexcept {
-  constexpr double kSplit = 134217729.0;  // 2^27 + 1
-  const double ta = kSplit * a, tb = kSplit * b;
-  const double a_hi = ta - (ta - a), b_hi = tb - (tb - b);
-  const double a_lo = a - a_hi, b_lo = b - b_hi;
-  const double value = a * b;
-  return {value, ((a_hi * b_hi - value) + a_hi * b_lo + a_lo * b_hi) + a_lo * b_lo};
-}
-
 /// Sine at half_ticks / 2 periods: whole cycles are dropped before anything is rounded, so the phase stays
 /// good to 1e-16 for as long as half_ticks period frequency stays below 2^52.
 double sine(const PlanHistory& history, double period, std::int64_t half_ticks) noexcept {
-  const Product per_tick = exact_product(period, history.frequency);
+  const Sum2 per_tick = exact_product(period, history.frequency);
   const double ticks = 0.5 * static_cast<double>(half_ticks);
-  const Product cycles = exact_product(ticks, per_tick.value);
-  return sine_of_cycles(
-      wrap(wrap(cycles.value) + (cycles.error + ticks * per_tick.error) + wrap(history.phase)));
+  const Sum2 cycles = exact_product(ticks, per_tick.hi);
+  return sine_of_cycles(wrap(wrap(cycles.hi) + (cycles.lo + ticks * per_tick.lo) + wrap(history.phase)));
 }
 
 double table(const PlanHistory& history, double time) noexcept {

@@ -398,6 +398,14 @@ struct PlanNeglect {
   PlanNamed named;
 };
 
+/// The axes in which the inertia is diagonal   (THEORY X200). They follow from Plan::inverse_inertia, and
+/// plan files do not have them: set_principal.
+struct PlanPrincipal {
+  Mat3 R_PB{1.0, 0.0, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 1.0};  // [-] their directions in its rows, body axes
+  Vec3 inverse_moment{};  // [1/(kg m^2)] about each, the largest first; zero where the body has no spin
+  bool operator==(const PlanPrincipal&) const = default;
+};
+
 struct Plan {
   std::string name;
   std::uint64_t scene_hash = 0;
@@ -405,10 +413,11 @@ struct Plan {
   // rigid body
   double mass = 0.0;  // [kg]
   std::int32_t rigid_freedoms = 6;
-  Vec3 p_SB{};                // [m] centre of mass in scene axes
-  Mat3 inertia{};             // [kg m^2] body axes
-  Mat3 inverse_inertia{};     // [1/(kg m^2)] pseudo-inverse for collinear shapes, zero for one point
-  Vec3 line{};                // [-] unit vector of a collinear shape, else zero
+  Vec3 p_SB{};             // [m] centre of mass in scene axes
+  Mat3 inertia{};          // [kg m^2] body axes
+  Mat3 inverse_inertia{};  // [1/(kg m^2)] pseudo-inverse for collinear shapes, zero for one point
+  Vec3 line{};             // [-] unit vector of a collinear shape, else zero
+  PlanPrincipal principal;
   Vec3 gravity_W{};           // [m/s^2]
   double attractor_mu = 0.0;  // [m^3/s^2] 0: none   (THEORY X72)
   Vec3 attractor_W{};         // [m]

@@ -18,6 +18,8 @@ constexpr double dot(const Vec3& a, const Vec3& b) noexcept {
 constexpr Vec3 cross(const Vec3& a, const Vec3& b) noexcept {
   return {a[1] * b[2] - a[2] * b[1], a[2] * b[0] - a[0] * b[2], a[0] * b[1] - a[1] * b[0]};
 }
+inline double length(const Vec3& a) noexcept { return __builtin_sqrt(dot(a, a)); }
+constexpr double magnitude(double x) noexcept { return x < 0.0 ? -x : x; }
 constexpr bool is_zero(const Vec3& a) noexcept { return a[0] == 0.0 && a[1] == 0.0 && a[2] == 0.0; }
 
 /// A x

@@ -9,6 +9,7 @@
 #include <set>
 
 #include "core/plan/make_plan.hpp"
+#include "core/step/principal.hpp"
 #include "messages/channels.hpp"
 #include "service/io/wire/codec.hpp"
 #include "tests/messages/commands.hpp"
@@ -28,6 +29,7 @@ Plan make_plan() {
   plan.mass = kPoints;
   plan.inertia = {1.0, 2.0, 3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 9.0};
   plan.inverse_inertia = {1.0, 0.0, 0.0, 0.0, 0.5, 0.0, 0.0, 0.0, 0.25};
+  set_principal(plan);
   plan.num_elastic = kElastic;
   plan.num_moving = plan.num_padded = 8;
   plan.omega.assign(8, 0.0);

@@ -86,7 +86,7 @@ Rigid exact_rigid(const Simulation& at_start, const ForceCommand& command, doubl
   return y;
 }
 
-TEST(Momentum, AngularMomentumOfWorldForcesConvergesAtOrderSix) {
+TEST(Momentum, AngularMomentumOfWorldForcesIsRightAtAnyTick) {
   constexpr double kTime = 2.0;
   for (std::uint64_t seed = 1; seed <= 3; ++seed) {
     std::mt19937_64 engine(seed);
@@ -97,22 +97,18 @@ TEST(Momentum, AngularMomentumOfWorldForcesConvergesAtOrderSix) {
     for (int point = 0; point < 3; ++point) {
       add_force(command, point, 20.0 * Vector3d(uniform(engine), uniform(engine), uniform(engine)));
     }
-    std::array<double, 4> errors{};
-    for (std::size_t k = 0; k < errors.size(); ++k) {
-      scene.rate = 50.0 * static_cast<double>(1 << k);
+    for (const double rate : {5.0, 50.0, 100.0, 200.0, 400.0}) {
+      scene.rate = rate;
       Simulation simulation(scene);
       const Rigid exact = exact_rigid(simulation, command, kTime);
       const Vector3d H(static_cast<double>(exact[4]), static_cast<double>(exact[5]),
                        static_cast<double>(exact[6]));
       simulation.run(std::llround(kTime * scene.rate), {&command, 1});
-      errors[k] = (vector(simulation.state.H_W) - H).norm() / H.norm();
-    }
-    for (std::size_t k = 0; k + 1 < errors.size(); ++k) {
-      const double order = std::log2(errors[k] / errors[k + 1]);
-      std::printf("seed %d, h = %.4g s: angular momentum error %.2e, order %.2f\n", static_cast<int>(seed),
-                  1.0 / (50.0 * static_cast<double>(1 << k)), errors[k], order);
-      // the order of the frame's method; the margin is the next term of the error
-      EXPECT_GT(order, 5.7);
+      const double error = (vector(simulation.state.H_W) - H).norm() / H.norm();
+      std::printf("seed %d at %g Hz: angular momentum error %.2e\n", static_cast<int>(seed), rate, error);
+      // 0.7 rad a tick at 5 Hz; a few hundred ticks round
+      EXPECT_LT(error, 1e-9) << rate;
+      if (rate >= 50.0) EXPECT_LT(error, 1e-12) << rate;
     }
   }
 }

@@ -77,18 +77,13 @@ TEST(FreeRotation, AttitudeIsThatOfTheExactMotionBesideTheMiddleAxis) {
   }
 }
 
-TEST(FreeRotation, AttitudeConvergesAtOrderSix) {
+// to half a radian a tick; rounding grows a thousandfold beside the middle axis
+TEST(FreeRotation, AttitudeIsThatOfTheExactMotionAtAnyTick) {
   constexpr double kTime = 16.0;
-  std::array<double, 5> errors{};
-  for (std::size_t k = 0; k < errors.size(); ++k) {
-    errors[k] = attitude_error_after(1.0, 0.5 / static_cast<double>(1 << k), kTime);
-  }
-  for (std::size_t k = 0; k + 1 < errors.size(); ++k) {
-    const double order = std::log2(errors[k] / errors[k + 1]);
-    std::printf("h = %.4g s: attitude error %.3e rad, order %.2f\n", 0.5 / static_cast<double>(1 << k),
-                errors[k], order);
-    // below six by the next term of the error, still going to zero
-    EXPECT_GT(order, 5.5);
+  for (const double h : {2.0, 1.0, 0.5, 0.25, 0.125, 1.0 / 32, 1.0 / 128}) {
+    const double error = attitude_error_after(1.0, h, kTime);
+    std::printf("h = %.4g s: attitude error %.3e rad\n", h, error);
+    EXPECT_LT(error, 1e3 * 2.3e-16) << h;
   }
 }
 
@@ -106,21 +101,11 @@ double energy_drift(double spin) {
 }
 
 TEST(FreeRotation, EnergyStaysOverAMillionTicks) {
-  for (const double spin : {1.0, 5.0}) {
+  for (const double spin : {1.0, 5.0, 25.0, 50.0, 500.0}) {
     const double drift = energy_drift(spin);
-    std::printf("|w| h = %.0e: energy drift %.2e over 1e6 ticks\n", spin * 1e-3, drift);
-    EXPECT_LT(drift, 1e-11);
+    std::printf("|w| h = %g rad: energy drift %.2e over 1e6 ticks\n", spin * 1e-3, drift);
+    EXPECT_LT(drift, 1e-12);
   }
-}
-
-TEST(FreeRotation, EnergyDriftOfAFastSpinIsBelowFourthOrder) {
-  constexpr double kLargestC = 1e-4;
-  const double fast = energy_drift(50.0), half = energy_drift(25.0);
-  const double C = fast / std::pow(0.05, 4);
-  std::printf("|w| h = 0.05: energy drift %.2e over 1e6 ticks, C = %.3g; 0.025: %.2e, C = %.3g\n", fast, C,
-              half, half / std::pow(0.025, 4));
-  EXPECT_LT(C, kLargestC);
-  EXPECT_LT(half / std::pow(0.025, 4), kLargestC);
 }
 
 }  // namespace

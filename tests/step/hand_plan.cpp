@@ -5,6 +5,7 @@
 #include <random>
 
 #include "core/plan/propagator.hpp"
+#include "core/step/principal.hpp"
 #include "core/structure/decompositions.hpp"
 
 namespace freeflex::testing {
@@ -28,6 +29,7 @@ Plan hand_plan(double period, std::span<const Mode> modes, int num_points) {
   plan.mass = 2.0;
   plan.inertia = {2.0, 0, 0, 0, 3.0, 0, 0, 0, 4.0};
   plan.inverse_inertia = {1.0 / 2.0, 0, 0, 0, 1.0 / 3.0, 0, 0, 0, 1.0 / 4.0};
+  set_principal(plan);
   const std::size_t n = pad(modes.size());
   plan.num_elastic = static_cast<std::int32_t>(modes.size());
   plan.num_moving = plan.num_padded = static_cast<std::int32_t>(n);

@@ -1,0 +1,157 @@
+#include "core/step/tick_turn.hpp"
+
+#include <algorithm>
+
+#include "core/step/kepler.hpp"
+
+namespace freeflex {
+namespace {
+
+/// Most that each component of a moment can be at any attitude.
+Vec3 most_of(const RigidLoad& load, const Mat3& R_PB) noexcept {
+  Vec3 most = multiply(R_PB, load.torque_B);
+  for (double& each : most) each = magnitude(each);
+  if (!load.has_moment_W) return most;
+  for (std::size_t c = 0; c < 3; ++c) {
+    double square = 0.0;
+    for (std::size_t i = 0; i < 9; ++i) {
+      double entry = 0.0;
+      for (std::size_t b = 0; b < 3; ++b) entry += R_PB[3 * c + b] * load.moment_W[9 * b + i];
+      square += entry * entry;
+    }
+    constexpr double kRootThree = 1.7320508075688772;  // length of a rotation's nine entries
+    most[c] += kRootThree * __builtin_sqrt(square);
+  }
+  return most;
+}
+
+/// [N m] The same over a tick, principal axes.
+Vec3 most_moment(const StepLoads& loads, const Mat3& R_PB) noexcept {
+  Vec3 most = most_of(loads.start, R_PB);
+  if (!loads.later) return most;
+  for (const RigidLoad* load : {&loads.middle(), &loads.end()}) {
+    const Vec3 other = most_of(*load, R_PB);
+    for (std::size_t i = 0; i < 3; ++i) most[i] = std::max(most[i], other[i]);
+  }
+  return most;
+}
+
+/// What bounds the rates of a free body for ever, principal axes, with what loads may add in a tick.
+struct Conserved {
+  double root = 0.0;      // sqrt(2 energy of rotation)
+  double momentum = 0.0;  // [N m s] |H|
+  Vec3 wheels{};          // [N m s] largest of each component
+  int num_axes = 0;       // about which anything turns
+};
+
+Conserved conserved(const Plan& plan, const Vec3& H, const Vec3& L, const WheelMomentum& wheels) noexcept {
+  Conserved all;
+  double energy = 0.0, gain = 0.0;
+  std::array<Vec3, 3> h;
+  for (std::size_t k = 0; k < 3; ++k) h[k] = multiply(plan.principal.R_PB, wheels.h[k]);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const double inverse = plan.principal.inverse_moment[i], own = H[i] - h[0][i];
+    const double push = (L[i] + magnitude(h[1][i]) + magnitude(h[2][i])) * plan.period;
+    energy += inverse * own * own;
+    gain += inverse * push * push;
+    all.wheels[i] = magnitude(h[0][i]) + magnitude(h[1][i]) + magnitude(h[2][i]);
+    all.num_axes += H[i] != 0.0 || all.wheels[i] != 0.0 ? 1 : 0;
+  }
+  all.root = __builtin_sqrt(energy) + __builtin_sqrt(gain);
+  all.momentum = length(H) + length(L) * plan.period;
+  return all;
+}
+
+/// [rad/s] The rates u_i of the flows about principal axes, and how fast they turn each other: with
+/// d_i = 1/I_i - 1/I_2, |u_i| <= |d_i| sqrt(2 E I_i) + |h_i| / I_2 and |u_i| <= |d_i| |H| + |h_i| / I_i;
+/// nutation (|H| sum_(i != j) |d_i| u_j)^(1/2).
+double uneven_rate(const Plan& plan, const Conserved& all) noexcept {
+  const Vec3& inverse = plan.principal.inverse_moment;
+  Vec3 d{}, u{};
+  for (std::size_t i = 0; i < 3; ++i) {
+    d[i] = magnitude(inverse[i] - inverse[1]);
+    u[i] = d[i] * all.momentum + inverse[i] * all.wheels[i];
+    if (inverse[i] > 0.0)
+      u[i] = std::min(u[i], d[i] * all.root / __builtin_sqrt(inverse[i]) + inverse[1] * all.wheels[i]);
+  }
+  const double mixed = (d[1] + d[2]) * u[0] + (d[0] + d[2]) * u[1] + (d[0] + d[1]) * u[2];
+  return u[0] + u[1] + u[2] + __builtin_sqrt(all.momentum * mixed);
+}
+
+/// [rad] An orbit turned at its rate in the nearest place of the tick for all of it   (X202).
+double orbit_in_tick(const Plan& plan, const Frame& from) noexcept {
+  const Vec3 rho = sub(from.p_WB, plan.attractor_W), &v = from.v_WB;
+  const double mu = plan.attractor_mu, h = plan.period, r = length(rho);
+  const Fall gain = fall(mu, rho, v, h);
+  const Vec3 rho_end = add(rho, gain.p);
+  double nearest = std::min(r, length(rho_end));
+  constexpr double kTwoPi = 6.2831853071795862;
+  const double beta = 2.0 * mu / r - dot(v, v);  // mu over the semi-major axis
+  const bool is_closed = beta > 0.0 && kTwoPi * mu <= h * beta * __builtin_sqrt(beta);
+  if (is_closed || (dot(rho, v) < 0.0 && dot(rho_end, add(v, gain.v)) > 0.0)) {
+    // the perigee is passed: p / (1 + e)
+    const Vec3 momentum = cross(rho, v);
+    const double p = dot(momentum, momentum) / mu;
+    nearest = p / (1.0 + __builtin_sqrt(std::max(0.0, 1.0 - beta * p / mu)));
+  }
+  return h * __builtin_sqrt(mu / (nearest * nearest * nearest));
+}
+
+}  // namespace
+
+TickTurn turn_in_tick(const Plan& plan, const Frame& from, const Mat3& R_WB,
+                      const StepLoads& loads) noexcept {
+  TickTurn turn;
+  bool is_loaded = false;
+  if (plan.turns) {
+    const Mat3& R_PB = plan.principal.R_PB;
+    const Vec3 L = most_moment(loads, R_PB), H = multiply(R_PB, multiply_transposed(R_WB, from.H_W));
+    const Conserved all = conserved(plan, H, L, loads.wheels);
+    const double uneven = uneven_rate(plan, all) * plan.period;
+    is_loaded = !is_zero(L);
+    turn.whole = plan.principal.inverse_moment[1] * all.momentum * plan.period + uneven;
+    // spin about a principal axis is even
+    if (is_loaded)
+      turn.uneven = turn.whole;
+    else if (all.num_axes > 1)
+      turn.uneven = uneven;
+  }
+  if (plan.attractor_mu > 0.0) {
+    turn.orbit = orbit_in_tick(plan, from);
+    const auto is_pushed = [](const RigidLoad& load) {
+      return !is_zero(load.force_W) || !is_zero(load.force_B);
+    };
+    if (plan.turns || is_pushed(loads.start) || is_pushed(loads.middle()) || is_pushed(loads.end()))
+      turn.uneven += 2.0 * turn.orbit;
+  }
+  return turn;
+}
+
+bool may_turn_long(const Plan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept {
+  // the spin, and the nutation of the momentum of body and wheels: |H| over the root of two moments at most
+  constexpr double kMost = kShortTurn / 3.0;
+  const Vec3& inverse = plan.principal.inverse_moment;
+  double momentum = dot(H, H);
+  if (!plan.wheels.all.empty())
+    for (const Vec3& each : wheels.h) momentum += dot(each, each);
+  const double square = dot(w, w) + 4.0 * inverse[0] * inverse[1] * momentum;
+  return 2.0 * square * plan.period * plan.period > kMost * kMost;
+}
+
+bool may_fall_long(const Plan& plan, const Frame& from) noexcept {
+  if (plan.attractor_mu == 0.0) return false;
+  constexpr double kShortWay = 0.1;  // of the distance, beyond which the field may change more than it seems
+  const Vec3 rho = sub(from.p_WB, plan.attractor_W);
+  const double square = dot(rho, rho), h = plan.period;
+  return plan.attractor_mu * h * h > kShortOrbit * kShortOrbit * square * __builtin_sqrt(square) ||
+         dot(from.v_WB, from.v_WB) * h * h > kShortWay * kShortWay * square;
+}
+
+int substeps_for(double uneven) noexcept {
+  if (!(uneven < kUnevenTurn * kMostSubsteps)) return kMostSubsteps;
+  const double parts = uneven / kUnevenTurn;
+  const int whole = static_cast<int>(parts);
+  return std::max(1, whole < parts ? whole + 1 : whole);
+}
+
+}  // namespace freeflex
