@@ -48,6 +48,16 @@ double stage_rate(const Plan& plan) {
   return rate;
 }
 
+// [rad/s] how fast the body turns at the start, and nutates where it has wheels   (X202)
+double turn_rate(const Plan& plan) {
+  const Eigen::Map<const Eigen::Vector3d> w(plan.initial.w_WB_B.data());
+  Eigen::Vector3d h = Eigen::Vector3d::Zero();
+  for (const PlanWheel& wheel : plan.wheels.all)
+    h += wheel.momentum * Eigen::Map<const Eigen::Vector3d>(wheel.axis.data());
+  const Vec3& inverse = plan.principal.inverse_moment;
+  return w.norm() + h.norm() * std::sqrt(inverse[0] * inverse[1]);
+}
+
 // [1/s] fastest decay of the modes where dampers stand at true direction, whose difference from linear ones
 // acts stage by stage as that of bars does
 double damper_rate(const Plan& plan) {
@@ -135,6 +145,9 @@ void set_coupled_period(Plan& plan) {
            coupled.num_parts < kMaxParts)
       coupled.num_parts *= 2;
   }
+  if (plan.num_elastic > 0)
+    while (turn_rate(plan) * plan.period > kTurnPhase * coupled.num_parts && coupled.num_parts < kMaxParts)
+      coupled.num_parts *= 2;
   const double period = plan.period / coupled.num_parts;
   const auto n = static_cast<std::size_t>(plan.num_padded);
   coupled.functions.assign(

@@ -102,7 +102,7 @@ std::string find_rung_inconsistency(const Plan& plan) {
   if (!std::isfinite(coupled.part_phase) ||
       (is_divided ? coupled.part_phase <= 0.0 : coupled.part_phase != 0.0))
     return "the phase of a part of a step is out of range";
-  if (coupled.num_parts < 1 || coupled.num_parts > (is_divided ? kMaxParts : 1) ||
+  if (coupled.num_parts < 1 || coupled.num_parts > kMaxParts ||
       !std::has_single_bit(static_cast<std::uint32_t>(coupled.num_parts)))
     return "a step is in a number of parts that is no power of two or too large";
   if (std::string error = find_in_kinetics(plan); !error.empty()) return error;

@@ -2,9 +2,11 @@
 
 #include <algorithm>
 
+#include "core/step/kepler.hpp"
 #include "core/step/kernels.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/stage.hpp"
+#include "core/step/tick_turn.hpp"
 
 namespace freeflex {
 namespace {
@@ -95,6 +97,60 @@ struct AttitudeRates {
   }
 };
 
+/// Modes and frame by the stages of (X93).
+Frame advance_stages(const External& external, const MotionState& state, bool is_fresh,
+                     Workspace& workspace) noexcept {
+  const Plan& plan = external.plan;
+  CoupledWorkspace& w = workspace.coupled;
+  const double h = external.period();
+  AttitudeRates turning{rotation_matrix(state.q_WB), {}};
+  turning.H_start = multiply_transposed(turning.R_start, state.H_W);
+  const bool is_long_fall = may_fall_long(plan, state);
+  const auto place_at = [&](double t) {
+    if (!is_long_fall) return add_scaled(state.p_WB, t, state.v_WB);
+    return add(state.p_WB, fall(plan.attractor_mu, sub(state.p_WB, plan.attractor_W), state.v_WB, t).p);
+  };
+  Stages N{};
+  for (std::size_t k = 0; k < 4; ++k) N[k] = {w.rates[k][0].data(), w.rates[k][1].data()};
+  const auto visit = [&](std::size_t k, const double* q, const double* p, const Vec3& g, const Vec3& H,
+                         double t, Instant instant) {
+    const Mat3 G = rotation_of_gibbs(g);
+    turn_wheels(external, state.wheel_momentum, instant, w.wheels);
+    Gain gain{w.rates[k][0].data(), w.rates[k][1].data()};
+    evaluate(external,
+             {q, p, multiply_transposed(G, H), multiply(turning.R_start, G), place_at(t), instant, w.wheels},
+             workspace, gain);
+    turning.add_stage(k, g, gain);
+  };
+  if (is_fresh || !state.coupled.has_rates) {
+    visit(0, state.q.data(), state.coupled.momentum.data(), {}, turning.H_start, 0.0, Instant::kStart);
+  } else {
+    N[0] = {state.coupled.rate_q.data(), state.coupled.rate_p.data()};
+    turning.add_stage(
+        0, {}, {nullptr, nullptr, nullptr, state.coupled.w_B, state.coupled.moment_B, {}, state.force_W});
+  }
+  const auto H_at = [&](double t, std::size_t k) {
+    return add_scaled(turning.H_start, t, turning.H_rate[k]);
+  };
+  half_stage(plan, state, N, 0, w);
+  visit(1, w.q.data(), w.p.data(), scale(0.5 * h, turning.g_rate[0]), H_at(0.5 * h, 0), 0.5 * h,
+        Instant::kMiddle);
+  half_stage(plan, state, N, 1, w);
+  visit(2, w.q.data(), w.p.data(), scale(0.5 * h, turning.g_rate[1]), H_at(0.5 * h, 1), 0.5 * h,
+        Instant::kMiddle);
+  whole_step(plan, state, N, false, w.q.data(), w.p.data());
+  visit(3, w.q.data(), w.p.data(), scale(h, turning.g_rate[2]), H_at(h, 2), h, Instant::kEnd);
+  whole_step(plan, state, N, true, workspace.next_q.data(), w.next.momentum.data());
+
+  Frame frame = state;
+  turn_attitude(scale(h, AttitudeRates::mean(turning.g_rate)), frame);
+  const Vec3 H_gain = scale(h, multiply(turning.R_start, AttitudeRates::mean(turning.H_rate)));
+  for (std::size_t i = 0; i < 3; ++i) add_compensated(frame.H_W[i], frame.H_W_low[i], H_gain[i]);
+  translate(plan, h, turning.force_W[0], scale(0.5, add(turning.force_W[1], turning.force_W[2])),
+            turning.force_W[3], frame);
+  return frame;
+}
+
 }  // namespace
 
 BarForce bar_force(const PlanBar& bar, const Vec3& d) noexcept {
@@ -168,49 +224,14 @@ bool advance_coupled_rung(const External& external, const MotionState& state, bo
                           Workspace& workspace, Frame& frame, Vec3& force_W, Vec3& moment_B) noexcept {
   const Plan& plan = external.plan;
   CoupledWorkspace& w = workspace.coupled;
-  const double h = external.period();
-  AttitudeRates turning{rotation_matrix(state.q_WB), {}};
-  turning.H_start = multiply_transposed(turning.R_start, state.H_W);
-  Stages N{};
-  for (std::size_t k = 0; k < 4; ++k) N[k] = {w.rates[k][0].data(), w.rates[k][1].data()};
-  const auto visit = [&](std::size_t k, const double* q, const double* p, const Vec3& g, const Vec3& H,
-                         double t, Instant instant) {
-    const Mat3 G = rotation_of_gibbs(g);
-    turn_wheels(external, state.wheel_momentum, instant, w.wheels);
-    Gain gain{w.rates[k][0].data(), w.rates[k][1].data()};
-    evaluate(external,
-             {q, p, multiply_transposed(G, H), multiply(turning.R_start, G),
-              add_scaled(state.p_WB, t, state.v_WB), instant, w.wheels},
-             workspace, gain);
-    turning.add_stage(k, g, gain);
-  };
-  if (is_fresh || !state.coupled.has_rates) {
-    visit(0, state.q.data(), state.coupled.momentum.data(), {}, turning.H_start, 0.0, Instant::kStart);
+  if (plan.num_elastic > 0) {
+    frame = advance_stages(external, state, is_fresh, workspace);
   } else {
-    N[0] = {state.coupled.rate_q.data(), state.coupled.rate_p.data()};
-    turning.add_stage(
-        0, {}, {nullptr, nullptr, nullptr, state.coupled.w_B, state.coupled.moment_B, {}, state.force_W});
+    // a body without modes moves as on the rungs below
+    StepLoads loads = external.rigid();
+    loads.wheels = external.wheels(state.wheel_momentum);
+    frame = advance_frame(plan, state, rotation_matrix(state.q_WB), loads);
   }
-  const auto H_at = [&](double t, std::size_t k) {
-    return add_scaled(turning.H_start, t, turning.H_rate[k]);
-  };
-  half_stage(plan, state, N, 0, w);
-  visit(1, w.q.data(), w.p.data(), scale(0.5 * h, turning.g_rate[0]), H_at(0.5 * h, 0), 0.5 * h,
-        Instant::kMiddle);
-  half_stage(plan, state, N, 1, w);
-  visit(2, w.q.data(), w.p.data(), scale(0.5 * h, turning.g_rate[1]), H_at(0.5 * h, 1), 0.5 * h,
-        Instant::kMiddle);
-  whole_step(plan, state, N, false, w.q.data(), w.p.data());
-  visit(3, w.q.data(), w.p.data(), scale(h, turning.g_rate[2]), H_at(h, 2), h, Instant::kEnd);
-  whole_step(plan, state, N, true, workspace.next_q.data(), w.next.momentum.data());
-
-  frame = state;
-  turn_attitude(scale(h, AttitudeRates::mean(turning.g_rate)), frame);
-  const Vec3 H_gain = scale(h, multiply(turning.R_start, AttitudeRates::mean(turning.H_rate)));
-  for (std::size_t i = 0; i < 3; ++i) add_compensated(frame.H_W[i], frame.H_W_low[i], H_gain[i]);
-  translate(plan, h, turning.force_W[0], scale(0.5, add(turning.force_W[1], turning.force_W[2])),
-            turning.force_W[3], frame);
-
   const Mat3 R_end = rotation_matrix(frame.q_WB);
   Gain end{w.next.rate_q.data(), w.next.rate_p.data(), workspace.Q_left.data()};
   end.q_ddot = w.next.q_ddot.data();

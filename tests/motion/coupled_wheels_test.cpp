@@ -91,7 +91,7 @@ TEST(CoupledWheels, BodiesWithRotorsWhirlAsTheClosedFormSays) {
 }
 
 // with H fixed it turns about H at |H| / I_1 and about its axis at w_3 - (I_3 w_3 + h) / I_1   (Hughes 1986)
-TEST(CoupledWheels, ADualSpinBodyPrecessesWithOrderFour) {
+TEST(CoupledWheels, ADualSpinBodyPrecessesInClosedForm) {
   constexpr double kI1 = 2.0, kI3 = 3.1, kh = 1.7;
   const Vector3d spin(0.8, -0.3, 0.6);
   Scene scene;
@@ -115,7 +115,7 @@ TEST(CoupledWheels, ADualSpinBodyPrecessesWithOrderFour) {
   }
   std::printf("dual spin, coupled, 10 to 80 Hz: off by %.1e %.1e %.1e %.1e rad after 5 s\n", errors[0],
               errors[1], errors[2], errors[3]);
-  for (std::size_t k = 1; k < errors.size(); ++k) EXPECT_NEAR(std::log2(errors[k - 1] / errors[k]), 4.0, 0.3);
+  for (const double error : errors) EXPECT_LT(error, 5e-13);
 }
 
 Eigen::Matrix3d turned(const Vector3d& theta) { return exponential(theta).toRotationMatrix(); }

@@ -142,9 +142,8 @@ TEST(CoupledBody, AloneTurnsFreelyToRounding) {
   }
   std::printf("a body alone, 2 s at 1 rad/s: off by %.1e %.1e %.1e rad at 40, 20, 10 ms, %.1e at 1 ms\n",
               errors[0], errors[1], errors[2], errors[3]);
-  for (std::size_t k = 1; k < 3; ++k) EXPECT_NEAR(std::log2(errors[k - 1] / errors[k]), 4.0, 0.2);
-  // order 4 leaves 2e-15 of it at 1 ms; 2,000 ticks round in compensated sums
-  EXPECT_LT(errors[3], 1e-14);
+  // it has no modes, and so it moves as below the coupled rungs, at any tick
+  for (const double error : errors) EXPECT_LT(error, 2e-14);
 }
 
 // random structures with rigid links, beside a reference at true geometry: what is off by more than 5 % of
