@@ -11,6 +11,15 @@ Vec3 gravity_at(const Plan& plan, const Vec3& p_W) noexcept {
   return scale(-plan.attractor_mu / (square * __builtin_sqrt(square)), rho);
 }
 
+Vec3 tide(double mu, const Vec3& rho, const Vec3& x) noexcept {
+  // |rho + x|^2 = |rho|^2 y, y = 1 + e; y^(-3/2) - 1 = -e (3 + 3 e + e^2) / (y^3 (1 + y^(-3/2)))   (Battin
+  // 1999)
+  const double square = dot(rho, rho), e = (2.0 * dot(rho, x) + dot(x, x)) / square, y = 1.0 + e;
+  const double root = 1.0 / (y * __builtin_sqrt(y));
+  const double less_one = -e * (3.0 + e * (3.0 + e)) / (y * y * y * (1.0 + root));
+  return scale(-mu / (square * __builtin_sqrt(square)), add_scaled(scale(root, x), less_one, rho));
+}
+
 Vec3 gradient_torque(const Plan& plan, const Vec3& rho) noexcept {
   const double square = dot(rho, rho);
   return scale(3.0 * plan.attractor_mu / (square * square * __builtin_sqrt(square)),

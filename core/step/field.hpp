@@ -9,6 +9,10 @@ namespace freeflex {
 /// Acceleration of free fall at a place [m/s^2], world axes: uniform gravity, or the attractor's.
 Vec3 gravity_at(const Plan& plan, const Vec3& p_W) noexcept;
 
+/// What an attractor's pull at a place x from the centre of mass has beyond that at it [m/s^2],
+/// g(rho + x) - g(rho), without a difference of large numbers   (THEORY X205). Axes of rho and x.
+Vec3 tide(double mu, const Vec3& rho, const Vec3& x) noexcept;
+
 /// Torque of an attractor's gravity gradient about the centre of mass [N m], in the axes of rho and inertia:
 /// 3 mu / |rho|^5 rho x I rho   (THEORY X72). \param rho  [m] centre of mass from the attractor, body axes
 Vec3 gradient_torque(const Plan& plan, const Vec3& rho) noexcept;

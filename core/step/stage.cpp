@@ -84,6 +84,16 @@ void sum_forces(const Plan& plan, const Place& place, const CoupledWorkspace& w,
   gain.force_W = multiply(place.R_WB, force_B);
 }
 
+/// Adds the attractor's pull on each point where it is, less what it would be at the centre of mass   (X205):
+///   m_i (g(rho + x) - g(rho)),   x = r + V
+void add_field_of_points(const Plan& plan, const Place& place, CoupledWorkspace& w) noexcept {
+  const Vec3 rho = multiply_transposed(place.R_WB, sub(place.p_WB, plan.attractor_W));
+  for (std::size_t i = 0; i < plan.points.size(); ++i) {
+    const Vec3 pull = tide(plan.attractor_mu, rho, add(plan.points[i].r, w.V[i]));
+    w.force[i] = add_scaled(w.force[i], plan.points[i].mass, pull);
+  }
+}
+
 /// What the motion gains beside the modes' own linear motion   (X92c to X92f), z = W + alpha x r, u below:
 ///   rate_q = sum m b . (V x w) / M,   rate_p = -2 decay rate_q + (sum m b . (z x w) + Q) / M,
 ///   moment = sum (r + V) x F
@@ -95,6 +105,7 @@ void evaluate_complete(const External& external, const Place& place, Workspace& 
   Vec3 alpha;
   gain.w_B = angular_velocity(plan, place.H_B, w, alpha);
   gather_forces(external, place, w);
+  if (plan.attractor_mu > 0.0) add_field_of_points(plan, place, w);
   sum_forces(plan, place, w, gain);
   add_bars(plan, alpha, gain.w_B, w);
   if (gain.Q != nullptr) project_points(plan, w.force, w.force, gain.Q, gain.rate_p);
@@ -146,14 +157,16 @@ void add_modal_loads(const External& external, const Place& place, Workspace& wo
                      Gain& gain) noexcept {
   const Plan& plan = external.plan;
   const bool has_mixing = plan.mixing.num_damping > 0 || !plan.feedbacks.empty();
+  // of a complete set of point masses each has felt it where it is
+  const bool has_gradient = has_field(plan) && plan.coupled.kinetics.form != PlanKinetics::Form::kComplete;
   const bool has_followers =
       std::any_of(plan.histories.begin(), plan.histories.end(),
                   [](const PlanHistory& each) { return !each.stiffening.modes.empty(); });
-  if (!has_field(plan) && !has_mixing && !has_followers) return;
+  if (!has_gradient && !has_mixing && !has_followers) return;
   CoupledWorkspace& w = workspace.coupled;
   const std::size_t n = index(plan.num_padded);
   std::fill(w.Q.begin(), w.Q.end(), 0.0);
-  if (has_field(plan)) {
+  if (has_gradient) {
     add_field(plan, place.R_WB, {}, place.p_WB, w.Q.data());
     const Vec3 torque =
         gradient_torque(plan, multiply_transposed(place.R_WB, sub(place.p_WB, plan.attractor_W)));
