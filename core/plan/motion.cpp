@@ -7,6 +7,7 @@
 #include "core/plan/histories.hpp"
 #include "core/plan/mixing.hpp"
 #include "core/plan/start.hpp"
+#include "core/plan/tick_turns.hpp"
 #include "core/scene/faults.hpp"
 
 namespace freeflex {
@@ -64,6 +65,7 @@ void check_motion(const Scene& scene, const Structure& structure, const Plan& pl
     check_growth(scene, plan, faults);
   warn_of_driving_followers(scene, plan, faults);
   warn_of_ticks(scene, plan, faults);
+  warn_of_tick_turns(scene, plan, faults);
 }
 
 }  // namespace freeflex

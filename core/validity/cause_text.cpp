@@ -118,12 +118,15 @@ std::string left_out_text(const Plan& plan) {
   return "the modes that are left out" + (parts.empty() ? parts : parts + ")");
 }
 
-std::string step_text(const Plan& plan, const Responsible& named) {
+std::string step_text(const Plan& plan, const Verdict& verdict) {
+  const Responsible& named = verdict.responsible;
   switch (named.agent) {
     case Agent::kSpin:
-      return "integration: the body turns too far in one tick; raise the rate";
-    case Agent::kOrbit:
-      return "integration: the orbit turns too far in one tick; raise the rate";
+      return "integration: the body turns too far in one tick; raise the rate" +
+             (verdict.rate > 0.0 ? " to " + number(verdict.rate, 3) + " Hz" : std::string());
+    case Agent::kLoad:
+      return "integration: loads that are fixed in the world turn with the body within a tick, and its modes "
+             "take them as straight; raise the rate";
     default:
       return "integration: " + mode_text(plan, named) +
              " vibrates too fast for the tick of a body that turns" +
@@ -198,7 +201,7 @@ std::string text_of(const Plan& plan, const Verdict& verdict) {
     case Cause::kIntegration:
       return "integration: the tick is long for this motion; raise the rate" + error;
     case Cause::kStep:
-      return step_text(plan, named);
+      return step_text(plan, verdict);
     case Cause::kUnresolved:
       return "integration: the reference solution of the error budget does not resolve the fastest "
              "vibration, and may miss an error by spin; raise the rate";

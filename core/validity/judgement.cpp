@@ -3,7 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/step/field.hpp"
 #include "core/step/readout.hpp"
+#include "core/step/tick_turn.hpp"
 #include "core/step/vector.hpp"
 #include "core/validity/validity.hpp"
 
@@ -19,9 +21,13 @@ constexpr double kRoomOfTrueBars = 20.0;
 // [-] of the stiffness of a mode, lost to internal forces and spin: at 1 it buckles
 constexpr double kGoodSoftening = 0.5, kMostSoftening = 1.0;
 constexpr std::int64_t kLooksInHorizon = 8;
-// [rad] by which the step of the body or of its orbit may be off: 4 and 1 % of the displacements where it was
-// measured
-constexpr double kGoodTurn = 1e-3;
+// [rad] by which the step of the body may be off: 4 % of the displacements where it was measured; and where
+// nothing that it turns is right
+constexpr double kGoodTurn = 1e-3, kLostTurn = 0.1;
+// [rad] of a part of a coupled step, over which order four errs by 1e-9
+constexpr double kResolvedTurn = 0.02;
+// [-] of what the most substeps resolve: beyond half of it loads may carry a body out of it within a tick
+constexpr double kGoodShare = 0.5, kMostShare = 1.0;
 // [-] size over distance of an attractor: the first term that is left out is as large beside the gradient
 constexpr double kNearAttractor = 0.02;
 
@@ -36,6 +42,12 @@ Judgement::Judgement(const Plan& plan) : plan_(plan), responsible_(plan) {
   errors_.emplace_back(plan);
   for (const Plan& wide : plan.wide) errors_.emplace_back(wide);
   for (const PlanPoint& point : plan.points) size_ = std::max(size_, norm(point.r));
+  const Vec3& inverse = plan.principal.inverse_moment;
+  if (inverse[2] > 0.0)
+    uneven_inertia_ = 1.0 / inverse[2] - 1.0 / inverse[0];
+  else if (inverse[1] > 0.0)
+    uneven_inertia_ = 1.0 / inverse[1];
+  extent_ = std::max(size_, std::sqrt(uneven_inertia_ / plan.mass));
   const double lowest = lowest_omega(plan);
   if (lowest > 0.0) fade_ = std::exp(-errors_.front().round() * lowest / (2.0 * M_PI * kFadingPeriods));
   // errors of horizons that are over fade as the slowest mode does
@@ -58,7 +70,7 @@ void Judgement::begin(const State& state) noexcept {
   pushed_ = 0.0;
   for (ModalErrors& errors : errors_) errors.clear();
   peak_ = fall_rate_ = fall_ = attractor_share_ = 0.0;
-  turn_error_ = orbit_error_ = unresolved_ = unresolved_turn_ = 0.0;
+  turn_error_ = turn_share_ = rate_for_turn_ = bent_ = unresolved_ = unresolved_turn_ = 0.0;
   unresolved_mode_ = -1;
   over_ = running_ = {};
   reading_ = {};
@@ -108,29 +120,82 @@ void Judgement::read_beside(const State& state, Budget& budget) noexcept {
 }
 
 /// What an attractor's field has beyond its gradient: its part on the centre of mass is at most
-/// 3 mu I / (M rho^4), I the largest moment, and moves it as a force does   (X72).
+/// 3 mu I / (M rho^4), I the difference of the largest and the least moment, and moves it as a force does; a
+/// body with three equal moments feels none   (X72).
 void Judgement::fall(const State& state) noexcept {
   if (plan_.attractor_mu == 0.0) return;
   const Vec3 rho = sub(state.p_WB, plan_.attractor_W);
   const double square = dot(rho, rho);
-  const double largest = std::max({plan_.inertia[0], plan_.inertia[4], plan_.inertia[8]});
   attractor_share_ = size_ / std::sqrt(square);
-  fall_rate_ += 3.0 * plan_.attractor_mu * largest / (plan_.mass * square * square) * plan_.period;
+  fall_rate_ += 3.0 * plan_.attractor_mu * uneven_inertia_ / (plan_.mass * square * square) * plan_.period;
   fall_ += fall_rate_ * plan_.period;
-  // a step of second order over what the orbit turns by   (X144)
-  const double step = std::sqrt(plan_.attractor_mu / (square * std::sqrt(square))) * plan_.period;
-  orbit_error_ += step * step * step / 12.0;
 }
 
-/// X144: rungs that couple step the turning body by order four, and what vibrates must be resolved where it
-/// turns.
+/// X144: how far the body turns in a tick, in itself and about an attractor.
 void Judgement::turn(const State& state) noexcept {
-  if (!is_coupled(plan_)) return;
+  const Plan& plan = active_plan(plan_, state);
+  if (is_coupled(plan) && plan.num_elastic > 0) return turn_coupled(state);
+  const Vec3 w = angular_velocity(plan, state);
+  StepLoads loads;
+  loads.wheels.h[0] = wheel_momentum_B(plan, state);
+  double spin = norm(w) * plan.period;
+  const bool is_long =
+      (plan.turns && may_turn_long(plan, w, state.H_W, loads.wheels)) || may_fall_long(plan, state);
+  if (is_long) {
+    loads.start.torque_B = state.moment_B;
+    loads.start.force_W = state.force_W;
+    const TickTurn tick = turn_in_tick(plan, state, rotation_matrix(state.q_WB), loads);
+    const double share = tick.uneven / (kUnevenTurn * kMostSubsteps);
+    if (share > turn_share_) turn_share_ = share, rate_for_turn_ = share / plan.period;
+    // what wheels do to the modes turns with the nutation
+    spin = std::max({spin, tick.orbit, plan.wheels.all.empty() ? 0.0 : tick.uneven});
+  }
+  bend_loads(state, spin);
+}
+
+/// Loads that are fixed in the world, and fields, turn in the axes of a body that turns by theta in a tick.
+/// Modes take them as straight over it, and so they are off by theta^2 / 8 of them, twice for what rings
+/// (X13).  \param turn  [rad] theta
+void Judgement::bend_loads(const State& state, double turn) noexcept {
+  constexpr double kStraight = 0.01;  // [rad] 1e-5 of the load
+  bent_ *= push_fade_;
+  const Plan& plan = active_plan(plan_, state);
+  if (turn < kStraight) return;
+  const bool do_turn = has_field(plan) || !plan.wheels.all.empty() ||
+                       (state.num_slots > 0 && state.commands_pattern.has_world) ||
+                       std::ranges::any_of(plan.histories, [](const PlanHistory& history) {
+                         return history.pattern.has_world;
+                       });
+  if (!do_turn) return;
+  double sum = 0.0;
+  for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
+    if (plan.omega[l] == 0.0) continue;
+    const double displaced = state.Q[l] / (plan.mass * plan.omega[l] * plan.omega[l]);
+    sum += displaced * displaced;
+  }
+  constexpr double kWhole = 2.0;  // [rad] all of what they displace is off then
+  const double angle = std::min(turn, kWhole);
+  bent_ = std::max(bent_, 0.25 * angle * angle * std::sqrt(sum));
+}
+
+/// Rungs that couple step the turning body by order four, and what vibrates must be resolved where it turns.
+void Judgement::turn_coupled(const State& state) noexcept {
   const double parts = plan_.coupled.num_parts, part = plan_.period / parts, spin = norm(state.coupled.w_B);
   const double step = spin * part;
   turn_error_ += parts * std::pow(step, 5) / 120.0;
   const bool has_wheels = std::any_of(state.wheel_momentum.begin(), state.wheel_momentum.end(),
                                       [](double momentum) { return momentum != 0.0; });
+  if (has_wheels) {
+    // the nutation of body and wheels, as far as the body does not turn about the axis of the wheels
+    const Vec3 h = wheel_momentum_B(plan_, state);
+    const Vec3& inverse = plan_.principal.inverse_moment;
+    const double rate = norm(h) * std::sqrt(inverse[0] * inverse[1]);
+    const double across = norm(cross(state.coupled.w_B, h));
+    if (rate > 0.0)
+      turn_error_ += parts * std::pow(rate * part, 5) / 120.0 * std::min(1.0, across / (rate * norm(h)));
+  }
+  if (turn_error_ > kGoodTurn && step > 0.0)
+    rate_for_turn_ = std::max(rate_for_turn_, step / kResolvedTurn / part);
   constexpr double kFade = 1.0 - 1.0 / 64.0;  // of a tick: a sampled motion may stand at its turning points
   // [rad] a tick that a wheel turns what vibrates unresolved by, whatever its momentum: all is off in a
   // hundred
@@ -175,7 +240,7 @@ void Judgement::judge(const State& state) noexcept {
   now_.scale = std::max({matters, own.displacement, kNothing * size_});
   const double beside = over_.elastic + running_.elastic;
   const double by_pushes = is_wide_ ? 0.0 : error_per_push_ * pushed_;
-  now_.error = std::max(own.seen, beside) + by_pushes;
+  now_.error = std::hypot(std::max(own.seen, beside), bent_) + by_pushes;
   now_.unseen = own.unseen;
   now_.position = over_.position + running_.position;
   const auto note = [this](Word word, Cause cause) {
@@ -190,6 +255,8 @@ void Judgement::judge(const State& state) noexcept {
     cause = integration > std::max(model, truncation) ? Cause::kIntegration
             : truncation > model                      ? Cause::kTruncation
                                                       : Cause::kModel;
+  } else if (bent_ > 0.7 * own.seen) {
+    cause = Cause::kStep;
   } else if (std::max(by_pushes, plan_.neglect.left_out) > 0.7 * own.seen) {
     cause = Cause::kTruncation;
   } else if (own.amplitude > 0.7 * own.seen) {
@@ -213,11 +280,13 @@ void Judgement::judge(const State& state) noexcept {
     note(Word::kWatch, Cause::kNotKept);
   if (plan_.neglect.has_unseen && size_ > 0.0 && own.displacement / size_ > kGoodUnseen)
     note(Word::kWatch, Cause::kUnseen);
-  if (fall_ > kGoodPosition * size_ || attractor_share_ > kNearAttractor)
+  if (fall_ > kGoodPosition * extent_ || attractor_share_ > kNearAttractor)
     note(Word::kWatch, Cause::kAttractor);
   const double unresolved = std::min(2.0, unresolved_turn_) * unresolved_;
-  if (turn_error_ > kGoodTurn || orbit_error_ > kGoodTurn || unresolved > kGoodElastic * now_.scale)
-    note(Word::kWatch, Cause::kStep);
+  note(grade(turn_share_, kGoodShare, kMostShare), Cause::kStep);
+  note(grade(turn_error_, kGoodTurn, kLostTurn), Cause::kStep);
+  if (unresolved > kGoodElastic * now_.scale) note(Word::kWatch, Cause::kStep);
+  if (turn_share_ > kGoodShare || turn_error_ > kGoodTurn) now_.rate = rate_for_turn_;
   if (!is_steady_ && !plan_.neglect.fast_loads.empty()) note(Word::kWatch, Cause::kFastLoad);
   if (plan_.neglect.is_rigid && (!is_zero(state.force_W) || !is_zero(state.H_W)))
     note(Word::kWatch, Cause::kRigid);
@@ -259,9 +328,12 @@ void Judgement::name_responsible(const State& state, double by_pushes) noexcept 
       named = responsible_.of_fast_load(state);
       break;
     case Cause::kStep:
-      named = turn_error_ > kGoodTurn    ? Responsible{Responsible::Agent::kSpin, -1, 0, 0.0}
-              : orbit_error_ > kGoodTurn ? Responsible{Responsible::Agent::kOrbit, -1, 0, 0.0}
-                                         : responsible_.of_vibration(unresolved_mode_, state);
+      if (turn_error_ > kGoodTurn || turn_share_ > kGoodShare)
+        named.agent = Responsible::Agent::kSpin;
+      else if (bent_ > kGoodElastic * now_.scale)
+        named.agent = Responsible::Agent::kLoad;
+      else
+        named = responsible_.of_vibration(unresolved_mode_, state);
       break;
     default:
       break;

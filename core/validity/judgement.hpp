@@ -45,6 +45,7 @@ struct Verdict {
   double displacement_now = 0.0;  // of the moment
   double scale = 0.0;       // what the error is judged against: the tolerance or the fading peak, if larger
   double position = 0.0;    // [m] error of points in space by the reference solution, rms; 0: none
+  double rate = 0.0;        // [Hz] that would resolve how the body turns; 0: not what is wrong
   Responsible responsible;  // what the cause names; nothing where the word is good
 };
 
@@ -87,6 +88,8 @@ class Judgement {
   void read_beside(const State& state, Budget& budget) noexcept;
   void fall(const State& state) noexcept;
   void turn(const State& state) noexcept;
+  void turn_coupled(const State& state) noexcept;
+  void bend_loads(const State& state, double turn) noexcept;
   void take_pushes(const State& state) noexcept;
   void judge(const State& state) noexcept;
   void name_responsible(const State& state, double by_pushes) noexcept;
@@ -100,6 +103,8 @@ class Judgement {
   double pushed_ = 0.0;          // [N] largest sum of forces so far, faded
   std::int64_t epoch_ = -1, look_every_ = 1;
   double size_ = 0.0;
+  double extent_ = 0.0;                    // [m] the same of the mass, where a point has moments
+  double uneven_inertia_ = 0.0;            // [kg m^2] largest less least moment
   double room_ = 1.0;                      // for displacements beside the size
   double peak_ = 0.0;                      // [m] of the displacement, fading
   double fade_ = 1.0, beside_fade_ = 1.0;  // over a round, over a horizon
@@ -108,8 +113,11 @@ class Judgement {
   double fall_rate_ = 0.0,
          fall_ = 0.0;             // [m/s], [m] place by what an attractor's field has beyond its gradient
   double attractor_share_ = 0.0;  // [-] size over distance
-  double turn_error_ = 0.0,
-         orbit_error_ = 0.0;  // [rad] of attitude and orbit, by steps that are long for them
+  double turn_error_ = 0.0;       // [rad] of the attitude, by steps that are long for it
+  // [-] largest share so far that a tick's turn had of what the most substeps resolve, [Hz] rate for the
+  // whole
+  double turn_share_ = 0.0, rate_for_turn_ = 0.0;
+  double bent_ = 0.0;  // [m] displacement by loads that turn within a tick, which modes take as straight
   // [m] what vibrates faster than steps resolve, [rad] how far the body has turned with such
   double unresolved_ = 0.0, unresolved_turn_ = 0.0;
   std::int32_t unresolved_mode_ = -1;  // the largest of those

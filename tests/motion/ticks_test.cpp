@@ -1,0 +1,189 @@
+// Long ticks: wheels, orbits and loads in scenes, and what the word says of them.
+#include <gtest/gtest.h>
+
+#include <cmath>
+
+#include "core/step/readout.hpp"
+#include "core/step/vector.hpp"
+#include "core/validity/judgement.hpp"
+#include "tests/setup/make_scene.hpp"
+#include "tests/support/simulation.hpp"
+
+namespace freeflex::testing {
+namespace {
+
+using Eigen::Vector3d;
+using Word = Verdict::Word;
+
+Scene single_body(double mass, const Vector3d& moments, double rate) {
+  Scene scene;
+  add_point(scene, mass, Vector3d::Zero());
+  scene.points[0].inertia = moments.asDiagonal();
+  scene.publication.points = scene.pushable = {0};
+  scene.rate = rate;
+  return scene;
+}
+
+struct JudgedRun {
+  explicit JudgedRun(const Scene& scene) : simulation(scene), judgement(simulation.plan) {
+    judgement.take(simulation.state, none);
+  }
+  void run(double time, const ForceCommand* command = nullptr) {
+    for (auto k = std::llround(time / simulation.plan.period); k > 0; --k) {
+      simulation.run(1, command != nullptr ? std::span(command, 1) : std::span<const ForceCommand>{});
+      command = nullptr;
+      judgement.take(simulation.state, none);
+    }
+  }
+  Simulation simulation;
+  Judgement judgement;
+  Budget none;
+};
+
+double spin_of_run(const JudgedRun& watched) {
+  return std::sqrt(dot(angular_velocity(watched.simulation.plan, watched.simulation.state),
+                       angular_velocity(watched.simulation.plan, watched.simulation.state)));
+}
+
+// a small satellite whose wheel lets it nutate by 10 rad/s: in closed form |w| stays as it is
+TEST(Ticks, AWheelMayNutateFarInATick) {
+  for (const Fidelity rung :
+       {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded, Fidelity::kCoupled})
+    for (const double rate : {30.0, 10.0, 5.0, 1.0}) {
+      Scene scene = single_body(1.0, Vector3d::Constant(0.002), rate);
+      scene.fidelity = rung;
+      scene.initial.angular_velocity = {0.01, 0.0, 0.01};
+      scene.wheels.push_back({"w", 0, Vector3d::UnitZ(), 0.02, {}});
+      JudgedRun watched(scene);
+      watched.run(600.0);
+      EXPECT_NEAR(spin_of_run(watched), std::sqrt(2.0) * 0.01, 1e-14)
+          << name_of(rung) << " at " << rate << " Hz";
+      EXPECT_EQ(watched.judgement.worst().tick, -1)
+          << describe(watched.simulation.plan, watched.judgement.worst());
+    }
+}
+
+// 1e6 rad/s is more than 4096 substeps of a second resolve
+TEST(Ticks, ThatNothingResolvesAreOutsideWithTheRateThatWould) {
+  Scene scene = single_body(1.0, {0.001, 0.002, 0.0025}, 1.0);
+  scene.initial.angular_velocity = {0.01, 0.02, 0.01};
+  scene.wheels.push_back({"w", 0, Vector3d(0.6, 0.0, 0.8), 1000.0, {}});
+  Faults warnings;
+  compile(scene, &warnings);
+  const auto structure = build(scene);
+  Faults faults;
+  ASSERT_TRUE(make_plan(scene, structure, faults));
+  std::string said;
+  for (const Fault& fault : faults) said += fault.message;
+  EXPECT_NE(said.find("raise the rate to "), std::string::npos) << said;
+  JudgedRun watched(scene);
+  watched.run(3.0);
+  EXPECT_EQ(watched.judgement.worst().word, Word::kOutside);
+  const std::string text = describe(watched.simulation.plan, watched.judgement.worst());
+  EXPECT_NE(text.find("turns too far in one tick; raise the rate to "), std::string::npos) << text;
+}
+
+TEST(Ticks, APointMassCirclesAnAttractorOnEveryRung) {
+  constexpr double kMu = 3.986004418e14, kRadius = 6.78e6;
+  for (const Fidelity rung : {Fidelity::kRigid, Fidelity::kSeparated, Fidelity::kSpinLoaded,
+                              Fidelity::kCoupled, Fidelity::kExactBars, Fidelity::kFull})
+    for (const double rate : {1.0, 0.01}) {
+      Scene scene;
+      add_point(scene, 100.0, Vector3d::Zero());
+      scene.publication.points = scene.pushable = {0};
+      scene.rate = rate;
+      scene.fidelity = rung;
+      scene.attractor.mu = kMu;
+      scene.initial.position = {kRadius, 0.0, 0.0};
+      scene.initial.velocity = {0.0, std::sqrt(kMu / kRadius), 0.0};
+      JudgedRun watched(scene);
+      watched.run(5500.0);
+      const double angle = std::sqrt(kMu / kRadius) / kRadius * 5500.0;
+      const Vector3d right = kRadius * Vector3d(std::cos(angle), std::sin(angle), 0.0);
+      const Eigen::Map<const Vector3d> p(watched.simulation.state.p_WB.data());
+      EXPECT_LT((p - right).norm(), 1e-11 * kRadius) << name_of(rung) << " at " << rate << " Hz";
+      EXPECT_EQ(watched.judgement.worst().tick, -1)
+          << describe(watched.simulation.plan, watched.judgement.worst());
+    }
+}
+
+TEST(Ticks, OneBodyFarFromAnAttractorIsNotNearIt) {
+  Scene scene = single_body(500.0, {100.0, 300.0, 350.0}, 10.0);
+  scene.attractor.mu = 3.986004418e14;
+  scene.initial.position = {7e6, 0.0, 0.0};
+  scene.initial.velocity = {0.0, 7546.05329, 0.0};
+  JudgedRun watched(scene);
+  watched.run(6000.0);
+  EXPECT_EQ(watched.judgement.worst().tick, -1)
+      << describe(watched.simulation.plan, watched.judgement.worst());
+}
+
+// two points of 1 kg on a spring of 1e-6 N/m, 10 m apart along the radius, that turn with the orbit: in the
+// turning frame the stretch s follows Hill's equations with the spring; the value is of an independent
+// integration of order 8 (DOP853) of the two points
+TEST(Ticks, ASoftPairFeelsTheFieldWhereItsPointsAre) {
+  Scene scene;
+  add_point(scene, 1.0, {5.0, 0.0, 0.0});
+  add_point(scene, 1.0, {-5.0, 0.0, 0.0});
+  add_link(scene, 0, 1, Spring{1e-6});
+  scene.publication.points = scene.pushable = {0, 1};
+  scene.rate = 10.0;
+  scene.fidelity = Fidelity::kFull;
+  scene.attractor.mu = 3.986004418e14;
+  scene.initial.position = {7e6, 0.0, 0.0};
+  scene.initial.velocity = {0.0, 7546.053290107541, 0.0};
+  scene.initial.angular_velocity = {0.0, 0.0, 0.0010780076128725059};
+  Simulation simulation(scene);
+  simulation.run(6000);
+  const Eigen::Matrix3Xd p = simulation.positions_W();
+  const double stretch = (p.col(0) - p.col(1)).norm() - 10.0;
+  std::printf("a soft pair in orbit, 600 s: stretch %.6f m (5.90674)\n", stretch);
+  EXPECT_NEAR(stretch, 5.90674, 1e-5);
+}
+
+// a force that is fixed in the world turns in the body: the modes take it as straight over a tick
+TEST(Ticks, LoadsThatTurnWithinATickCountAsAnError) {
+  const auto worst_at = [](double rate) {
+    Scene scene;
+    for (const double x : {0.0, 1.0, 2.0, 3.0}) add_point(scene, 1.0, {x, 0.1 * x * (3.0 - x), 0.2 * x});
+    join_all(scene, 1e7);
+    scene.publication.points = scene.pushable = {0, 1, 2, 3};
+    scene.rate = rate;
+    scene.fidelity = Fidelity::kSpinLoaded;
+    scene.initial.angular_velocity = {0.0, 0.0, 2.0};
+    Load load;
+    load.name = "wind";
+    load.forces = {{0, {0.0, 100.0, 0.0}}, {1, {0.0, -100.0, 0.0}}};
+    scene.loads.push_back(load);
+    JudgedRun watched(scene);
+    watched.run(5.0);
+    return watched.judgement.worst();
+  };
+  EXPECT_NE(worst_at(4.0).tick, -1) << "0.5 rad a tick";
+}
+
+// alike in loads and commands
+TEST(Ticks, APulseShorterThanATickKeepsItsImpulse) {
+  Scene scene = single_body(2.0, {1.0, 1.0, 1.0}, 10.0);
+  Load load;
+  load.name = "tap";
+  load.forces = {{0, {3.0, 0.0, 0.0}}};
+  load.history = PulseHistory{0.53, 0.04};
+  scene.loads.push_back(load);
+  Faults warnings;
+  const auto structure = build(scene);
+  ASSERT_TRUE(make_plan(scene, structure, warnings));
+  std::string said;
+  for (const Fault& fault : warnings) said += fault.message;
+  EXPECT_NE(said.find("which keeps its impulse"), std::string::npos) << said;
+  Simulation simulation(scene);
+  simulation.run(5);
+  EXPECT_EQ(simulation.state.v_WB[0], 0.0);
+  simulation.run(1);
+  EXPECT_NEAR(simulation.state.v_WB[0], 3.0 * 0.04 / 2.0, 1e-16);
+  simulation.run(10);
+  EXPECT_NEAR(simulation.state.v_WB[0], 3.0 * 0.04 / 2.0, 1e-16);
+}
+
+}  // namespace
+}  // namespace freeflex::testing
