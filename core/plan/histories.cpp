@@ -131,6 +131,13 @@ void set_history_ticks(PlanHistory& history, double period) {
   if (history.kind != PlanHistory::Kind::kPulse) return;
   // beyond this a pulse outlasts any run; keeps the rounding inside 64 bits
   constexpr double kNever = 9e18;
+  if (history.pulse_duration < period) {
+    // the tick that its middle is in   (X13)
+    history.start_tick = static_cast<std::int64_t>(
+        std::min(std::floor((history.pulse_start + 0.5 * history.pulse_duration) / period), kNever));
+    history.end_tick = history.start_tick + 1;
+    return;
+  }
   history.start_tick = std::llround(std::min(history.pulse_start / period, kNever));
   history.end_tick = std::llround(std::min((history.pulse_start + history.pulse_duration) / period, kNever));
 }
@@ -166,13 +173,17 @@ void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults) {
                   join_text(who, ": the pulse ", edge, " at ", time, " s, which is no tick at ",
                             1.0 / plan.period, " Hz; it was moved by ", shift, " s"));
     };
+    if (history.pulse_duration < plan.period) {
+      add_warning(faults, scene.loads[k].origin,
+                  join_text(who, ": the pulse of ", history.pulse_duration, " s is shorter than a tick of ",
+                            plan.period, " s; ", history.pulse_duration / plan.period,
+                            " of it acts for the whole tick from ",
+                            static_cast<double>(history.start_tick) * plan.period,
+                            " s, which keeps its impulse: raise the rate where its form matters"));
+      continue;
+    }
     warn("starts", history.pulse_start, history.start_tick);
     warn("ends", history.pulse_start + history.pulse_duration, history.end_tick);
-    if (history.start_tick == history.end_tick)
-      add_warning(
-          faults, scene.loads[k].origin,
-          join_text(who,
-                    ": the pulse is shorter than half a tick and never acts; lengthen it or raise the rate"));
   }
 }
 

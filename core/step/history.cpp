@@ -49,6 +49,12 @@ double continuous(const PlanHistory& history, double period, std::int64_t half_t
   return 1.0;
 }
 
+/// What of a pulse shorter than a tick acts for all of it, so that its impulse is kept   (X13).
+double pulse_height(const PlanHistory& history, double period) noexcept {
+  const bool is_short = history.pulse_duration > 0.0 && history.pulse_duration < period;
+  return is_short ? history.pulse_duration / period : 1.0;
+}
+
 }  // namespace
 
 double sine_of_cycles(double cycles) noexcept {
@@ -69,12 +75,14 @@ double sine_of_cycles(double cycles) noexcept {
 }
 
 double amplitude_right(const PlanHistory& history, double period, std::int64_t tick) noexcept {
-  if (history.kind == PlanHistory::Kind::kPulse) return history.start_tick <= tick && tick < history.end_tick;
+  if (history.kind == PlanHistory::Kind::kPulse)
+    return history.start_tick <= tick && tick < history.end_tick ? pulse_height(history, period) : 0.0;
   return continuous(history, period, 2 * tick);
 }
 
 double amplitude_left(const PlanHistory& history, double period, std::int64_t tick) noexcept {
-  if (history.kind == PlanHistory::Kind::kPulse) return history.start_tick < tick && tick <= history.end_tick;
+  if (history.kind == PlanHistory::Kind::kPulse)
+    return history.start_tick < tick && tick <= history.end_tick ? pulse_height(history, period) : 0.0;
   return continuous(history, period, 2 * tick);
 }
 

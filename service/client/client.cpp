@@ -248,6 +248,11 @@ std::int64_t Daemon::push(const Push& push) {
   force.late_policy = push.late_ok ? 1 : 0;
   force.duration_ticks = ticks(push.duration);
   force.lease_ticks = ticks(push.lease);
+  // a push shorter than a tick acts for one with so much less force, which keeps the impulse
+  const double share = push.duration > 0.0 ? std::min(1.0, push.duration * heard_->status.rate) : 1.0;
+  const auto copy = [share](const std::array<double, 3>& from, auto& to) {
+    for (std::size_t i = 0; i < 3; ++i) to[i] = share * from[i];
+  };
   for (const auto& [name, f] : push.forces) {
     force.forces.push_back({point(name), {}});
     copy(f, force.forces.back().force);
@@ -261,7 +266,7 @@ std::int64_t Daemon::push(const Push& push) {
     copy(w.force, force.wrenches.back().force);
     copy(w.torque, force.wrenches.back().torque);
   }
-  for (const auto& [name, t] : push.wheels) force.wheels.push_back({wheel(name), t});
+  for (const auto& [name, t] : push.wheels) force.wheels.push_back({wheel(name), share * t});
   force.num_forces = static_cast<std::int32_t>(force.forces.size());
   force.num_torques = static_cast<std::int32_t>(force.torques.size());
   force.num_wrenches = static_cast<std::int32_t>(force.wrenches.size());

@@ -270,6 +270,18 @@ control_t make_control(const PushOptions& options) {
   return control;
 }
 
+/// A push shorter than a tick acts for one with so much less force, which keeps the impulse.
+void keep_impulse(double ticks, force_t& force) {
+  if (!(ticks < 1.0)) return;
+  const auto scale = [ticks](auto& vector) {
+    for (double& each : vector) each *= ticks;
+  };
+  for (auto& each : force.forces) scale(each.force);
+  for (auto& each : force.torques) scale(each.torque);
+  for (auto& each : force.wrenches) scale(each.force), scale(each.torque);
+  for (auto& each : force.wheels) each.torque *= ticks;
+}
+
 std::optional<force_t> make_force(const PushOptions& options, const SceneCatalogue& scene) {
   force_t force{};
   force.slot = options.slot;
@@ -285,6 +297,7 @@ std::optional<force_t> make_force(const PushOptions& options, const SceneCatalog
   if (!add_points(options, scene, force) || !add_groups(options, scene, force) ||
       !add_wheels(options, scene, force))
     return std::nullopt;
+  if (!options.lease) keep_impulse(options.duration.value_or(kDefaultDuration) * rate, force);
   return force;
 }
 
@@ -297,8 +310,9 @@ std::string rounded_duration(const PushOptions& options, double rate) {
   if (std::abs(lasts - asked) <= kMuch * asked) return {};
   std::ostringstream text;
   text << (options.lease ? "--lease " : "--duration ") << asked << " s is " << asked * rate
-       << " ticks: it lasts " << ticks << (ticks == 1 ? " tick, " : " ticks, ") << lasts
-       << " s; with another force the impulse may be kept";
+       << " ticks: it lasts " << ticks << (ticks == 1 ? " tick, " : " ticks, ") << lasts << " s; "
+       << (!options.lease && asked * rate < 1.0 ? "with as much less force, which keeps the impulse"
+                                                : "with another force the impulse may be kept");
   return text.str();
 }
 

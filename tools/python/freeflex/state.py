@@ -99,6 +99,15 @@ class Push:
                              "both")
         self.duration_ticks = ticks_of("duration", duration, rate) if duration is not None else 0
         self.lease_ticks = ticks_of("lease", lease, rate) if lease is not None else 0
+        if duration is not None and duration * rate < 1.0:
+            self._scale(duration * rate)
+
+    def _scale(self, share):
+        """A push shorter than a tick acts for one with so much less force, which keeps the impulse."""
+        self.forces = [(i, [share * x for x in f]) for i, f in self.forces]
+        self.torques = [(i, [share * x for x in t]) for i, t in self.torques]
+        self.wrenches = [(i, [share * x for x in f], [share * x for x in t]) for i, f, t in self.wrenches]
+        self.wheels = [(i, share * t) for i, t in self.wheels]
 
 
 def _three(name, values):
