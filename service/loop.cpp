@@ -68,6 +68,7 @@ Simulation::Simulation(const Plan& plan, const LoopSettings& settings, Clock& cl
   io::fill_name_table(plan, *names_);
   io::limit_holds(plan, *names_);
   judgement_.take(state_, budget_);
+  free_.take(plan_, state_);
   for (std::size_t i = 0; i < every_.size(); ++i)
     every_[i] = io::ticks_between(plan.*io::kMotionChannels[i].rate, plan.period);
 }
@@ -150,7 +151,7 @@ void Simulation::advance(std::int64_t woken_ns) noexcept {
     applied_entry_->tick = tick;
     push_applied(freeflex_msgs::applied_t::FORCE, &command, nullptr);
   }
-  note_load();
+  free_.take(plan_, state_);
   output_.tick.store(state_.tick, std::memory_order_relaxed);
   if (steps_left_ != kForever) --steps_left_;
   if (settings_.until_tick > 0 && state_.tick >= settings_.until_tick) request_stop();
@@ -179,11 +180,6 @@ void Simulation::push_applied(std::int32_t kind, const ForceCommand* command, co
   output_.applied.try_push(*applied_entry_);
 }
 
-/// Drift of the invariants counts from the last tick at which anything pushed.
-void Simulation::note_load() noexcept {
-  if (is_pushed(plan_, state_)) last_load_tick_ = state_.tick;
-}
-
 /// The state is as it was before the step; it is held. The commands of the tick stay pending, so that a
 /// reset answers them.
 void Simulation::enter_fault(std::span<const ForceCommand> due) noexcept {
@@ -201,7 +197,7 @@ void Simulation::enter_fault(std::span<const ForceCommand> due) noexcept {
 void Simulation::fill(Snapshot& draft) const noexcept {
   draft.motion = state_;  // its part of the state; the draft has room
   draft.applied_count = applied_count_;
-  draft.last_load_tick = last_load_tick_;
+  draft.free = free_;
   draft.num_slots = state_.num_slots;
   draft.mode = mode();
   draft.fault = fault_;

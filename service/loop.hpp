@@ -69,7 +69,6 @@ class Simulation {
 
   // loop.cpp: what goes out
   void push_applied(std::int32_t kind, const ForceCommand* command, const Expiry* expiry) noexcept;
-  void note_load() noexcept;
   void enter_fault(std::span<const ForceCommand> due) noexcept;
   void fill(Snapshot& draft) const noexcept;
   void offer_motion(std::size_t channel) noexcept;
@@ -112,7 +111,7 @@ class Simulation {
   bool ran_before_fault_ = false;
   FaultNote fault_;
   std::int64_t applied_count_ = 0;
-  std::int64_t last_load_tick_ = 0;
+  FreeMotion free_;
   std::int64_t next_reoffer_ns_ = 0;
   std::atomic<bool> is_stopping_{false};
 };

@@ -160,7 +160,7 @@ Reason Simulation::reset() noexcept {
   }
   desk_.clear();
   reset_state(plan_, state_);
-  last_load_tick_ = state_.tick;
+  free_.take(plan_, state_);
   applied_entry_->tick = state_.tick;
   push_applied(freeflex_msgs::applied_t::RESET, nullptr, nullptr);
   if (has_faulted_) {

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "core/step/readout.hpp"
 #include "core/step/scope.hpp"
 #include "core/step/vector.hpp"
 
@@ -20,7 +21,26 @@ std::int32_t count_modes(const Plan& plan) {
   return num_modes;
 }
 
+/// [J] Gravity moves energy between the centre of mass and its place, and nothing else.
+double total_energy(const Plan& plan, const MotionState& motion, const Invariants& invariants) noexcept {
+  double energy = invariants.kinetic_rigid + invariants.kinetic_elastic + invariants.potential -
+                  plan.mass * dot(plan.gravity_W, motion.p_WB);
+  if (plan.attractor_mu > 0.0)
+    energy -= plan.mass * plan.attractor_mu / norm(sub(motion.p_WB, plan.attractor_W));
+  return energy;
+}
+
 }  // namespace
+
+void FreeMotion::take(const Plan& plan, const State& state) noexcept {
+  const bool was_free = is_free && epoch == state.epoch;
+  is_free = !is_pushed(plan, state);
+  epoch = state.epoch;
+  if (!is_free || was_free) return;
+  const Invariants invariants = read_invariants(plan, state);
+  energy = total_energy(plan, state, invariants);
+  H_W = invariants.angular_momentum_W;
+}
 
 MotionStatus::MotionStatus(const Plan& plan) : plan_(plan), validity_(plan), num_modes_(count_modes(plan)) {
   const auto damps = [](const Plan& of) {
@@ -29,7 +49,7 @@ MotionStatus::MotionStatus(const Plan& plan) : plan_(plan), validity_(plan), num
   is_damped_ = damps(plan) || std::ranges::any_of(plan.wide, damps);
 }
 
-void MotionStatus::fill(const JudgedMotion& judged, freeflex_msgs::status_t& status) {
+void MotionStatus::fill(const JudgedMotion& judged, freeflex_msgs::status_t& status) const {
   const MotionState& motion = judged.motion;
   status.scene_hash = static_cast<std::int64_t>(plan_.scene_hash);
   status.rate = 1.0 / plan_.period;
@@ -48,17 +68,12 @@ void MotionStatus::fill(const JudgedMotion& judged, freeflex_msgs::status_t& sta
 }
 
 void MotionStatus::fill_drift(const JudgedMotion& judged, const Invariants& invariants,
-                              freeflex_msgs::status_t& status) {
-  // gravity moves energy between the centre of mass and its height, and nothing else
-  const double energy = invariants.kinetic_rigid + invariants.kinetic_elastic + invariants.potential -
-                        plan_.mass * dot(plan_.gravity_W, judged.motion.p_WB);
-  const Vec3& H_W = invariants.angular_momentum_W;
-  if (baseline_.epoch != judged.motion.epoch || judged.last_load_tick >= baseline_.tick)
-    baseline_ = {judged.motion.epoch, judged.motion.tick, energy, H_W};
-  if (!is_damped_)
-    status.energy_drift = bounded_ratio(std::abs(energy - baseline_.energy), std::abs(baseline_.energy));
-  const Vec3 change{H_W[0] - baseline_.H_W[0], H_W[1] - baseline_.H_W[1], H_W[2] - baseline_.H_W[2]};
-  status.momentum_drift = bounded_ratio(norm(change), norm(baseline_.H_W));
+                              freeflex_msgs::status_t& status) const {
+  const FreeMotion& free = judged.free;
+  if (!free.is_free || free.epoch != judged.motion.epoch) return;
+  const double energy = total_energy(plan_, judged.motion, invariants);
+  if (!is_damped_) status.energy_drift = bounded_ratio(std::abs(energy - free.energy), std::abs(free.energy));
+  status.momentum_drift = bounded_ratio(norm(sub(invariants.angular_momentum_W, free.H_W)), norm(free.H_W));
 }
 
 void MotionStatus::fill_sizes(const MotionState& motion, const Invariants& invariants,

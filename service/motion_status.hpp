@@ -9,31 +9,34 @@
 
 namespace freeflex::service {
 
-/// A motion, how it is judged, and since when nothing pushes it.
+/// What stays the same from the moment on at which nothing pushes, and what drifts are counted from.
+struct FreeMotion {
+  std::int64_t epoch = -1;
+  bool is_free = false;
+  double energy = 0.0;  // [J] kinetic, elastic and of gravity
+  Vec3 H_W{};           // [kg m^2/s]
+  /// At the start of an epoch and after every tick. Allocates nothing.
+  void take(const Plan& plan, const State& state) noexcept;
+};
+
+/// A motion, how it is judged, and what it would keep.
 struct JudgedMotion {
   const MotionState& motion;
   const Verdict &now, &worst;
   const BudgetReading& budget;
-  std::int64_t last_load_tick;  // last tick with an external load, or of the last reset
+  const FreeMotion& free;
 };
 
 class MotionStatus {
  public:
   explicit MotionStatus(const Plan& plan);
 
-  /// Fills plan, epoch, tick, replan, energies, drifts, displacements, error budget and verdict. Drifts count
-  /// from the first call after the last load.
-  void fill(const JudgedMotion& judged, freeflex_msgs::status_t& status);
+  /// Fills plan, epoch, tick, replan, energies, drifts, displacements, error budget and verdict.
+  void fill(const JudgedMotion& judged, freeflex_msgs::status_t& status) const;
 
  private:
-  /// Conserved while nothing pushes.
-  struct Baseline {
-    std::int64_t epoch = -1;
-    std::int64_t tick = -1;
-    double energy = 0.0;  // [J] kinetic, elastic and gravity
-    Vec3 H_W{};           // [kg m^2/s]
-  };
-  void fill_drift(const JudgedMotion& judged, const Invariants& invariants, freeflex_msgs::status_t& status);
+  void fill_drift(const JudgedMotion& judged, const Invariants& invariants,
+                  freeflex_msgs::status_t& status) const;
   void fill_sizes(const MotionState& motion, const Invariants& invariants,
                   freeflex_msgs::status_t& status) const;
   void fill_verdict(const JudgedMotion& judged, freeflex_msgs::status_t& status) const;
@@ -41,7 +44,6 @@ class MotionStatus {
 
   const Plan& plan_;
   Validity validity_;
-  Baseline baseline_;
   std::int32_t num_modes_ = 0;  // elastic modes of the scene, left out or not
   bool is_damped_ = false;
 };

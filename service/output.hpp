@@ -13,6 +13,7 @@
 #include "service/box.hpp"
 #include "service/histogram.hpp"
 #include "service/io/wire/outbound.hpp"
+#include "service/motion_status.hpp"
 #include "service/queue.hpp"
 #include "service/shared.hpp"
 
@@ -63,8 +64,8 @@ struct PageRequest {
 struct Snapshot {
   MotionState motion;
   std::int64_t applied_count = 0;
-  std::int64_t last_load_tick = 0;  // last tick with an external load, or of the last reset
-  std::int32_t num_slots = 0;       // in force
+  FreeMotion free;
+  std::int32_t num_slots = 0;  // in force
   Mode mode = Mode::kStarting;
   FaultNote fault;
   BudgetReading budget;    // status only

@@ -35,7 +35,7 @@ freeflex_msgs::status_t StatusReporter::report(const Snapshot& snapshot, std::in
                 .now = snapshot.verdict,
                 .worst = snapshot.worst,
                 .budget = snapshot.budget,
-                .last_load_tick = snapshot.last_load_tick},
+                .free = snapshot.free},
                status);
   return status;
 }

@@ -64,8 +64,7 @@ class LogOutput : public RunOutput {
     }
   }
   void judge(const State& state, const Judgement& judgement, Budget& budget, bool is_edge) override {
-    if (service::is_pushed(plan_, state) || state.tick == state.epoch_start_tick)
-      last_load_tick_ = state.tick;
+    free_.take(plan_, state);
     if (!is_due(status_every_, state.tick, is_edge)) return;
     stamp_.utime = utime(state.tick);
     put(channels::kStatus, status_of(state, judgement, budget));
@@ -118,7 +117,7 @@ class LogOutput : public RunOutput {
                          .now = judgement.now(),
                          .worst = judgement.worst(),
                          .budget = reading,
-                         .last_load_tick = last_load_tick_},
+                         .free = free_},
                         status);
     return status;
   }
@@ -134,7 +133,7 @@ class LogOutput : public RunOutput {
   io::Stamp stamp_;
   std::array<std::int64_t, io::kNumMotionChannels> every_{};  // [ticks]
   std::int64_t scene_every_, status_every_;                   // [ticks]
-  std::int64_t last_load_tick_ = 0;
+  service::FreeMotion free_;
   service::MotionStatus motion_status_;
 };
 
