@@ -62,6 +62,7 @@ void add_frequency_cases(std::vector<StabilityCase>& cases);   // stiffness and 
 void add_oscillator_cases(std::vector<StabilityCase>& cases);  // omega h, damping, many ticks
 void add_small_cases(std::vector<StabilityCase>& cases);       // one to three points, mechanisms, rigid links
 void add_motion_cases(std::vector<StabilityCase>& cases);      // rotation, sizes of forces and of structures
+void add_tick_cases(std::vector<StabilityCase>& cases);        // ticks that turn bodies and orbits far
 void add_rung_cases(std::vector<StabilityCase>& cases);        // every rung at any step
 void add_refusal_cases(std::vector<StabilityCase>& cases);     // what must be refused or flagged by name
 

@@ -50,7 +50,7 @@ void print_row(const StabilityRow& row) {
 std::vector<StabilityCase> stability_cases() {
   std::vector<StabilityCase> cases;
   for (const auto add : {add_frequency_cases, add_oscillator_cases, add_small_cases, add_motion_cases,
-                         add_rung_cases, add_refusal_cases})
+                         add_tick_cases, add_rung_cases, add_refusal_cases})
     add(cases);
   return cases;
 }
