@@ -332,23 +332,28 @@ Frame apply(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoa
 }  // namespace
 
 Frame advance_frame(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept {
-  const auto is_long = [&](const Vec3& w, const Vec3& H, TickTurn& in_tick) {
-    if (!may_turn_long(plan, w, H, loads.wheels) && !may_fall_long(plan, from)) return false;
-    in_tick = turn_in_tick(plan, from, R_WB, loads);
-    return in_tick.whole > kShortTurn || in_tick.orbit > kShortOrbit;
+  const auto by_flows = [&](Frame& to) {
+    const TickTurn turn = turn_in_tick(plan, from, R_WB, loads);
+    if (turn.whole <= kShortTurn && turn.orbit <= kShortOrbit) return false;
+    to = advance_by_flows(plan, from, R_WB, loads, substeps_for(turn.uneven));
+    return true;
   };
-  TickTurn in_tick;
-  if (!plan.turns) {
-    if (!is_long({}, {}, in_tick)) return slide(plan, from, R_WB, loads);
-    return advance_by_flows(plan, from, R_WB, loads, substeps_for(in_tick.uneven));
-  }
+  Frame to;
+  const bool may_fall = plan.attractor_mu > 0.0 && may_fall_long(plan, from);
+  if (!plan.turns) return may_fall && by_flows(to) ? to : slide(plan, from, R_WB, loads);
   const Vec3 H_B = multiply_transposed(R_WB, from.H_W);
-  if (is_long(multiply(plan.inverse_inertia, sub(H_B, loads.wheels.h[0])), H_B, in_tick))
-    return advance_by_flows(plan, from, R_WB, loads, substeps_for(in_tick.uneven));
+  const bool may_turn =
+      !is_surely_short(plan, H_B, loads.wheels) &&
+      may_turn_long(plan, multiply(plan.inverse_inertia, sub(H_B, loads.wheels.h[0])), H_B, loads.wheels);
+  if ((may_fall || may_turn) && by_flows(to)) return to;
   const Turn turned = turn(plan, from, R_WB, H_B, loads);
   // loads may have turned a body that was slow at the start
-  if (is_long(scale(2.0 / plan.period, turned.g_end), add(H_B, turned.H_gain), in_tick))
-    return advance_by_flows(plan, from, R_WB, loads, substeps_for(in_tick.uneven));
+  if (!is_zero(turned.H_gain)) {
+    const Vec3 H = add(H_B, turned.H_gain);
+    if (!is_surely_short(plan, H, loads.wheels) &&
+        may_turn_long(plan, scale(2.0 / plan.period, turned.g_end), H, loads.wheels) && by_flows(to))
+      return to;
+  }
   return apply(plan, from, R_WB, loads, turned);
 }
 

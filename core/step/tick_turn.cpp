@@ -128,13 +128,16 @@ TickTurn turn_in_tick(const Plan& plan, const Frame& from, const Mat3& R_WB,
 }
 
 bool may_turn_long(const Plan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept {
-  // the spin, and the nutation of the momentum of body and wheels: |H| over the root of two moments at most
+  // the spin, what motors add to it, and the nutation of the momentum of body and wheels: |H| over the root
+  // of two moments at most
   constexpr double kMost = kShortTurn / 3.0;
   const Vec3& inverse = plan.principal.inverse_moment;
-  double momentum = dot(H, H);
-  if (!plan.wheels.all.empty())
-    for (const Vec3& each : wheels.h) momentum += dot(each, each);
-  const double square = dot(w, w) + 4.0 * inverse[0] * inverse[1] * momentum;
+  double square = dot(w, w) + 4.0 * inverse[0] * inverse[1] * dot(H, H);
+  if (!plan.wheels.all.empty()) {
+    const auto& h = wheels.h;
+    square +=
+        4.0 * inverse[0] * (inverse[1] * dot(h[0], h[0]) + inverse[0] * (dot(h[1], h[1]) + dot(h[2], h[2])));
+  }
   return 2.0 * square * plan.period * plan.period > kMost * kMost;
 }
 

@@ -2,6 +2,7 @@
 #pragma once
 
 #include "core/step/frame.hpp"
+#include "core/step/vector.hpp"
 
 namespace freeflex {
 
@@ -17,8 +18,16 @@ TickTurn turn_in_tick(const Plan& plan, const Frame& from, const Mat3& R_WB, con
 /// [rad] Turns of a tick up to which one step of order 6 (X8) errs by less than rounding, 1e-13, and the fall
 /// of order 2 (X72) by phi^3 / 12 = 1e-13 of an orbit.
 inline constexpr double kShortTurn = 0.03, kShortOrbit = 1e-4;
-/// True when a tick may turn the body, or its orbit, further: bounds that cost little.
-/// \param w  [rad/s]  \param H  [N m s] angular momentum, any axes
+/// True when a tick may turn the body, or its orbit, further: bounds that cost little, the first almost
+/// nothing.  \param w  [rad/s]  \param H  [N m s] angular momentum, any axes
+inline bool is_surely_short(const Plan& plan, const Vec3& H, const WheelMomentum& wheels) noexcept {
+  constexpr double kMost = kShortTurn / 3.0;
+  double momentum = dot(H, H);
+  if (!plan.wheels.all.empty())
+    for (const Vec3& each : wheels.h) momentum += dot(each, each);
+  const double most = plan.principal.inverse_moment[0] * plan.period;
+  return 10.0 * most * most * momentum <= kMost * kMost;
+}
 bool may_turn_long(const Plan& plan, const Vec3& w, const Vec3& H, const WheelMomentum& wheels) noexcept;
 bool may_fall_long(const Plan& plan, const Frame& from) noexcept;
 
