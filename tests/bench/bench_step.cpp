@@ -48,6 +48,17 @@ BENCHMARK_CAPTURE(step_under, one_world_point, 1, 0)->Apply(all_modes);
 BENCHMARK_CAPTURE(step_under, five_world_points, 5, 0)->Apply(all_modes);
 BENCHMARK_CAPTURE(step_under, one_body_point, 1, 1)->Apply(all_modes);
 
+// a body without modes that tumbles by so much a tick
+void tumble(benchmark::State& state) {
+  Plan plan = testing::hand_plan(kPeriod, {});
+  const double spin = 1e-3 * static_cast<double>(state.range(0)) / kPeriod;
+  plan.initial.w_WB_B = {0.36 * spin, 0.48 * spin, 0.8 * spin};
+  testing::HandRun run(plan);
+  for (auto _ : state) benchmark::DoNotOptimize(run.step_once());
+}
+BENCHMARK(tumble)->ArgName("mrad")->Arg(1)->Arg(10)->Arg(30)->Arg(100)->Arg(300)->Arg(1000)->Arg(3000)->Arg(
+    30000);
+
 // a tick that takes a command in: slots, pattern, table
 void step_with_command(benchmark::State& state) {
   const Plan plan = make_plan(state.range(0));

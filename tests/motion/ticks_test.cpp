@@ -6,6 +6,7 @@
 #include "core/step/readout.hpp"
 #include "core/step/vector.hpp"
 #include "core/validity/judgement.hpp"
+#include "tests/motion/lagrange_equations.hpp"
 #include "tests/setup/make_scene.hpp"
 #include "tests/support/simulation.hpp"
 
@@ -139,6 +140,48 @@ TEST(Ticks, ASoftPairFeelsTheFieldWhereItsPointsAre) {
   const double stretch = (p.col(0) - p.col(1)).norm() - 10.0;
   std::printf("a soft pair in orbit, 600 s: stretch %.6f m (5.90674)\n", stretch);
   EXPECT_NEAR(stretch, 5.90674, 1e-5);
+}
+
+// two points on a spring that does next to nothing, 10 m apart, drift about each other in a closed ellipse
+// (Hill 1878; Clohessy and Wiltshire 1960): each on its own orbit, by extrapolation of order 12
+TEST(Ticks, TwoPointsMoveAboutEachOtherAsHillSaysForTenRevolutions) {
+  constexpr double kMu = 3.986004418e14, kRadius = 7e6, kStiffness = 1e-12;
+  const double n = std::sqrt(kMu / kRadius) / kRadius, end = std::round(10.0 * 2.0 * M_PI / n);
+  Scene scene;
+  add_point(scene, 1.0, {5.0, 0.0, 0.0});
+  add_point(scene, 1.0, {-5.0, 0.0, 0.0});
+  add_link(scene, 0, 1, Spring{kStiffness});
+  scene.publication.points = scene.pushable = {0, 1};
+  scene.rate = 1.0;
+  scene.fidelity = Fidelity::kFull;
+  scene.attractor.mu = kMu;
+  scene.initial.position = {kRadius, 0.0, 0.0};
+  scene.initial.velocity = {0.0, n * kRadius, 0.0};
+  // at the ends of the small axis: x' = 0, y' = -2 n x beside the turning frame's n x
+  scene.initial.angular_velocity = {0.0, 0.0, -n};
+  Eigen::VectorXd y(12);  // places, velocities of both
+  y << kRadius + 5.0, 0.0, 0.0, kRadius - 5.0, 0.0, 0.0, 0.0, n * kRadius - 5.0 * n, 0.0, 0.0,
+      n * kRadius + 5.0 * n, 0.0;
+  const auto rates = [&](double, const Eigen::VectorXd& at) {
+    Eigen::VectorXd dot(12);
+    dot.head<6>() = at.tail<6>();
+    for (Eigen::Index k = 0; k < 2; ++k) {
+      const Vector3d p = at.segment<3>(3 * k);
+      dot.segment<3>(6 + 3 * k) = -kMu / std::pow(p.norm(), 3) * p;
+    }
+    const Vector3d d = at.segment<3>(3) - at.head<3>(),
+                   pull = kStiffness * (d.norm() - 10.0) * d.normalized();
+    dot.segment<3>(6) += pull;
+    dot.segment<3>(9) -= pull;
+    return dot;
+  };
+  for (int k = 0; k < 4000; ++k) y = extrapolated_step(rates, 0.0, y, end / 4000);
+  Simulation simulation(scene);
+  simulation.run(std::llround(end));
+  const Eigen::Matrix3Xd p = simulation.positions_W();
+  const double off = ((p.col(0) - p.col(1)) - (y.head<3>() - y.segment<3>(3))).norm();
+  std::printf("two points in orbit, ten revolutions: relative place off by %.1e m of 10 m\n", off);
+  EXPECT_LT(off, 1e-4);
 }
 
 // a force that is fixed in the world turns in the body: the modes take it as straight over a tick
