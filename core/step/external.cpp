@@ -57,33 +57,41 @@ StepLoads External::rigid() const noexcept {
 }
 
 double External::wheel_torque(std::size_t wheel, Instant instant) const noexcept {
-  if (instant == Instant::kMiddle)
-    return 0.5 * (wheel_torque(wheel, Instant::kStart) + wheel_torque(wheel, Instant::kEnd));
   double torque = commands.wheels.torque[wheel];
   for (const PlanHistory& history : plan.histories)
     torque += amplitude(history, instant) * history.pattern.wheels.torque[wheel];
   return torque;
 }
 
+External::TorqueOverStep External::wheel_torques(std::size_t wheel) const noexcept {
+  const double start = wheel_torque(wheel, Instant::kStart), middle = wheel_torque(wheel, Instant::kMiddle),
+               end = wheel_torque(wheel, Instant::kEnd);
+  const double bend = 2.0 * ((start + end) - 2.0 * middle);
+  return {start, (end - start) - bend, bend};
+}
+
 double External::wheel_gain(std::size_t wheel) const noexcept {
-  return 0.5 * period() * (wheel_torque(wheel, Instant::kStart) + wheel_torque(wheel, Instant::kEnd));
+  const auto [start, slope, bend] = wheel_torques(wheel);
+  const double end = start + (slope + bend);
+  return period() * (0.5 * (start + end) - bend / 6.0);
 }
 
 double External::wheel_momentum(std::size_t wheel, double at_start, Instant instant) const noexcept {
   if (instant == Instant::kStart) return at_start;
   if (instant == Instant::kEnd) return at_start + wheel_gain(wheel);
-  const double start = wheel_torque(wheel, Instant::kStart), end = wheel_torque(wheel, Instant::kEnd);
-  return at_start + period() * (0.375 * start + 0.125 * end);
+  const auto [start, slope, bend] = wheel_torques(wheel);
+  return at_start + period() * (0.5 * start + 0.125 * slope + bend / 24.0);
 }
 
 WheelMomentum External::wheels(std::span<const double> momentum) const noexcept {
   WheelMomentum all;
   for (std::size_t k = 0; k < plan.wheels.all.size(); ++k) {
     const Vec3& axis = plan.wheels.all[k].axis;
-    const double start = wheel_torque(k, Instant::kStart), end = wheel_torque(k, Instant::kEnd);
+    const auto [start, slope, bend] = wheel_torques(k);
     all.h[0] = freeflex::add_scaled(all.h[0], momentum[k], axis);
     all.h[1] = freeflex::add_scaled(all.h[1], period() * start, axis);
-    all.h[2] = freeflex::add_scaled(all.h[2], 0.5 * period() * (end - start), axis);
+    all.h[2] = freeflex::add_scaled(all.h[2], 0.5 * period() * slope, axis);
+    all.h[3] = freeflex::add_scaled(all.h[3], period() * bend / 3.0, axis);
   }
   return all;
 }

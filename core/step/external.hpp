@@ -27,9 +27,13 @@ struct External {
 
   /// [s] of the part.
   double period() const noexcept { return plan.period / plan.coupled.num_parts; }
-  /// Torque of the motor of a wheel [N m], straight from start to end, and what its momentum gains over the
-  /// part [N m s]   (THEORY X167).
+  /// Torque of the motor of a wheel [N m]; over the part, at its share s, start + s slope + s^2 bend, the
+  /// parabola through start, middle and end; and what its momentum gains [N m s]   (THEORY X167).
   double wheel_torque(std::size_t wheel, Instant instant) const noexcept;
+  struct TorqueOverStep {
+    double start, slope, bend;
+  };
+  TorqueOverStep wheel_torques(std::size_t wheel) const noexcept;
   double wheel_gain(std::size_t wheel) const noexcept;
   /// Momentum of the wheels over the step.  \param momentum  [N m s] (num_wheels) at its start
   WheelMomentum wheels(std::span<const double> momentum) const noexcept;

@@ -95,8 +95,8 @@ class Flows {
     const Vec3& inverse = plan.principal.inverse_moment;
     common_ = inverse[1];
     for (std::size_t i = 0; i < 3; ++i) difference_[i] = inverse[i] - common_;
-    for (std::size_t k = 0; k < 3; ++k) h_[k] = multiply(R_PB_, loads.wheels.h[k]);
-    turns_middle_ = h_[0][1] != 0.0 || h_[1][1] != 0.0 || h_[2][1] != 0.0;
+    for (std::size_t k = 0; k < h_.h.size(); ++k) h_.h[k] = multiply(R_PB_, loads.wheels.h[k]);
+    for (const Vec3& each : h_.h) turns_middle_ = turns_middle_ || each[1] != 0.0;
     is_attracted_ = plan.attractor_mu > 0.0;
     moments_[0] = moment_of(loads.start, R_WB, R_PB_);
     if (loads.later) {
@@ -144,8 +144,7 @@ class Flows {
     const double t = share * plan_.period;
     if (is_attracted_ && falls_with_loads_) fall_for(t);
     if (!plan_.turns) return;
-    const double middle = s + 0.5 * share;
-    const Vec3 h = add_scaled(add_scaled(h_[0], middle, h_[1]), middle * middle, h_[2]);
+    const Vec3 h = h_.at(s + 0.5 * share);
     const Vec3& inverse = plan_.principal.inverse_moment;
     const auto about = [&](std::size_t axis, double part) {
       const double rate = difference_[axis] * H_[axis] - inverse[axis] * h[axis];
@@ -227,9 +226,9 @@ class Flows {
   const Plan& plan_;
   const StepLoads& loads_;
   Mat3 R_PB_, R_WB_;
-  double common_ = 0.0;      // [1/(kg m^2)] inverse moment that all axes share
-  Vec3 difference_{};        // and what each has beside it
-  std::array<Vec3, 3> h_{};  // [N m s] wheels, principal axes
+  double common_ = 0.0;  // [1/(kg m^2)] inverse moment that all axes share
+  Vec3 difference_{};    // and what each has beside it
+  WheelMomentum h_;      // principal axes
   std::array<Moment, 3> moments_{};
   bool kicks_ = false, is_attracted_ = false, falls_with_loads_ = false, turns_middle_ = false;
   Quat turn_{1.0, 0.0, 0.0, 0.0};
@@ -258,7 +257,7 @@ Frame advance_by_flows(const Plan& plan, const Frame& from, const Mat3& R_WB, co
   }
   if (flows.is_kicked()) flows.kick(0.5 * before, 1.0);
   flows.finish(to);
-  if (plan.turns && !flows.is_kicked() && is_zero(loads.wheels.h[1]) && is_zero(loads.wheels.h[2]))
+  if (plan.turns && !flows.is_kicked() && !loads.wheels.is_driven())
     restore_energy(plan, from, loads.wheels.h[0], to);
   if (plan.attractor_mu > 0.0) return to;
   if (flows.is_kicked())

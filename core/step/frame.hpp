@@ -25,10 +25,14 @@ Vec3 resultant_W(const RigidLoad& load, const Mat3& R_WB) noexcept;
 Vec3 moment_B(const RigidLoad& load, const Mat3& R_WB) noexcept;
 
 /// Momentum of the wheels over one step, body axes: at its start, at the share s of it h_0 + s h_1 + s^2 h_2
-/// (THEORY X167).
+/// + s^3 h_3 (THEORY X167).
 struct WheelMomentum {
-  std::array<Vec3, 3> h{};  // [N m s]
-  Vec3 at(double s) const noexcept { return add_scaled(add_scaled(h[0], s, h[1]), s * s, h[2]); }
+  std::array<Vec3, 4> h{};  // [N m s]
+  Vec3 at(double s) const noexcept {
+    return add_scaled(add_scaled(add_scaled(h[0], s, h[1]), s * s, h[2]), s * s * s, h[3]);
+  }
+  /// True when motors change it.
+  bool is_driven() const noexcept { return !is_zero(h[1]) || !is_zero(h[2]) || !is_zero(h[3]); }
 };
 
 /// Loads over one step: at its start, and at its middle and end when those may differ.

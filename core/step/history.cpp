@@ -49,10 +49,14 @@ double continuous(const PlanHistory& history, double period, std::int64_t half_t
   return 1.0;
 }
 
-/// What of a pulse shorter than a tick acts for all of it, so that its impulse is kept   (X13).
+/// A pulse acts in whole ticks, with so much of its force that its impulse is kept   (X13).
 double pulse_height(const PlanHistory& history, double period) noexcept {
-  const bool is_short = history.pulse_duration > 0.0 && history.pulse_duration < period;
-  return is_short ? history.pulse_duration / period : 1.0;
+  const double wanted = history.pulse_duration / period;
+  const auto given = static_cast<double>(history.end_tick - history.start_tick);
+  constexpr double kOnTick = 1e-6, kForEver = 1e12;  // [ticks]
+  const double off = wanted - given;
+  const bool fits = (off <= kOnTick && off >= -kOnTick) || wanted > kForEver;
+  return fits || history.pulse_duration == 0.0 || given == 0.0 ? 1.0 : wanted / given;
 }
 
 }  // namespace

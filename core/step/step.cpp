@@ -90,8 +90,8 @@ void set_read_out(const Plan& plan, const Mat3& R_WB, const RigidLoad& load, con
   result.moment_B = moment_B(load, R_WB);
   // what motors do to the body, h' at the end   (X167)
   if (!plan.wheels.all.empty())
-    result.moment_B =
-        add_scaled(result.moment_B, -1.0 / plan.period, add_scaled(wheels.h[1], 2.0, wheels.h[2]));
+    result.moment_B = add_scaled(result.moment_B, -1.0 / plan.period,
+                                 add_scaled(add_scaled(wheels.h[1], 2.0, wheels.h[2]), 3.0, wheels.h[3]));
   if (plan.attractor_mu == 0.0) return;
   const Vec3 rho = multiply_transposed(R_WB, sub(result.frame.p_WB, plan.attractor_W));
   result.moment_B = add(result.moment_B, gradient_torque(plan, rho));

@@ -47,14 +47,15 @@ struct Conserved {
 Conserved conserved(const Plan& plan, const Vec3& H, const Vec3& L, const WheelMomentum& wheels) noexcept {
   Conserved all;
   double energy = 0.0, gain = 0.0;
-  std::array<Vec3, 3> h;
-  for (std::size_t k = 0; k < 3; ++k) h[k] = multiply(plan.principal.R_PB, wheels.h[k]);
+  std::array<Vec3, 4> h;
+  for (std::size_t k = 0; k < h.size(); ++k) h[k] = multiply(plan.principal.R_PB, wheels.h[k]);
   for (std::size_t i = 0; i < 3; ++i) {
     const double inverse = plan.principal.inverse_moment[i], own = H[i] - h[0][i];
-    const double push = (L[i] + magnitude(h[1][i]) + magnitude(h[2][i])) * plan.period;
+    const double driven = magnitude(h[1][i]) + magnitude(h[2][i]) + magnitude(h[3][i]);
+    const double push = L[i] * plan.period + driven;
     energy += inverse * own * own;
     gain += inverse * push * push;
-    all.wheels[i] = magnitude(h[0][i]) + magnitude(h[1][i]) + magnitude(h[2][i]);
+    all.wheels[i] = magnitude(h[0][i]) + driven;
     all.num_axes += H[i] != 0.0 || all.wheels[i] != 0.0 ? 1 : 0;
   }
   all.root = __builtin_sqrt(energy) + __builtin_sqrt(gain);
@@ -78,23 +79,29 @@ double uneven_rate(const Plan& plan, const Conserved& all) noexcept {
   return u[0] + u[1] + u[2] + __builtin_sqrt(all.momentum * mixed);
 }
 
-/// [rad] An orbit turned at its rate in the nearest place of the tick for all of it   (X202).
-double orbit_in_tick(const Plan& plan, const Frame& from) noexcept {
+/// The nearest that a tick comes to an attractor [m], and an orbit that turned all of it at the rate there,
+/// its own or that of a circle [rad]   (X202).
+struct Nearest {
+  double distance, orbit;
+};
+Nearest nearest_in_tick(const Plan& plan, const Frame& from) noexcept {
   const Vec3 rho = sub(from.p_WB, plan.attractor_W), &v = from.v_WB;
   const double mu = plan.attractor_mu, h = plan.period, r = length(rho);
   const Fall gain = fall(mu, rho, v, h);
   const Vec3 rho_end = add(rho, gain.p);
   double nearest = std::min(r, length(rho_end));
+  const Vec3 momentum = cross(rho, v);
   constexpr double kTwoPi = 6.2831853071795862;
   const double beta = 2.0 * mu / r - dot(v, v);  // mu over the semi-major axis
   const bool is_closed = beta > 0.0 && kTwoPi * mu <= h * beta * __builtin_sqrt(beta);
   if (is_closed || (dot(rho, v) < 0.0 && dot(rho_end, add(v, gain.v)) > 0.0)) {
     // the perigee is passed: p / (1 + e)
-    const Vec3 momentum = cross(rho, v);
     const double p = dot(momentum, momentum) / mu;
     nearest = p / (1.0 + __builtin_sqrt(std::max(0.0, 1.0 - beta * p / mu)));
   }
-  return h * __builtin_sqrt(mu / (nearest * nearest * nearest));
+  const double circle = __builtin_sqrt(mu / (nearest * nearest * nearest)),
+               own = length(momentum) / (nearest * nearest);
+  return {nearest, h * std::max(circle, own)};
 }
 
 }  // namespace
@@ -117,11 +124,15 @@ TickTurn turn_in_tick(const Plan& plan, const Frame& from, const Mat3& R_WB,
       turn.uneven = uneven;
   }
   if (plan.attractor_mu > 0.0) {
-    turn.orbit = orbit_in_tick(plan, from);
+    const Nearest nearest = nearest_in_tick(plan, from);
+    turn.orbit = nearest.orbit;
+    turn.nearest = nearest.distance;
     const auto is_pushed = [](const RigidLoad& load) {
       return !is_zero(load.force_W) || !is_zero(load.force_B);
     };
-    if (plan.turns || is_pushed(loads.start) || is_pushed(loads.middle()) || is_pushed(loads.end()))
+    const Vec3& inverse = plan.principal.inverse_moment;
+    const bool is_turned = plan.turns && inverse[0] != inverse[2];  // no gradient turns three equal moments
+    if (is_turned || is_pushed(loads.start) || is_pushed(loads.middle()) || is_pushed(loads.end()))
       turn.uneven += 2.0 * turn.orbit;
   }
   return turn;
@@ -136,7 +147,8 @@ bool may_turn_long(const Plan& plan, const Vec3& w, const Vec3& H, const WheelMo
   if (!plan.wheels.all.empty()) {
     const auto& h = wheels.h;
     square +=
-        4.0 * inverse[0] * (inverse[1] * dot(h[0], h[0]) + inverse[0] * (dot(h[1], h[1]) + dot(h[2], h[2])));
+        4.0 * inverse[0] *
+        (inverse[1] * dot(h[0], h[0]) + inverse[0] * (dot(h[1], h[1]) + dot(h[2], h[2]) + dot(h[3], h[3])));
   }
   return 2.0 * square * plan.period * plan.period > kMost * kMost;
 }

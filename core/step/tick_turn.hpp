@@ -11,7 +11,8 @@ struct TickTurn {
   double whole = 0.0;  // of the body
   // what is left of it once the body turns with its momentum, or all where loads act: what substeps divide
   double uneven = 0.0;
-  double orbit = 0.0;  // of the centre of mass about an attractor
+  double orbit = 0.0;    // of the centre of mass about an attractor
+  double nearest = 0.0;  // [m] to it in the tick; 0: no attractor
 };
 TickTurn turn_in_tick(const Plan& plan, const Frame& from, const Mat3& R_WB, const StepLoads& loads) noexcept;
 
