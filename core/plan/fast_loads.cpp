@@ -7,8 +7,9 @@
 namespace freeflex {
 namespace {
 
-// [-] of the rate: a sine of a higher frequency is not followed from tick to tick
-constexpr double kMostCycles = 0.1;
+// [-] of the rate: straight from tick to tick a sine of n ticks a cycle is (pi / n)^2 / 3 too small, 2 % of
+// 13
+constexpr double kMostCycles = 1.0 / 13.0;
 
 // X144. Beside its own frequency f a sine has parts at k rate -+ f, smaller by the square of the quotient, at
 // which a mode may ring.
@@ -33,11 +34,27 @@ bool bends_between_ticks(const PlanHistory& table, double period) {
   for (std::size_t k = 1; k < table.times.size(); ++k) {
     const double begin = table.times[k - 1] / period, end = table.times[k] / period;
     const auto is_between = [](double tick) { return std::abs(tick - std::round(tick)) > kOnTick; };
+    // two rows within a tick are a jump, wherever they stand
     if (table.values[k] != table.values[k - 1] && end - begin < kClose &&
-        (is_between(begin) || is_between(end)))
+        (is_between(begin) || is_between(end) || end - begin < 1.0 - kOnTick))
       return true;
   }
   return false;
+}
+
+// A pulse whose ends are no ticks is moved by some of one, and what it rings by omega times that. Modes that
+// are fast beside ticks are rung by a jump alike, wherever it is.
+bool is_moved(const PlanHistory& pulse, const Plan& plan) {
+  constexpr double kHeard = 0.02;
+  const auto shift = [&](std::int64_t tick, double time) {
+    return std::abs(static_cast<double>(tick) * plan.period - time);
+  };
+  const double most = std::max(shift(pulse.start_tick, pulse.pulse_start),
+                               shift(pulse.end_tick, pulse.pulse_start + pulse.pulse_duration));
+  constexpr double kForEver = 1e12;  // [ticks] an end that never comes
+  if (pulse.pulse_duration == 0.0 || pulse.pulse_duration > kForEver * plan.period) return false;
+  return std::any_of(plan.omega.begin(), plan.omega.end(),
+                     [&](double omega) { return omega * most > kHeard; });
 }
 
 bool is_empty(const LoadPattern& pattern) {
@@ -49,6 +66,7 @@ bool is_empty(const LoadPattern& pattern) {
 bool outruns_ticks(const PlanHistory& history, const Plan& plan) {
   if (history.kind == PlanHistory::Kind::kSine)
     return history.frequency * plan.period > kMostCycles || meets_image(history.frequency, plan);
+  if (history.kind == PlanHistory::Kind::kPulse) return is_moved(history, plan);
   return history.kind == PlanHistory::Kind::kTable && bends_between_ticks(history, plan.period);
 }
 

@@ -4,6 +4,7 @@
 
 #include "core/plan/arrays.hpp"
 #include "core/scene/faults.hpp"
+#include "core/step/history.hpp"
 #include "core/step/loads.hpp"
 
 namespace freeflex {
@@ -14,7 +15,7 @@ namespace {
 constexpr double kOnTick = 1e-6;
 
 // ticks a cycle below which straight lines between ticks miss a sine by more than 5 % of its amplitude
-constexpr double kTicksPerCycle = 10.0;
+constexpr double kTicksPerCycle = 13.0;
 
 // [-] of a torque: a part that the group cannot take above this is an error
 constexpr double kIdleTorque = 1e-9;
@@ -131,15 +132,13 @@ void set_history_ticks(PlanHistory& history, double period) {
   if (history.kind != PlanHistory::Kind::kPulse) return;
   // beyond this a pulse outlasts any run; keeps the rounding inside 64 bits
   constexpr double kNever = 9e18;
-  if (history.pulse_duration < period) {
-    // the tick that its middle is in   (X13)
-    history.start_tick = static_cast<std::int64_t>(
-        std::min(std::floor((history.pulse_start + 0.5 * history.pulse_duration) / period), kNever));
-    history.end_tick = history.start_tick + 1;
-    return;
-  }
   history.start_tick = std::llround(std::min(history.pulse_start / period, kNever));
   history.end_tick = std::llround(std::min((history.pulse_start + history.pulse_duration) / period, kNever));
+  if (history.start_tick < history.end_tick) return;
+  // the tick that its middle is in   (X13)
+  history.start_tick = static_cast<std::int64_t>(
+      std::min(std::floor((history.pulse_start + 0.5 * history.pulse_duration) / period), kNever));
+  history.end_tick = history.start_tick + 1;
 }
 
 void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults) {
@@ -171,17 +170,10 @@ void warn_of_ticks(const Scene& scene, const Plan& plan, Faults& faults) {
       if (std::abs(shift) <= kOnTick * plan.period + 1e-15 * time) return;
       add_warning(faults, scene.loads[k].origin,
                   join_text(who, ": the pulse ", edge, " at ", time, " s, which is no tick at ",
-                            1.0 / plan.period, " Hz; it was moved by ", shift, " s"));
+                            1.0 / plan.period, " Hz; it was moved by ", shift, " s, and the force is ",
+                            amplitude_right(history, plan.period, history.start_tick),
+                            " of what is given, so that its impulse is kept"));
     };
-    if (history.pulse_duration < plan.period) {
-      add_warning(faults, scene.loads[k].origin,
-                  join_text(who, ": the pulse of ", history.pulse_duration, " s is shorter than a tick of ",
-                            plan.period, " s; ", history.pulse_duration / plan.period,
-                            " of it acts for the whole tick from ",
-                            static_cast<double>(history.start_tick) * plan.period,
-                            " s, which keeps its impulse: raise the rate where its form matters"));
-      continue;
-    }
     warn("starts", history.pulse_start, history.start_tick);
     warn("ends", history.pulse_start + history.pulse_duration, history.end_tick);
   }

@@ -1,9 +1,9 @@
 #include "core/plan/tick_turns.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 #include "core/scene/faults.hpp"
-#include "core/step/field.hpp"
 #include "core/step/readout.hpp"
 #include "core/step/tick_turn.hpp"
 
@@ -29,7 +29,7 @@ Start start_of(const Plan& plan) {
 }
 
 bool has_loads_in_world(const Plan& plan) {
-  return has_field(plan) || std::ranges::any_of(plan.histories, [](const PlanHistory& history) {
+  return plan.attractor_mu > 0.0 || std::ranges::any_of(plan.histories, [](const PlanHistory& history) {
            return history.pattern.has_world;
          });
 }
@@ -41,6 +41,11 @@ void warn_of_tick_turns(const Scene& scene, const Plan& plan, Faults& faults) {
   const auto [frame, loads] = start_of(plan);
   const TickTurn turn = turn_in_tick(plan, frame, rotation_matrix(frame.q_WB), loads);
   const double most = 0.5 * kUnevenTurn * kMostSubsteps, rate = 1.0 / plan.period;
+  if (!std::isfinite(turn.uneven) || !std::isfinite(turn.orbit)) {
+    add_warning(faults, scene.initial.origin,
+                "the body falls through its attractor in the first tick, where its pull has no bound");
+    return;
+  }
   if (turn.uneven > most)
     add_warning(faults, scene.initial.origin,
                 join_text("the body turns or nutates by ", turn.uneven, " rad a tick at ", rate, " Hz, and ",
@@ -52,7 +57,7 @@ void warn_of_tick_turns(const Scene& scene, const Plan& plan, Faults& faults) {
   const double spin = length(plan.initial.w_WB_B) * plan.period, angle = std::max(spin, turn.orbit);
   if (plan.num_elastic > 0 && angle > kStraight && has_loads_in_world(plan))
     add_warning(faults, scene.initial.origin,
-                join_text("loads that are fixed in the world, or a field, turn by ", angle,
+                join_text("loads that are fixed in the world, or the pull of the attractor, turn by ", angle,
                           " rad in the body within a tick at ", rate,
                           " Hz, and the elastic modes take them as straight over it: raise the rate to ",
                           rate * angle / kStraight, " Hz or more"));

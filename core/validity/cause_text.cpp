@@ -125,8 +125,9 @@ std::string step_text(const Plan& plan, const Verdict& verdict) {
       return "integration: the body turns too far in one tick; raise the rate" +
              (verdict.rate > 0.0 ? " to " + number(verdict.rate, 3) + " Hz" : std::string());
     case Agent::kLoad:
-      return "integration: loads that are fixed in the world turn with the body within a tick, and its modes "
-             "take them as straight; raise the rate";
+      return "integration: what loads the modes turns too far in the body within a tick, over which they "
+             "take "
+             "it as straight; raise the rate";
     default:
       return "integration: " + mode_text(plan, named) +
              " vibrates too fast for the tick of a body that turns" +

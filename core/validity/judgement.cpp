@@ -24,8 +24,6 @@ constexpr std::int64_t kLooksInHorizon = 8;
 // [rad] by which the step of the body may be off: 4 % of the displacements where it was measured; and where
 // nothing that it turns is right
 constexpr double kGoodTurn = 1e-3, kLostTurn = 0.1;
-// [rad] of a part of a coupled step, over which order four errs by 1e-9
-constexpr double kResolvedTurn = 0.02;
 // [-] of what the most substeps resolve: beyond half of it loads may carry a body out of it within a tick
 constexpr double kGoodShare = 0.5, kMostShare = 1.0;
 // [-] size over distance of an attractor: the first term that is left out is as large beside the gradient
@@ -71,6 +69,7 @@ void Judgement::begin(const State& state) noexcept {
   for (ModalErrors& errors : errors_) errors.clear();
   peak_ = fall_rate_ = fall_ = attractor_share_ = 0.0;
   turn_error_ = turn_share_ = rate_for_turn_ = bent_ = unresolved_ = unresolved_turn_ = 0.0;
+  swing_ = {};
   unresolved_mode_ = -1;
   over_ = running_ = {};
   reading_ = {};
@@ -126,7 +125,7 @@ void Judgement::fall(const State& state) noexcept {
   if (plan_.attractor_mu == 0.0) return;
   const Vec3 rho = sub(state.p_WB, plan_.attractor_W);
   const double square = dot(rho, rho);
-  attractor_share_ = size_ / std::sqrt(square);
+  attractor_share_ = std::max(attractor_share_, size_ / std::sqrt(square));
   fall_rate_ += 3.0 * plan_.attractor_mu * uneven_inertia_ / (plan_.mass * square * square) * plan_.period;
   fall_ += fall_rate_ * plan_.period;
 }
@@ -138,7 +137,7 @@ void Judgement::turn(const State& state) noexcept {
   const Vec3 w = angular_velocity(plan, state);
   StepLoads loads;
   loads.wheels.h[0] = wheel_momentum_B(plan, state);
-  double spin = norm(w) * plan.period;
+  double orbit = 0.0;
   const bool is_long =
       (plan.turns && may_turn_long(plan, w, state.H_W, loads.wheels)) || may_fall_long(plan, state);
   if (is_long) {
@@ -147,34 +146,49 @@ void Judgement::turn(const State& state) noexcept {
     const TickTurn tick = turn_in_tick(plan, state, rotation_matrix(state.q_WB), loads);
     const double share = tick.uneven / (kUnevenTurn * kMostSubsteps);
     if (share > turn_share_) turn_share_ = share, rate_for_turn_ = share / plan.period;
-    // what wheels do to the modes turns with the nutation
-    spin = std::max({spin, tick.orbit, plan.wheels.all.empty() ? 0.0 : tick.uneven});
+    if (tick.nearest > 0.0) attractor_share_ = std::max(attractor_share_, size_ / tick.nearest);
+    orbit = tick.orbit;
   }
-  bend_loads(state, spin);
+  swing(w);
+  bend_loads(state, std::max(norm(w) * plan.period, orbit));
 }
 
-/// Loads that are fixed in the world, and fields, turn in the axes of a body that turns by theta in a tick.
-/// Modes take them as straight over it, and so they are off by theta^2 / 8 of them, twice for what rings
-/// (X13).  \param turn  [rad] theta
+/// How far the spin swings in a tick, by its second difference, theta^2 of it: the least of three ticks in a
+/// row, for loads that begin or end bend it once.
+void Judgement::swing(const Vec3& w) noexcept {
+  Swing& s = swing_;
+  const Vec3 second = add_scaled(add(w, s.before[1]), -2.0, s.before[0]);
+  const double most = std::max({norm(w), norm(s.before[0]), norm(s.before[1])});
+  s.second = {most > 0.0 ? norm(second) / most : 0.0, s.second[0], s.second[1]};
+  s.before = {w, s.before[0]};
+  constexpr double kFade = 1.0 - 1.0 / 64.0;  // a sampled nutation may come to the same place
+  s.angle *= kFade;
+  s.num_ticks = std::min(s.num_ticks + 1, 5);
+  if (s.num_ticks == 5)
+    s.angle = std::max(s.angle, std::sqrt(*std::min_element(s.second.begin(), s.second.end())));
+}
+
+/// Modes take what loads them as straight over a tick, and are off by theta^2 / 8 of it, twice for what rings
+/// (X13): loads that are fixed in the world, and an attractor's, turn by theta in the axes of the body; what
+/// spin and wheels do changes as the spin does.  \param turn  [rad] of the body or the orbit in a tick
 void Judgement::bend_loads(const State& state, double turn) noexcept {
   constexpr double kStraight = 0.01;  // [rad] 1e-5 of the load
+  constexpr double kWhole = 2.0;      // [rad] all of what they displace is off then
   bent_ *= push_fade_;
   const Plan& plan = active_plan(plan_, state);
-  if (turn < kStraight) return;
-  const bool do_turn = has_field(plan) || !plan.wheels.all.empty() ||
-                       (state.num_slots > 0 && state.commands_pattern.has_world) ||
-                       std::ranges::any_of(plan.histories, [](const PlanHistory& history) {
-                         return history.pattern.has_world;
-                       });
-  if (!do_turn) return;
+  const bool is_of_world =
+      plan.attractor_mu > 0.0 || (state.num_slots > 0 && state.commands_pattern.has_world) ||
+      std::ranges::any_of(plan.histories,
+                          [](const PlanHistory& history) { return history.pattern.has_world; });
+  const bool is_of_spin = plan.has_spin_load || !plan.wheels.all.empty();
+  const double angle = std::min(kWhole, std::max(is_of_world ? turn : 0.0, is_of_spin ? swing_.angle : 0.0));
+  if (angle < kStraight) return;
   double sum = 0.0;
   for (std::size_t l = 0; l < static_cast<std::size_t>(plan.num_elastic); ++l) {
     if (plan.omega[l] == 0.0) continue;
     const double displaced = state.Q[l] / (plan.mass * plan.omega[l] * plan.omega[l]);
     sum += displaced * displaced;
   }
-  constexpr double kWhole = 2.0;  // [rad] all of what they displace is off then
-  const double angle = std::min(turn, kWhole);
   bent_ = std::max(bent_, 0.25 * angle * angle * std::sqrt(sum));
 }
 
@@ -194,8 +208,9 @@ void Judgement::turn_coupled(const State& state) noexcept {
     if (rate > 0.0)
       turn_error_ += parts * std::pow(rate * part, 5) / 120.0 * std::min(1.0, across / (rate * norm(h)));
   }
-  if (turn_error_ > kGoodTurn && step > 0.0)
-    rate_for_turn_ = std::max(rate_for_turn_, step / kResolvedTurn / part);
+  // order four: the error goes with the fourth power of a part
+  if (turn_error_ > kGoodTurn)
+    rate_for_turn_ = std::max(rate_for_turn_, std::pow(turn_error_ / kGoodTurn, 0.25) / part);
   constexpr double kFade = 1.0 - 1.0 / 64.0;  // of a tick: a sampled motion may stand at its turning points
   // [rad] a tick that a wheel turns what vibrates unresolved by, whatever its momentum: all is off in a
   // hundred

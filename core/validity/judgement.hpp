@@ -1,6 +1,7 @@
 // One word on a motion: from what its rung neglects, over every point and every tick.
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <vector>
@@ -89,6 +90,7 @@ class Judgement {
   void fall(const State& state) noexcept;
   void turn(const State& state) noexcept;
   void turn_coupled(const State& state) noexcept;
+  void swing(const Vec3& w) noexcept;
   void bend_loads(const State& state, double turn) noexcept;
   void take_pushes(const State& state) noexcept;
   void judge(const State& state) noexcept;
@@ -117,6 +119,13 @@ class Judgement {
   // [-] largest share so far that a tick's turn had of what the most substeps resolve, [Hz] rate for the
   // whole
   double turn_share_ = 0.0, rate_for_turn_ = 0.0;
+  struct Swing {
+    std::array<Vec3, 2> before{};    // [rad/s] spin of the last two ticks
+    std::array<double, 3> second{};  // [-] of the spin, second differences of the last three
+    int num_ticks = 0;
+    double angle = 0.0;  // [rad] of a tick, fading
+  };
+  Swing swing_;
   double bent_ = 0.0;  // [m] displacement by loads that turn within a tick, which modes take as straight
   // [m] what vibrates faster than steps resolve, [rad] how far the body has turned with such
   double unresolved_ = 0.0, unresolved_turn_ = 0.0;

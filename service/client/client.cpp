@@ -248,8 +248,10 @@ std::int64_t Daemon::push(const Push& push) {
   force.late_policy = push.late_ok ? 1 : 0;
   force.duration_ticks = ticks(push.duration);
   force.lease_ticks = ticks(push.lease);
-  // a push shorter than a tick acts for one with so much less force, which keeps the impulse
-  const double share = push.duration > 0.0 ? std::min(1.0, push.duration * heard_->status.rate) : 1.0;
+  // a push acts in whole ticks, with so much of its force that the impulse is kept
+  const double wanted = push.duration * heard_->status.rate,
+               given = static_cast<double>(force.duration_ticks);
+  const double share = push.duration > 0.0 && std::abs(wanted - given) > 1e-6 ? wanted / given : 1.0;
   const auto copy = [share](const std::array<double, 3>& from, auto& to) {
     for (std::size_t i = 0; i < 3; ++i) to[i] = share * from[i];
   };

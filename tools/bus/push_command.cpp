@@ -67,6 +67,13 @@ std::int64_t to_ticks(double seconds, double rate) {
   return std::max<std::int64_t>(1, std::llround(seconds * rate));
 }
 
+/// What of a force acts in the ticks of a duration, so that its impulse is kept; 1 where it is whole ticks.
+double impulse_share(double seconds, double rate) {
+  constexpr double kOnTick = 1e-6;
+  const double wanted = seconds * rate, given = static_cast<double>(to_ticks(seconds, rate));
+  return std::abs(wanted - given) <= kOnTick ? 1.0 : wanted / given;
+}
+
 /// Three components, zero where they were not given.
 void copy_vector(const std::vector<double>& from, double (&to)[3]) {
   if (!from.empty()) std::copy_n(from.begin(), 3, to);
@@ -270,16 +277,15 @@ control_t make_control(const PushOptions& options) {
   return control;
 }
 
-/// A push shorter than a tick acts for one with so much less force, which keeps the impulse.
-void keep_impulse(double ticks, force_t& force) {
-  if (!(ticks < 1.0)) return;
-  const auto scale = [ticks](auto& vector) {
-    for (double& each : vector) each *= ticks;
+/// A push acts in whole ticks, with so much of its force that the impulse is kept.
+void keep_impulse(double share, force_t& force) {
+  const auto scale = [share](auto& vector) {
+    for (double& each : vector) each *= share;
   };
   for (auto& each : force.forces) scale(each.force);
   for (auto& each : force.torques) scale(each.torque);
   for (auto& each : force.wrenches) scale(each.force), scale(each.torque);
-  for (auto& each : force.wheels) each.torque *= ticks;
+  for (auto& each : force.wheels) each.torque *= share;
 }
 
 std::optional<force_t> make_force(const PushOptions& options, const SceneCatalogue& scene) {
@@ -297,7 +303,9 @@ std::optional<force_t> make_force(const PushOptions& options, const SceneCatalog
   if (!add_points(options, scene, force) || !add_groups(options, scene, force) ||
       !add_wheels(options, scene, force))
     return std::nullopt;
-  if (!options.lease) keep_impulse(options.duration.value_or(kDefaultDuration) * rate, force);
+  if (force.duration_ticks > 0)
+    if (const double share = impulse_share(options.duration.value_or(kDefaultDuration), rate); share != 1.0)
+      keep_impulse(share, force);
   return force;
 }
 
@@ -311,8 +319,8 @@ std::string rounded_duration(const PushOptions& options, double rate) {
   std::ostringstream text;
   text << (options.lease ? "--lease " : "--duration ") << asked << " s is " << asked * rate
        << " ticks: it lasts " << ticks << (ticks == 1 ? " tick, " : " ticks, ") << lasts << " s; "
-       << (!options.lease && asked * rate < 1.0 ? "with as much less force, which keeps the impulse"
-                                                : "with another force the impulse may be kept");
+       << (options.lease ? "it is renewed or ends then"
+                         : "with so much of the force that the impulse is kept");
   return text.str();
 }
 

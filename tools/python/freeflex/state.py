@@ -99,11 +99,11 @@ class Push:
                              "both")
         self.duration_ticks = ticks_of("duration", duration, rate) if duration is not None else 0
         self.lease_ticks = ticks_of("lease", lease, rate) if lease is not None else 0
-        if duration is not None and duration * rate < 1.0:
-            self._scale(duration * rate)
+        if duration is not None and abs(duration * rate - self.duration_ticks) > 1e-6:
+            self._scale(duration * rate / self.duration_ticks)
 
     def _scale(self, share):
-        """A push shorter than a tick acts for one with so much less force, which keeps the impulse."""
+        """A push acts in whole ticks, with so much of its force that the impulse is kept."""
         self.forces = [(i, [share * x for x in f]) for i, f in self.forces]
         self.torques = [(i, [share * x for x in t]) for i, t in self.torques]
         self.wrenches = [(i, [share * x for x in f], [share * x for x in t]) for i, f, t in self.wrenches]
