@@ -125,7 +125,8 @@ void CommandDesk::settle(const StepReport& report) {
     }
   }
   for (int i = 0; i < num_due_; ++i) {
-    const ForceCommand& command = due_[static_cast<std::size_t>(num_due_clearances_ + i)];
+    const ForceCommand& command =
+        due_[static_cast<std::size_t>(num_due_clearances_) + static_cast<std::size_t>(i)];
     Claim* claim = find_claim(command.sender, command.slot);
     if (claim == nullptr) continue;  // cleared a slot that was empty
     const bool fills = !is_clearing(command);

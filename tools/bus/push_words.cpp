@@ -21,7 +21,8 @@ std::string with_names(const std::string& text, const NameOf& name_of) {
     const std::string name = name_of(kind, index);
     if (name.empty()) continue;
     named.append(from, (*found)[0].first);
-    named += (*found)[1].str() + kind + " '" + name + "'";
+    for (const std::string& part : {(*found)[1].str(), kind, std::string(" '"), name, std::string("'")})
+      named += part;
     from = (*found)[0].second;
   }
   return named.append(from, text.end());

@@ -116,6 +116,7 @@ std::string plot(const CompareOptions& options, const CompareOutcome& outcome) {
                    [&](const auto* a, const auto* b) { return share(*a) > share(*b); });
   if (shown.size() > kMostQuantities) shown.resize(kMostQuantities);
   std::vector<std::string> columns;
+  columns.reserve(shown.size());
   for (const QuantityDifference* each : shown)
     columns.push_back(each->largest > 0.0 ? each->at.column : each->largest_column);
   std::vector<Samples> samples(shown.size(), Samples(3));

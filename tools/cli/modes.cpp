@@ -145,6 +145,7 @@ std::string mixing_text(const Plan& plan) {
 /// Returns the names of loads in local axes, with "load" or "loads".
 std::string load_names(const Plan& plan, const std::vector<std::size_t>& loads) {
   std::vector<std::string> names;
+  names.reserve(loads.size());
   for (const std::size_t load : loads) names.push_back(plan.histories[load].name);
   return (names.size() == 1 ? "load " : "loads ") + listed(names, 8);
 }

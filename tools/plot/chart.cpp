@@ -247,6 +247,7 @@ bool is_picture(const std::string& path) {
 std::string plot_panels(const std::string& path, const std::string& title, const std::string& x_label,
                         const std::vector<Panel>& panels) {
   std::vector<const std::vector<double>*> all;
+  all.reserve(panels.size());
   for (const Panel& panel : panels) all.push_back(&panel.x);
   if (std::all_of(all.begin(), all.end(), [](const auto* x) { return x->empty(); }))
     return "there is nothing to plot";

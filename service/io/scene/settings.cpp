@@ -15,7 +15,10 @@ std::optional<Setting> parse_setting(const std::string& argument, const std::str
     const char c = argument[i];
     if (quote == 0 && c == '=') {
       if (i == 0) return std::nullopt;
-      return Setting{argument.substr(0, i), argument.substr(i + 1), option + " " + argument};
+      std::string as_given = option;
+      as_given += ' ';
+      as_given += argument;
+      return Setting{argument.substr(0, i), argument.substr(i + 1), std::move(as_given)};
     }
     if (quote == c)
       quote = 0;
