@@ -82,8 +82,6 @@ std::vector<std::string> names_of(const Items& items) {
   return names;
 }
 
-void copy(const Vector& from, double (&to)[3]) { std::copy(from.begin(), from.end(), to); }
-
 template <class Items, class Index>
 const auto& find_item(const Items& items, Index index, std::int32_t wanted, const char* kind,
                       const char* channel) {
