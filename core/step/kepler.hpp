@@ -12,7 +12,7 @@ struct Fall {
 };
 
 /// The gain of rho'' = -mu rho / |rho|^3 over a time t [s] of either sign, in any number of revolutions, on
-/// ellipse, parabola, hyperbola and straight line, by universal variables (Stumpff 1962; Danby 1992, 6.9).
+/// ellipse, parabola, hyperbola and straight line, by universal variables (Stumpff 1947; Danby 1992, 6.9).
 /// Good to some 1e-15 of |rho| and of |v| over half a revolution. No libm.
 /// \param rho  [m] from the attractor, not zero  \param v  [m/s]
 Fall fall(double mu, const Vec3& rho, const Vec3& v, double t) noexcept;
