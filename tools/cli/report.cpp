@@ -25,7 +25,7 @@ struct ReportOptions {
   StudyOptions study;
   std::vector<double> ends{study.end};  // [s] one for all, or one a scene
   std::uint64_t seed = 2;               // the factor of the estimate was set on seed 1
-  int num_estimates = 0;
+  int num_estimates = 0, num_ticks = 0;
   bool only_rungs = false;
   bool json = false;
 };
@@ -34,6 +34,7 @@ constexpr const char* kReportFooter = R"(Example:
   freeflex report service/scenes/truss-s1.yaml --out report
   freeflex report service/scenes/truss-s1.yaml service/scenes/truss-s3.yaml --until 2,0.5
   freeflex report --estimates 200 --out report
+  freeflex report --ticks 1000 --out report
 JSON fields:
   machine      processor, cores, system, compiler, flags, version, commit, date
   scenes       of each: scene, file, points, links, elastic_freedoms, lowest_frequency and top_frequency
@@ -53,6 +54,10 @@ JSON fields:
                failed); histogram_elastic, histogram_position; scenes (of each: scene, shape, stiffness
                [N/m], spin [rad/s], force [N], truth and estimate (position [m], elastic), validity, cause,
                lost, tolerance, chosen, cheapest, chosen_error, error)
+  ticks        with --ticks: seed; bins (of each: from, to [rad a tick], bodies, good, watch, outside,
+               worst_attitude_error [rad], worst_energy_error, ns_per_tick); bodies (of each: body, rate
+               [Hz], turn [rad a tick], wheel, inertia_ratio, substeps, ticks, validity, attitude_error
+               [rad], energy_error, ns_per_tick, error)
 Exit codes: 0 done, 1 not written, 2 wrong arguments or a scene without a full system, 130 interrupted.)";
 
 /// Every scene read before the first is measured; empty on an error, which is printed.
@@ -79,8 +84,8 @@ std::vector<Scene> read_scenes(const std::vector<std::string>& files) {
 
 /// What is wrong with the arguments as a whole. Empty: nothing.
 std::string find_fault(const ReportOptions& options) {
-  if (options.scenes.empty() && options.num_estimates == 0)
-    return "SCENE is needed, or --estimates N, which has scenes of its own";
+  if (options.scenes.empty() && options.num_estimates == 0 && options.num_ticks == 0)
+    return "SCENE is needed, or --estimates N or --ticks N, which have scenes of their own";
   if (options.ends.size() > 1 && options.ends.size() != options.scenes.size())
     return format_text("--until has %zu times for %zu scenes: give one for all, or one a scene",
                        options.ends.size(), options.scenes.size());
@@ -88,8 +93,8 @@ std::string find_fault(const ReportOptions& options) {
 }
 
 /// What a report of scenes may write.
-constexpr std::array kFileNames{"report.json", "report.html", "report.csv", "work-precision.svg",
-                                "estimates.csv"};
+constexpr std::array kFileNames{"report.json",        "report.html",   "report.csv",
+                                "work-precision.svg", "estimates.csv", "ticks.csv"};
 
 std::vector<NamedText> files_of(const Report& report) {
   std::vector<NamedText> files{{"report.json", json_text(to_json(report), 2) + "\n"},
@@ -99,6 +104,7 @@ std::vector<NamedText> files_of(const Report& report) {
     files.push_back({"work-precision.svg", work_precision_svg(report)});
   }
   if (!report.estimates.empty()) files.push_back({"estimates.csv", estimates_to_csv(report)});
+  if (!report.ticks.empty()) files.push_back({"ticks.csv", ticks_to_csv(report)});
   return files;
 }
 
@@ -145,6 +151,15 @@ int report(const ReportOptions& options) {
     });
     is_interrupted_now = is_interrupted();
   }
+  if (options.num_ticks > 0 && !is_interrupted_now) {
+    Progress progress("ticks");
+    report.ticks_seed = options.seed;
+    report.ticks = study_ticks(options.seed, options.num_ticks, [&](double share) {
+      progress.update(share);
+      return !is_interrupted();
+    });
+    is_interrupted_now = is_interrupted();
+  }
   report.is_interrupted = is_interrupted_now;
   if (options.json)
     print_json(to_json(report));
@@ -166,14 +181,20 @@ void add_report(CLI::App& app, int& exit_code) {
                    "random scenes on which the error estimate is held against the full system")
       ->check(whole_number(1, 100000))
       ->type_name("N");
-  command->add_option("--seed", options->seed, "of the random scenes")
+  command
+      ->add_option(
+          "--ticks", options->num_ticks,
+          "random bodies with wheels on which the word is held against SUNDIALS over the turn of a tick")
+      ->check(whole_number(1, 100000))
+      ->type_name("N");
+  command->add_option("--seed", options->seed, "of the random scenes and bodies")
       ->capture_default_str()
       ->check(whole_number(0, kMost<std::int64_t>))
       ->type_name("S");
   command
       ->add_option("--out", options->folder,
                    "folder for report.csv, report.json, report.html and work-precision.svg, with --estimates "
-                   "estimates.csv")
+                   "estimates.csv, with --ticks ticks.csv")
       ->check(file_name())
       ->type_name("DIR");
   command->add_option("--until", options->ends, "simulated time [s], one for all or one a scene")

@@ -8,6 +8,7 @@
 #include "tools/report/estimates.hpp"
 #include "tools/report/machine.hpp"
 #include "tools/report/study.hpp"
+#include "tools/report/ticks.hpp"
 #include "tools/terminal/console.hpp"
 
 namespace freeflex::tools {
@@ -18,6 +19,8 @@ struct Report {
   bool is_interrupted = false;         // something that was asked for is not in it
   std::uint64_t seed = 0;              // of the random scenes
   std::vector<EstimateRow> estimates;  // empty unless asked for
+  std::uint64_t ticks_seed = 0;        // of the random bodies
+  std::vector<TickRow> ticks;          // empty unless asked for
 };
 
 /// [ns] CPU time of a step with the first read-out; not a number for a run that failed.
@@ -41,6 +44,12 @@ void print_estimates(const Report& report);
 Json estimates_to_json(const Report& report);
 std::string estimates_to_csv(const Report& report);
 std::string estimates_section(const Report& report);
+
+/// The part on long ticks, of a report that has one.
+void print_ticks(const Report& report);
+Json ticks_to_json(const Report& report);
+std::string ticks_to_csv(const Report& report);
+std::string ticks_section(const Report& report);
 
 /// What every page begins with, its style included, up to the body.
 std::string page_head(const std::string& title);

@@ -122,6 +122,7 @@ Json to_json(const Report& report) {
   json["complete"] = !report.is_interrupted;
   json["findings"] = findings(report);
   if (!report.estimates.empty()) json["estimates"] = estimates_to_json(report);
+  if (!report.ticks.empty()) json["ticks"] = ticks_to_json(report);
   return json;
 }
 

@@ -183,6 +183,7 @@ std::string to_html(const Report& report) {
           escaped(machine.compiler) + ", " + escaped(machine.flags) + ".</p>\n";
   if (report.is_interrupted) text += "<p><b>Interrupted: not all that was asked for is here.</b></p>\n";
   if (!report.estimates.empty()) text += estimates_section(report);
+  if (!report.ticks.empty()) text += ticks_section(report);
   if (report.studies.empty()) return text + "</body></html>\n";
   text += "<h2>What it says</h2><ul>\n";
   for (const std::string& sentence : findings(report)) text += "<li>" + escaped(sentence) + "</li>\n";

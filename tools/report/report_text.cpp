@@ -208,6 +208,7 @@ void print_text(const Report& report) {
   if (!report.studies.empty())
     for (const std::string& sentence : findings(report)) std::printf("%s\n", wrapped(sentence, 0).c_str());
   if (!report.estimates.empty()) print_estimates(report);
+  if (!report.ticks.empty()) print_ticks(report);
   if (report.is_interrupted) std::printf("\ninterrupted: not all that was asked for is here\n");
 }
 
