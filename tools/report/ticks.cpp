@@ -39,7 +39,7 @@ RandomBody random_body(std::uint64_t seed, int number) {
                last = between(1.0, 1.0 + a);
   const std::array<Vector3d, 3> kinds{Vector3d(thin, 1.0, 1.0 + 0.5 * thin),
                                       Vector3d(1.0, other, 1.0 + other), Vector3d(a, 1.0, last)};
-  const Vector3d moments = kinds[engine() % 3];
+  const Vector3d& moments = kinds[engine() % 3];
   const Vector3d about = direction();
   const Matrix3d axes = Eigen::AngleAxisd(between(0.0, M_PI), about).toRotationMatrix();
   RandomBody body;
@@ -90,7 +90,7 @@ std::string turn_by_sundials(const RandomBody& body, double time, Quaterniond& a
   const Vector3d start = body.spin / unit;
   std::vector<double> y{1.0, 0.0, 0.0, 0.0, start[0], start[1], start[2], 0.0};
   SundialsSolver solver(problem, options, {1.0, 1.0}, 0.0, y);
-  const std::string error = solver.advance(time, y);
+  std::string error = solver.advance(time, y);
   attitude = Quaterniond(y[0], y[1], y[2], y[3]).normalized();
   return error;
 }
