@@ -50,6 +50,15 @@ class Plans(unittest.TestCase):
             self.assertAlmostEqual(a, b, delta=1e-12 + 1e-3 * abs(start))
         self.assertGreater(max(abs(x - y) for x, y in zip(state.angular_velocity, twin.angular_velocity)), 1e-6)
 
+    def test_a_push_keeps_its_impulse_whatever_its_duration(self):
+        for ticks in (0.4, 1.0, 1.4, 2.5, 100.0):
+            motion = freeflex.Plan(BOOM).motion()
+            motion.push({"tip": (0.0, 6.0, 0.0)}, duration=ticks / 1000.0)
+            whole = freeflex.Plan(BOOM).motion()
+            whole.push({"tip": (0.0, 6.0, 0.0)}, duration=1e-3)
+            speed, of_one = motion.step(200).velocity[1], whole.step(200).velocity[1]
+            self.assertAlmostEqual(speed / of_one, ticks, places=12)
+
     def test_copies_part(self):
         plan = freeflex.Plan(BOOM)
         first = plan.motion()
