@@ -176,7 +176,7 @@ Result advance_separated(const External& external, const MotionState& state, boo
     external.generalized(Instant::kStart, state, R_start, state.wheel_momentum, workspace.Q_right);
   if (has_dependent) return advance_dependent(external, state, R_start, workspace);
   StepLoads loads = external.rigid();
-  loads.wheels = external.wheels(state.wheel_momentum);
+  if (!plan.wheels.all.empty()) loads.wheels = external.wheels(state.wheel_momentum);
   return advance_once(external, state, is_fresh ? workspace.Q_right : state.Q, R_start, loads, nullptr,
                       workspace);
 }
