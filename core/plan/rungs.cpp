@@ -48,16 +48,6 @@ double stage_rate(const Plan& plan) {
   return rate;
 }
 
-// [rad/s] how fast the body turns at the start, and nutates where it has wheels   (X202)
-double turn_rate(const Plan& plan) {
-  const Eigen::Map<const Eigen::Vector3d> w(plan.initial.w_WB_B.data());
-  Eigen::Vector3d h = Eigen::Vector3d::Zero();
-  for (const PlanWheel& wheel : plan.wheels.all)
-    h += wheel.momentum * Eigen::Map<const Eigen::Vector3d>(wheel.axis.data());
-  const Vec3& inverse = plan.principal.inverse_moment;
-  return w.norm() + h.norm() * std::sqrt(inverse[0] * inverse[1]);
-}
-
 // [1/s] fastest decay of the modes where dampers stand at true direction, whose difference from linear ones
 // acts stage by stage as that of bars does
 double damper_rate(const Plan& plan) {
@@ -132,6 +122,15 @@ void compile_coupled(const Scene& scene, const Structure& structure, const PlanS
   if (!traits_of(spec.rung).has_true_geometry) return;
   for (std::size_t k = 0; k < scene.links.size(); ++k)
     if (traits_of(scene.links[k]).is_axial) plan.coupled.bars.push_back(true_bar(scene, static_cast<int>(k)));
+}
+
+double turn_rate(const Plan& plan) {
+  const Eigen::Map<const Eigen::Vector3d> w(plan.initial.w_WB_B.data());
+  Eigen::Vector3d h = Eigen::Vector3d::Zero();
+  for (const PlanWheel& wheel : plan.wheels.all)
+    h += wheel.momentum * Eigen::Map<const Eigen::Vector3d>(wheel.axis.data());
+  const Vec3& inverse = plan.principal.inverse_moment;
+  return w.norm() + h.norm() * std::sqrt(inverse[0] * inverse[1]);
 }
 
 void set_coupled_period(Plan& plan) {

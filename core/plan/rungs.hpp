@@ -32,6 +32,9 @@ inline constexpr double kTurnPhase = 0.05;
 /// Parts of a tick: at some 10 us each this is most of a second.
 inline constexpr std::int32_t kMaxParts = 65536;
 
+/// [rad/s] How fast the body turns at the start, plus its nutation where it has wheels   (THEORY X202).
+double turn_rate(const Plan& plan);
+
 /// PlanCoupled::num_parts and functions for the plan's period   (THEORY X93, X100).
 void set_coupled_period(Plan& plan);
 

@@ -52,7 +52,9 @@ void restore_energy(const Plan& plan, const Frame& from, const Vec3& h, Frame& t
   const Vec3 H{after[0].hi, after[1].hi, after[2].hi};
   const Vec3 slope = cross(multiply(plan.inverse_inertia, sub(H, h)), H);
   const double square = dot(slope, slope);
-  constexpr double kMostTurn = 1e-10;  // [rad] beyond that the energy is near its largest or least
+  // [rad] a larger turn is asked for only near spin about a principal axis, where the energy hardly depends
+  // on it
+  constexpr double kMostTurn = 1e-10;
   if (excess * excess > kMostTurn * kMostTurn * square || square == 0.0) return;
   const Vec3 half = scale(-0.5 * excess / square, slope);
   const Quat gain = multiply(to.q_WB, {0.0, half[0], half[1], half[2]});

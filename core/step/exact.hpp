@@ -1,4 +1,4 @@
-// Sums and products with what rounding left of them.
+// Sums and products of doubles with their rounding errors.
 #pragma once
 
 namespace freeflex {

@@ -228,7 +228,7 @@ class Flows {
   Mat3 R_PB_, R_WB_;
   double common_ = 0.0;  // [1/(kg m^2)] inverse moment that all axes share
   Vec3 difference_{};    // and what each has beside it
-  WheelMomentum h_;      // principal axes
+  WheelMomentum h_;      // [N m s] of the wheels over the tick, principal axes
   std::array<Moment, 3> moments_{};
   bool kicks_ = false, is_attracted_ = false, falls_with_loads_ = false, turns_middle_ = false;
   Quat turn_{1.0, 0.0, 0.0, 0.0};

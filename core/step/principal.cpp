@@ -8,7 +8,7 @@
 namespace freeflex {
 namespace {
 
-/// Turns rows and columns p and q of A so that A_pq = 0, and rows p and q of the axes.
+/// One Jacobi rotation: it makes A_pq zero, and turns rows p and q of the axes by the same angle.
 void rotate(std::size_t p, std::size_t q, Mat3& A, Mat3& axes) noexcept {
   const double off = A[3 * p + q];
   if (off == 0.0) return;

@@ -63,9 +63,9 @@ Conserved conserved(const Plan& plan, const Vec3& H, const Vec3& L, const WheelM
   return all;
 }
 
-/// [rad/s] The rates u_i of the flows about principal axes, and how fast they turn each other: with
-/// d_i = 1/I_i - 1/I_2, |u_i| <= |d_i| sqrt(2 E I_i) + |h_i| / I_2 and |u_i| <= |d_i| |H| + |h_i| / I_i;
-/// nutation (|H| sum_(i != j) |d_i| u_j)^(1/2).
+/// [rad/s] A bound of how fast the body moves beside its turn about H: the sum of the rates u_i about its
+/// principal axes and the rate of nutation, (|H| sum_(i != j) |d_i| u_j)^(1/2), with d_i = 1/I_i - 1/I_2.
+/// Each u_i is the smaller of |d_i| (2 E I_i)^(1/2) + |h_i| / I_2 and |d_i| |H| + |h_i| / I_i   (X202).
 double uneven_rate(const Plan& plan, const Conserved& all) noexcept {
   const Vec3& inverse = plan.principal.inverse_moment;
   Vec3 d{}, u{};

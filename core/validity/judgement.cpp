@@ -345,7 +345,7 @@ void Judgement::name_responsible(const State& state, double by_pushes) noexcept 
     case Cause::kStep:
       if (turn_error_ > kGoodTurn || turn_share_ > kGoodShare)
         named.agent = Responsible::Agent::kSpin;
-      else if (bent_ > kGoodElastic * now_.scale)
+      else if (bent_ > 0.0)  // below the coupled rungs, where nothing is unresolved
         named.agent = Responsible::Agent::kLoad;
       else
         named = responsible_.of_vibration(unresolved_mode_, state);

@@ -267,6 +267,24 @@ TEST(Ticks, APulseKeepsItsImpulseHoweverItsEndsFall) {
   }
 }
 
+// a body that turns by a radian while its pulse waits for a tick
+TEST(Ticks, AMovedPulseOnATurningBodyIsNotGood) {
+  const auto cause_of = [](double duration) {
+    Scene scene = single_body(10.0, {1.0, 2.0, 2.5}, 2.0);
+    scene.initial.angular_velocity = {0.2, 4.0, 0.1};
+    Load load;
+    load.name = "brake";
+    load.torques = {{0, {0.0, 0.0, 0.1}}};
+    load.history = PulseHistory{1.0, duration};
+    scene.loads.push_back(load);
+    JudgedRun watched(scene);
+    watched.run(5.0);
+    return watched.judgement.worst().cause;
+  };
+  EXPECT_EQ(cause_of(1.75), Verdict::Cause::kFastLoad);
+  EXPECT_EQ(cause_of(1.5), Verdict::Cause::kNone);
+}
+
 // alike in loads and commands
 TEST(Ticks, APulseShorterThanATickKeepsItsImpulse) {
   Scene scene = single_body(2.0, {1.0, 1.0, 1.0}, 10.0);

@@ -190,8 +190,8 @@ inline double rms_over_mass(const Scene& scene, const Eigen::Matrix3Xd& V) {
   const Eigen::VectorXd mass = masses_of(scene);
   return std::sqrt((V.colwise().squaredNorm() * mass)(0) / mass.sum());
 }
-/// Most steps of the reference for one motion. The longest motion that ended took 364,824; one that
-/// flutters until the structure whirls had taken 500,000 at half its time.
+/// Limit on the steps that the reference takes for one motion. Of the motions that it finished, the longest
+/// took 364,824 steps. One that flutters until the structure whirls took 500,000 for half its time.
 inline constexpr long kMostSteps = 500'000;
 /// Returns the elastic displacements by true geometry [m] (3 x points), or nothing where the reference fails
 /// or needs more than kMostSteps.
